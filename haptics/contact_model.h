@@ -55,6 +55,7 @@ struct Contact {
   bool settled = true;            // nothing of this contact goes on if the head is free
   dvec3 held_off_direction{0};    // from the hand to where contacts alone hold the head; zero where they do not
   double area = 0;                // m² of the head that lies on tissue; 0 where none
+  bool own_friction = false;      // p_WG lags by friction already: the servo adds none
   bool gives_force = false;       // of a penalty method: force, torque, stored and depth come from feel()
   double wall = 0;            // a wall of harder tissue holds the head: fraction of the power that it leaves; 0: none
   std::uint32_t faults = 0;   // Fault bits

@@ -107,6 +107,8 @@ class TissueVolume {
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label and
   /// hardness. Filled voxels get the label alone.
   void paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
+  /// How often that was done.
+  std::uint64_t paints() const;
 
   // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
   // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.

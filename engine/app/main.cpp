@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   program.expect_commands(0, 1);  // after the first, words are arguments: `bench render` is not the command `render`
   add_demo_command(program);
   add_servo_command(program);
+  add_fit_material_command(program);
   add_import_command(program);
   add_mesh_command(program);
   add_fit_damping_command(program);

@@ -35,6 +35,7 @@ namespace {
 
 /// {"packing": {"file": "P.h5"}} of a scene's model: haptics links no HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
+const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s

@@ -100,6 +100,33 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
+/// The sphere that is nearest to weighted points, by least squares of |p - c|² - r²; nothing where they do not
+/// determine one. Voxels.
+struct Ball {
+  dvec3 center;
+  double radius;
+};
+std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
+  double weight = 0;
+  dvec3 mean(0);
+  for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
+  mean /= weight;
+  // With q = p - mean: |q|² = 2 q·c + k, whose normal equations part: k is the mean of |q|².
+  glm::dmat3 normal(0);
+  dvec3 right(0);
+  double square = 0;
+  for (const Facet& f : facets) {
+    const dvec3 q = f.p - mean;
+    normal += f.area * glm::outerProduct(q, q);
+    right += 0.5 * f.area * glm::dot(q, q) * q;
+    square += f.area * glm::dot(q, q);
+  }
+  const double spread = square / 3;
+  if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;  // all in a plane
+  const dvec3 c = glm::inverse(normal) * right;
+  return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
+}
+
 /// How far along `direction` from p (voxels) the last point inside the field lies.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
@@ -366,6 +393,14 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     return h2 * std::accumulate(facets.begin(), facets.end(), 0.0, [](double s, const Facet& f) { return s + f.area; });
   };
   m.cut_area = area_of(fresh);
+  if (m.cut_area >= kLeastPart) {
+    dvec3 out(0);
+    for (const Facet& f : fresh) out += f.area * f.n;
+    const auto ball = fit_ball(fresh);
+    if (ball && glm::length(out) > 0) {
+      m.cup = {in.frame.to_world(ball->center), ball->radius * h, glm::normalize(out)};
+    }
+  }
 
   // Floor.
   double floor_height = 0;
@@ -464,7 +499,14 @@ CavityMeasures measure_cavity(const Preparation& preparation) {
 CavityAndIdeal measure_against_ideal(const Preparation& preparation) {
   const Given known = given(preparation);
   CavityAndIdeal both{measure(preparation, known, preparation.after), {}};
-  if (!preparation.ideal.distance.empty()) both.ideal = measure(preparation, known, preparation.ideal);
+  if (preparation.ideal.distance.empty()) return both;
+  both.ideal = measure(preparation, known, preparation.ideal);
+  if (!both.ideal->cup) return both;
+  both.ideal->cup_offset = both.ideal->cup_tilt = 0;
+  if (const auto& cup = both.result.cup) {
+    both.result.cup_offset = glm::distance(cup->center_W, both.ideal->cup->center_W);
+    both.result.cup_tilt = std::acos(std::clamp(glm::dot(cup->axis_W, both.ideal->cup->axis_W), -1.0, 1.0));
+  }
   return both;
 }
 

@@ -48,7 +48,15 @@ struct CavityMeasures {
   std::optional<double> margin_roughness;  // m rms, the margin against itself smoothed over a quarter of a millimetre
   std::optional<double> pulp_distance;     // m, from the new surface to the pulp; at most kPulpReach
   std::optional<double> pulp_exposed;      // m² of pulp laid open; absent without pulp
-  std::optional<double> kept_removed;      // m³ taken from what must not be touched; absent without such a thing
+  struct Cup {
+    dvec3 center_W{0};  // m
+    double radius = 0;  // m
+    dvec3 axis_W{0};    // unit, out of the opening: the mean of the new surface's normals
+  };
+  std::optional<Cup> cup;              // the sphere that fits the new surface best: of a reamed socket
+  std::optional<double> cup_offset;    // m, its centre from that of the ideal's
+  std::optional<double> cup_tilt;      // rad, its axis against that of the ideal's
+  std::optional<double> kept_removed;  // m³ taken from what must not be touched; absent without such a thing
 };
 
 /// Pulp farther away than this is no nearer than it must be. m

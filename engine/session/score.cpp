@@ -186,6 +186,14 @@ constexpr Measure kMeasures[] = {
      [](In in) { return of_cavity<&CavityMeasures::wall_thickness>(in, 1e3); }},
     {"margin_roughness_um", "µm", Best::kAtMost,
      [](In in) { return of_cavity<&CavityMeasures::margin_roughness>(in, 1e6); }},
+    {"cup_center_mm", "mm", Best::kAtMost, [](In in) { return of_cavity<&CavityMeasures::cup_offset>(in, 1e3); }},
+    {"cup_radius_mm", "mm", Best::kNear,
+     [](In in) -> Value {
+       if (!in.cavity || !in.cavity->cup) return std::nullopt;
+       return in.cavity->cup->radius * 1e3;
+     }},
+    {"cup_angle_deg", "°", Best::kAtMost,
+     [](In in) { return of_cavity<&CavityMeasures::cup_tilt>(in, kDegreesPerRadian); }},
     {"healthy_removed_mm3", "mm³", Best::kAtMost, [](In in) -> Value { return healthy_removed(in) * kMm3; }},
     {"gingiva_removed_mm3", "mm³", Best::kAtMost,
      [](In in) -> Value {

@@ -3,18 +3,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
 #include "haptics/bench/timing.h"
-#include "haptics/contact/packing/sphere_proxy.h"
+#include "haptics/contact/packing/packing_body.h"
+#include "haptics/contact/packing/packing_model.h"
 #include "haptics/contact/packing/sphere_tissue.h"
 #include "haptics/contact/packing/surface_estimate.h"
 #include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/lockstep.h"
 #include "haptics/solid.h"
 #include "haptics/sphere_packer.h"
 
@@ -59,6 +63,23 @@ double exact_groove(const dvec3& a, const dvec3& b, double r) {
   }
   return static_cast<double>(count) * h * h * h;
 }
+
+/// The model with a packing that is there already.
+class PackedMethod final : public ContactMethod {
+ public:
+  explicit PackedMethod(const SpherePacking& packing) : packing_(packing) { parameters_.spheres = packing.size(); }
+  std::string_view name() const override { return "packing"; }
+  std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
+    return std::make_unique<PackingModel>(settings, parameters_);
+  }
+  std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
+    return std::make_unique<PackingBody>(std::move(tissue), packing_, tools, parameters_);
+  }
+
+ private:
+  const SpherePacking& packing_;
+  Parameters parameters_;
+};
 
 class Rows {
  public:
@@ -127,7 +148,7 @@ class Rows {
 
   void direction_of_normal(const SpherePacking& packing, bool quick) {
     const SphereTissue tissue(packing, Removal::kMended);
-    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
+    const ToolSpheres tool({dvec3(0)}, {kHead});
     PerTissue density{};
     density.fill(1);
     std::vector<int> scratch(packing.size());
@@ -154,7 +175,7 @@ class Rows {
     std::vector<int> changed(packing.size());
     for (const Removal form : {Removal::kMended, Removal::kAsPrinted}) {
       SphereTissue tissue(packing, form);
-      PerTissue removed{};
+      Removed removed;
       constexpr int kSteps = 400;
       const Nanos start = thread_cpu_time();
       for (int i = 0; i < kSteps; ++i) {
@@ -163,41 +184,40 @@ class Rows {
       }
       const double ns = static_cast<double>(thread_cpu_time() - start) / kSteps;
       double sum = 0;
-      for (const double v : removed) sum += v;
+      for (const double v : removed.volume) sum += v;
       add(form == Removal::kMended ? "removal (6), a groove, mended" : "removal (6), a groove, as printed",
           sum / exact - 1, "share of the exact volume, too much", ns, "cut");
     }
   }
 
-  /// A round bur that is pressed on and drawn over the ball: the three passes of S2.
+  /// A round bur that is pressed on and drawn over the ball: whole ticks of a servo with this model.
   void ticks(const SpherePacking& packing, bool quick) {
-    const ToolSpheres tool{{dvec3(0)}, {kHead}, dvec3(0), kHead};
-    PerTissue density{};
-    density.fill(1);
-    std::vector<int> scratch(packing.size());
     const int count = quick ? 1000 : 5000;
+    ServoSettings settings;
+    settings.tool.diameter = settings.tool.length = 2 * kHead;
+    settings.spindle.free_speed = 300 * kKrpm;
+    settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;  // J/m³
+    settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
-      SphereTissue tissue(packing, Removal::kMended);
-      SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0});
-      proxy.place({dvec3(0, 0, kBall + kHead + 1e-4), {1, 0, 0, 0}});
-      PerTissue removed{};
+      LockStep steps(TissueVolume(ball_field()), settings);
       std::vector<double> run;
+      HandSample hand;
+      ServoTick tick;
+      Cut cut;
       for (int i = 0; i < count; ++i) {
-        const double angle = 0.8 * std::sin(0.002 * i);
-        const dvec3 hand =
-            (kBall + kHead - 0.5e-3) * dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle));
-        const Nanos start = thread_cpu_time();
-        proxy.follow(tissue.tree(), {hand, {1, 0, 0, 0}});
-        if (proxy.touches()) {
-          const dvec3 from = proxy.pose().p, left = hand - from;
-          const SurfaceEstimate e =
-              estimate_surface(tissue, tool, proxy.pose(), proxy.contact_point(), kDepth / 2, density, scratch);
-          const double step = cutting_step(cutting_speed(1e-3, e.normalised, 0.1), 1e-3, glm::length(left));
-          const dvec3 to = from + step * glm::normalize(left);
-          tissue.cut(from, to, kHead, scratch, {}, removed);
-          proxy.move_to({to, {1, 0, 0, 0}});
+        const double angle = 0.8 * std::sin(0.002 * i), deep = std::min(0.5e-3, 1e-6 * i);
+        hand.t = from_seconds(1e-3 * i);
+        hand.X_WT.p =
+            (kBall + kHead + 0.1e-3 - deep) * dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle));
+        hand.pedal = 1;
+        if (i == 0) {
+          steps.take_snapshot(hand.X_WT.p);
+          steps.adopt_snapshot();
         }
+        const Nanos start = thread_cpu_time();
+        const bool cuts = steps.tick_servo(hand, tick, cut);
         run.push_back(static_cast<double>(thread_cpu_time() - start));
+        if (cuts) steps.apply_cuts(cut.index);
       }
       return run;
     });
@@ -216,7 +236,7 @@ class Rows {
 std::vector<BenchRow> bench_packing(bool quick) {
   std::vector<BenchRow> rows;
   Rows measured(rows);
-  const DenseTissue field = ball_field();
+  const TissueVolume field(ball_field());
   std::vector<std::size_t> sizes = {10000, 36000};
   if (!quick) sizes.push_back(300000);
   for (const std::size_t n : sizes) {

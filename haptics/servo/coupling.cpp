@@ -88,7 +88,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur slips always; its tangential force is that of the teeth.
-  if (settings.friction && (!now.in.cuts || now.in.scrapes)) {
+  if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
     now.force += sideways;

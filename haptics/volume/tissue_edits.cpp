@@ -309,6 +309,7 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
 
 void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
   Impl& v = *impl_;
+  ++v.paints;
   v.graded = v.graded || hardness != kOwnHardness;
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
   dvec3 lo, hi;

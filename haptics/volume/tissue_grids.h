@@ -81,6 +81,7 @@ struct StrokeKept {
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
+  std::uint64_t paints = 0;          // calls of paint()
   bool graded = false;               // some voxel was given a hardness other than its tissue's own
   VoxelFrame frame;
   double band = 0;  // m

@@ -218,6 +218,10 @@ bool TissueVolume::exact_outside() const {
   return impl_->exact_outside;
 }
 
+std::uint64_t TissueVolume::paints() const {
+  return impl_->paints;
+}
+
 bool TissueVolume::graded() const {
   return impl_->graded;
 }

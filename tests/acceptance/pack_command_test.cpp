@@ -75,5 +75,128 @@ TEST_F(PackCommand, BadNumbersAndPlacesAreRefusedAndLeaveNothing) {
   }
 }
 
+TEST_F(PackCommand, AToolOfTwoHundredSpheresFromAMeshTouchesAndCutsAndAnOpenOneIsRefused) {
+  // A wedge, its edge down.
+  const std::string wedge =
+      "v -1 0 -1\nv 1 0 -1\nv -1 -0.7 1\nv 1 -0.7 1\nv -1 0.7 1\nv 1 0.7 1\n"
+      "f 1 2 4\nf 1 4 3\nf 1 5 6\nf 1 6 2\nf 3 4 6\nf 3 6 5\nf 2 6 4\n";
+  folder.write("wedge.obj", wedge + "f 1 3 5\n");
+  folder.write("open.obj", wedge);
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,3.3,1,0,0,0,1\n1,0,0,2.7,1,0,0,0,1\n");
+  const auto brand = [&](const std::string& mesh) {
+    folder.write("brand.json", R"({"name": "brand", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin",
+        "solid": {"sphere": {"radius_mm": 2}}}]}, "tool": "round_012", "spindle_krpm": 300,
+        "model": {"packing": {"spheres": 1500, "tool_spheres": 200, "tool_mesh": {"file": ")" +
+                                   mesh + R"("}}}})");
+    return folder.run("servo " + folder / "brand.json" + " --json --hand " + folder / "hand.csv" + " --out " +
+                      folder / "t.csv");
+  };
+  const auto ran = brand("wedge.obj");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "summary");
+  EXPECT_GT(json["force_max_N"].number(), 0.02);
+  EXPECT_GT(json["removed_mm3"]["dentin"].number(), 1e-4);
+  const auto refused = brand("open.obj");
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, HasSubstr("open.obj"));
+}
+
+class FitMaterial : public ::testing::Test {
+ protected:
+  /// A block that a ball of 6 mm is fed into; `more`: of the model.
+  std::string scene(const std::string& name, const std::string& size, const std::string& more = "") {
+    return folder.write(name, R"({"name": "block", "tissue": {"voxel_mm": 0.3, "solids": [
+        {"tissue": "cancellous_bone", "solid": {"box": {"size_mm": )" +
+                                  size + R"(}}}]},
+        "tool": {"shape": "sphere", "diameter_mm": 6}, "spindle_krpm": 1,
+        "coupling": {"stiffness_N_per_mm": 60}, "force_limit_N": 200, "model": {"packing": {"spheres": 800)" +
+                                  more + "}}}");
+  }
+  std::string ticks(const std::string& scene, double to_z) {
+    folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5.9,1,0,0,0,1\n2,0,0," +
+                                 std::to_string(to_z) + ",1,0,0,0,1\n");
+    const auto ran =
+        folder.run("servo " + scene + " --no-timing --hand " + folder / "hand.csv" + " --out " + folder / "ticks.csv");
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return folder / "ticks.csv";
+  }
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+};
+
+TEST_F(FitMaterial, ARecordedFeedGivesDensitiesThatTheSceneTakesAndAPlot) {
+  const std::string block = scene("scene.json", "[8, 8, 4]");
+  // The recorded block is twice as hard as the scene says.
+  const std::string hard = scene("hard.json", "[8, 8, 4]", R"(, "density": {"cancellous_bone": 0.1})");
+  const auto ran = folder.run("fit-material " + ticks(hard, 4.0) + " --scene " + block + " --json --out " +
+                              folder / "m.json" + " --plot " + folder / "fit.svg");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json json = Json::parse(ran.out, "summary");
+  EXPECT_GT(json["force_max_N"].number(), 1);
+  EXPECT_GT(json["fitted_spheres"].integer(), 5);
+  const std::vector<Json> error = json["mean_square_error_N2"].items();
+  EXPECT_LT(error.back().number(), 0.9);
+  EXPECT_LT(error.back().number(), 0.1 * error.front().number());
+  double mean = 0;
+  const Json material = Json::load(folder / "m.json");
+  for (const Json& hardness : material["hardness"].items()) mean += hardness.number();
+  EXPECT_NEAR(mean / static_cast<double>(material["hardness"].items().size()), 2, 0.5);
+  EXPECT_THAT(test::read_text(folder / "fit.svg"), AllOf(HasSubstr("<svg"), HasSubstr("polyline")));
+  EXPECT_EQ(Json::load(folder / "m.json")["sphere"].items().size(),
+            static_cast<std::size_t>(json["fitted_spheres"].integer()));
+  const std::string with = scene("with.json", "[8, 8, 4]", R"(, "material": "m.json")");
+  ticks(with, 5.0);
+  // Of another tissue, or of another packing, it is refused.
+  const auto other = folder.run("servo " + scene("other.json", "[8, 8, 5]", R"(, "material": "m.json")") + " --hand " +
+                                folder / "hand.csv" + " --out " + folder / "x.csv");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.err, AllOf(HasSubstr("m.json"), HasSubstr("tissue_hash")));
+  const auto seed = folder.run("servo " + scene("seed.json", "[8, 8, 4]", R"(, "seed": 2, "material": "m.json")") +
+                               " --hand " + folder / "hand.csv" + " --out " + folder / "x.csv");
+  EXPECT_EQ(seed.status, 2);
+  EXPECT_THAT(seed.err, AllOf(HasSubstr("m.json"), HasSubstr("seed")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
+}
+
+TEST_F(FitMaterial, ACurveWithoutContactAndAStepThatDivergesAreRefusedWithTheReasonAndLeaveNothing) {
+  const std::string block = scene("scene.json", "[8, 8, 4]");
+  const auto free =
+      folder.run("fit-material " + ticks(block, 5.5) + " --scene " + block + " --out " + folder / "m.json");
+  EXPECT_EQ(free.status, 2);
+  EXPECT_THAT(free.err, AllOf(HasSubstr("ticks.csv"), HasSubstr("contact")));
+  const auto wild =
+      folder.run("fit-material " + ticks(block, 4.0) + " --eta 1000 --scene " + block + " --out " + folder / "m.json");
+  EXPECT_EQ(wild.status, 2);
+  EXPECT_THAT(wild.err, AllOf(HasSubstr("unstable"), HasSubstr("below")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "m.json"));
+}
+
+TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
+  ASSERT_EQ(folder.run("pack " + scene() + " --spheres 300 --out " + folder / "p.h5").status, 0);
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n0.01,0,0,9,1,0,0,0,0\n");
+  folder.write("other.json", R"({"name": "other", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
+      "solid": {"sphere": {"radius_mm": 1.9}}}]}, "tool": "round_012", "model": {"packing": {"file": "p.h5"}}})");
+  const auto ran =
+      folder.run("servo " + folder / "other.json" + " --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("p.h5"), HasSubstr("tissue_hash"), HasSubstr("the tissue of this scene")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.csv"));
+}
+
+TEST_F(PackCommand, TheViewOfTheSpheresShowsThemAllAndOfAnotherModelIsRefused) {
+  const std::string look = " --view spheres --size 320x240 --out " + folder / "look";
+  const auto refused = folder.run("render " + scene() + look);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("offset"), HasSubstr("packing")));
+  folder.write("spheres.json", R"({"name": "s", "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel",
+      "solid": {"sphere": {"center_mm": [6.8, 6, 18], "radius_mm": 2}}}]}, "tool": "round_012",
+      "model": {"packing": {"spheres": 500}}})");
+  const auto ran = folder.run("render " + folder / "spheres.json" + look);
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json frame = Json::load(folder / "look/frame.json");
+  EXPECT_EQ(frame["spheres"].integer(), 500);
+  EXPECT_GT(frame["timing"]["frames_per_second"].number(), 0);
+  EXPECT_THAT(test::read_text(folder / "look/left.png"), HasSubstr("PNG"));
+}
+
 }  // namespace
 }  // namespace typodont

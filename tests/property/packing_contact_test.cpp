@@ -27,7 +27,7 @@ SphereTree plane() {
   return SphereTree(center, radius);
 }
 ToolSpheres ball_tool(double r = 0.5_mm) {
-  return {{dvec3(0)}, {r}, dvec3(0), r};
+  return ToolSpheres({dvec3(0)}, {r});
 }
 Pose at(double x, double y, double z) {
   return {dvec3(x, y, z), {1, 0, 0, 0}};

@@ -67,13 +67,13 @@ TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
   for (const Removal removal : {Removal::kAsPrinted, Removal::kMended}) {
     SphereTissue tissue(one_sphere(0.5), removal);
     std::array<int, 4> changed;
-    PerTissue removed{};
+    Removed removed;
     const dvec3 at(0, 0, plane + 0.5 - 0.01);
     ASSERT_EQ(tissue.cut(at, at, plane, changed, {}, removed), 1u);
     if (removal == Removal::kAsPrinted) {
-      EXPECT_NEAR(sum(removed) / cap, 99.67, 0.01);
+      EXPECT_NEAR(sum(removed.volume) / cap, 99.67, 0.01);
     } else {
-      EXPECT_NEAR(sum(removed) / cap, 1, 1e-3);
+      EXPECT_NEAR(sum(removed.volume) / cap, 1, 1e-3);
     }
     EXPECT_NEAR(tissue.tree().radius(0), 0.495, 1e-9);     // eq. 6: half of the overlap off the radius …
     EXPECT_NEAR(tissue.tree().center(0).z, -0.005, 1e-9);  // … and half of it away
@@ -90,7 +90,7 @@ TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachLiesWhereItWasBefore) {
     for (int i = 0; i < 200; ++i) {
       const double x = u(random), y = u(random), z = u(random);
       const dvec3 a(x, y, z), b = a + dvec3(0.2_mm, -0.1_mm, 0.3_mm);
-      PerTissue removed{};
+      Removed removed;
       tissue.cut(a, b, 0.6_mm, changed, {}, removed);
       for (int k = 0; k < 4000; ++k) {
         const auto j = static_cast<std::size_t>(k);
@@ -109,7 +109,7 @@ TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
   const SpherePacking p = ball(4000);
   SphereTissue tissue(p, Removal::kMended);
   std::vector<int> changed(4000);
-  PerTissue removed{};
+  Removed removed;
   std::uniform_real_distribution<double> u(-5.0_mm, 5.0_mm);
   for (int i = 0; i < 300; ++i) {
     const double x = u(random), y = u(random), z = u(random);
@@ -118,10 +118,10 @@ TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
   }
   const PerTissue left = tissue.volumes();
   for (std::size_t t = 0; t < kTissueCount; ++t) {
-    ASSERT_NEAR(left[t] + removed[t], p.solid_volume[t], 1e-12 * sum(p.solid_volume)) << t;
+    ASSERT_NEAR(left[t] + removed.volume[t], p.solid_volume[t], 1e-12 * sum(p.solid_volume)) << t;
   }
-  EXPECT_GT(removed[static_cast<std::size_t>(Tissue::kPulp)], 0);
-  EXPECT_GT(removed[static_cast<std::size_t>(Tissue::kDentin)], 0);
+  EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kPulp)], 0);
+  EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kDentin)], 0);
 }
 
 TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrintedMore) {
@@ -138,10 +138,10 @@ TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrin
     double taken[2];
     for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
       SphereTissue tissue(p, removal);
-      PerTissue removed{};
+      Removed removed;
       for (int k = 0; k < 400; ++k)
         tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, {}, removed);
-      taken[removal == Removal::kAsPrinted] = sum(removed);
+      taken[removal == Removal::kAsPrinted] = sum(removed.volume);
     }
     EXPECT_NEAR(taken[0] / exact, 1, 0.1) << i;
     EXPECT_GT(taken[1], taken[0]) << i;
@@ -155,12 +155,12 @@ TEST(Removal, TheSameWayInFourTimesAsManyStepsTakesTheSameVolumeWithinTwoPercent
   double taken[2];
   for (const int steps : {100, 400}) {
     SphereTissue tissue(p, Removal::kMended);
-    PerTissue removed{};
+    Removed removed;
     for (int k = 0; k < steps; ++k) {
       tissue.cut(glm::mix(a, b, static_cast<double>(k) / steps), glm::mix(a, b, static_cast<double>(k + 1) / steps),
                  0.6_mm, changed, {}, removed);
     }
-    taken[steps == 400] = sum(removed);
+    taken[steps == 400] = sum(removed.volume);
   }
   EXPECT_NEAR(taken[1] / taken[0], 1, 0.02);
 }
@@ -169,10 +169,10 @@ TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
   SphereTissue tissue(ball(4000), Removal::kMended);
   std::vector<int> changed(4000);
   const dvec3 a(-1.0_mm, 0, 4.8_mm), b(1.0_mm, 0, 4.8_mm);
-  PerTissue first{}, again{};
+  Removed first, again;
   EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
   tissue.cut(a, b, 0.6_mm, changed, {}, again);
-  EXPECT_LT(sum(again), 1e-9 * sum(first));
+  EXPECT_LT(sum(again.volume), 1e-9 * sum(first.volume));
 }
 
 TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
@@ -180,7 +180,7 @@ TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
   SphereTissue tissue(p, Removal::kMended);
   const PerTissue before = tissue.volumes();
   std::vector<int> changed(4000);
-  PerTissue removed{};
+  Removed removed;
   std::vector<CutSphere> kept;
   for (int i = 0; i < 4000; ++i) kept.push_back(tissue.sphere(i));
   const std::size_t n = tissue.cut({0, 0, 4.5_mm}, {1.0_mm, 0, 4.0_mm}, 0.6_mm, changed, {}, removed);
@@ -196,12 +196,12 @@ TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
 TEST(Removal, CutsNeverAllocate) {
   SphereTissue tissue(ball(2000), Removal::kMended);
   std::vector<int> changed(2000);
-  PerTissue removed{};
+  Removed removed;
   test::NoAlloc guard;
   for (int i = 0; i < 100; ++i)
     tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, {}, removed);
   EXPECT_EQ(guard.count(), 0u);
-  EXPECT_GT(sum(removed), 0);
+  EXPECT_GT(sum(removed.volume), 0);
 }
 
 TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {
@@ -210,7 +210,7 @@ TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {
   double before = 1;
   for (const std::size_t n : {2000u, 20000u}) {
     const SphereTissue tissue(ball(n), Removal::kMended);
-    ToolSpheres tool{{dvec3(0)}, {1.0_mm}, dvec3(0), 1.0_mm};
+    ToolSpheres tool({dvec3(0)}, {1.0_mm});
     std::vector<int> scratch(n);
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> u(-1, 1);
@@ -233,7 +233,7 @@ TEST(Surface, TheDensityIsTheMeanOfWhatIsOverlapped) {
   p.radius = {0.5_mm, 0.5_mm};
   p.tissue = {Tissue::kEnamel, Tissue::kDentin};
   const SphereTissue tissue(p, Removal::kMended);
-  const ToolSpheres tool{{dvec3(0)}, {0.5_mm}, dvec3(0), 0.5_mm};
+  const ToolSpheres tool({dvec3(0)}, {0.5_mm});
   PerTissue density{};
   density[static_cast<std::size_t>(Tissue::kEnamel)] = 1.5, density[static_cast<std::size_t>(Tissue::kDentin)] = 1;
   std::array<int, 4> scratch;

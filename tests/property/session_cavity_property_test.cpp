@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string_view>
 
 #include "engine/base/units.h"
@@ -266,6 +267,28 @@ TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
       EXPECT_LT(s.points, last - 0.05) << spoilt.rule << " by " << by << ": " << s.items.front().value;
       last = s.points;
     }
+  }
+}
+
+TEST(CavityLaws, TheCupOfABallThatWasReamedIsThatBallAndLiesOffTheIdealByWhatItWasMoved) {
+  const auto reamed = [](const dvec3& c, double r) {
+    return without([=](const dvec3& p) { return glm::distance(p, c) - r; });
+  };
+  const dvec3 wanted(kMiddle.x, kMiddle.y, kTop - 0.2e-3);
+  Preparation p = a_block();
+  p.ideal = reamed(wanted, 1.5e-3);
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> u(-0.2e-3, 0.2e-3);
+  for (int i = 0; i < 6; ++i) {
+    const double x = u(random), y = u(random), z = u(random), r = 1.4e-3 + u(random);
+    p.after = reamed(wanted + dvec3(x, y, z), r);
+    const CavityMeasures m = measure_against_ideal(p).result;
+    ASSERT_TRUE(m.cup && m.cup_offset && m.cup_tilt);
+    EXPECT_NEAR(glm::distance(m.cup->center_W, wanted + dvec3(x, y, z)), 0, 0.02e-3);
+    EXPECT_NEAR(m.cup->radius, r, 0.02e-3);
+    EXPECT_NEAR(*m.cup_offset, glm::length(dvec3(x, y, z)), 0.03e-3);
+    EXPECT_LT(*m.cup_tilt, 1.5 * kDegree);
+    EXPECT_GT(m.cup->axis_W.z, std::cos(1.5 * kDegree));
   }
 }
 

@@ -137,6 +137,12 @@ const MeasureWorsening kMeasures[] = {
     {"isthmus_mm", 1.5, [](ScoreInput& in, double v) { in.cavity->isthmus = v * 1e-3; }},
     {"wall_thickness_mm", 2, [](ScoreInput& in, double v) { in.cavity->wall_thickness = v * 1e-3; }},
     {"margin_roughness_um", 0, [](ScoreInput& in, double v) { in.cavity->margin_roughness = v * 1e-6; }},
+    {"cup_center_mm", 0, [](ScoreInput& in, double v) { in.cavity->cup_offset = v * 1e-3; }},
+    {"cup_radius_mm", 30,
+     [](ScoreInput& in, double v) {
+       in.cavity->cup = CavityMeasures::Cup{{}, v * 1e-3, {0, 0, 1}};
+     }},
+    {"cup_angle_deg", 0, [](ScoreInput& in, double v) { in.cavity->cup_tilt = v * 3.14159265358979 / 180; }},
     {"healthy_removed_mm3", 0, [](ScoreInput& in, double v) { in.after[kEnamel] = in.before[kEnamel] - v * 1e-9; }},
     {"gingiva_removed_mm3", 0, [](ScoreInput& in, double v) { in.damage->gum_volume = v * 1e-9; }},
     {"neighbour_removed_mm3", 0, [](ScoreInput& in, double v) { in.damage->neighbour_volume = v * 1e-9; }},

@@ -1,6 +1,7 @@
 // typodont render: pictures of a scene as each eye sees it, without a screen, and the matrices behind them.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -21,7 +22,9 @@
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/carver.h"
 #include "haptics/scripted_hand.h"
+#include "haptics/sphere_view.h"
 
 namespace typodont {
 
@@ -85,6 +88,34 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   } else if (options.view == "difference") {
     stage.show_as(render::View::kDifference);
   }
+}
+
+/// Green where nothing resists, white at dentin's density, red at one and a half times that (S2, Fig. 9).
+glm::vec3 density_color(double density) {
+  const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
+  const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
+  const auto above = static_cast<float>(std::clamp(2 * (density - 1), 0.0, 1.0));
+  return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
+}
+
+/// The spheres of the tissue, the farthest first: each is drawn over those behind it.
+std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
+                                               const dvec3& eye) {
+  std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
+  const auto far = [&](const haptics::ShownSphere& s) { return glm::dot(s.p_W - eye, s.p_W - eye); };
+  std::sort(spheres.begin(), spheres.end(), [&](const auto& a, const auto& b) { return far(a) > far(b); });
+  std::vector<render::Particle> particles;
+  particles.reserve(spheres.size());
+  if (spheres.empty()) return particles;
+  // What is farther away is darker, so that the shape is seen.
+  constexpr float kFarthest = 0.45f;
+  const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
+  for (const haptics::ShownSphere& s : spheres) {
+    const double depth = (std::sqrt(far(s)) - first) / std::max(last - first, 1e-9);
+    const float light = glm::mix(1.0f, kFarthest, static_cast<float>(std::sqrt(depth)));
+    particles.push_back({glm::vec3(s.p_W), static_cast<float>(s.radius), light * density_color(s.density), 1});
+  }
+  return particles;
 }
 
 ordered_json eye_json(const display::EyeView& eye) {
@@ -158,7 +189,18 @@ void run(const Options& options) {
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
-  if (session) volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
+  std::vector<render::Particle> spheres;
+  if (options.view == "spheres") {
+    const haptics::ServoSettings settings = servo_settings(scene, volume, 1000);
+    const auto carver = session ? carver_at(*session, scene, std::move(volume), from_seconds(options.at))
+                                : std::make_unique<haptics::Carver>(std::move(volume), settings);
+    spheres = sphere_particles(*carver, settings, rig.head.eye_center);
+    if (spheres.empty())
+      throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
+    volume = std::move(carver->volume());
+  } else if (session) {
+    volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
+  }
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
@@ -169,12 +211,14 @@ void run(const Options& options) {
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality));
-  std::vector<render::MeshUpdate> surface = view.update(volume);
-  if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
-  stage.show(surface, volume.frame().origin);
-  add_view(stage, options, scene, volume);
-  const render::FrameStats drawn = stage.draw(tick, {}, 0);
-  const render::FrameStats again = stage.draw(tick, {}, 0);
+  if (spheres.empty()) {
+    std::vector<render::MeshUpdate> surface = view.update(volume);
+    if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
+    stage.show(surface, volume.frame().origin);
+    add_view(stage, options, scene, volume);
+  }
+  const render::FrameStats drawn = stage.draw(tick, spheres, 0);
+  const render::FrameStats again = stage.draw(tick, spheres, 0);
 
   const auto eyes = display::eye_views(rig);
   const glm::ivec2 eye_size = display::eye_pixels(layout, rig.screen.pixels);
@@ -191,7 +235,8 @@ void run(const Options& options) {
   ordered_json skipped = ordered_json::object();
   if (!stage_options.tool) skipped["tool"] = "no --pose";
   if (!options.hud) skipped["hud"] = "no --hud";
-  skipped["particles"] = "none alive";
+  if (spheres.empty()) skipped["particles"] = "none alive";
+  if (!spheres.empty()) frame["spheres"] = spheres.size();
   if (scene.mouth_mirror.diameter == 0)
     skipped["mirror"] = "the scene has no mouth mirror";
   else if (drawn.mirror_passes == 0)
@@ -228,7 +273,7 @@ void run(const Options& options) {
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();
-  stage.draw(tick, {}, 0);
+  stage.draw(tick, spheres, 0);
   const double took = to_seconds(now() - began);
   frame["timing"] = {{"record_ms", recorded * 1e3},
                      {"gpu_ms", stage.timing().gpu * 1e3},
@@ -264,8 +309,11 @@ void add_render_command(cli::Command& app) {
       ->show_default();
   command->add_option("--pose", options->pose, "HAND.csv: draw the tool where the hand holds it");
   command->add_option("--at", options->at, "time in HAND.csv or in the session, s")->show_default();
-  command->add_option("--view", options->view, "as it looks, or for teaching: cut open, as glass, against an ideal")
-      ->check(cli::one_of({"look", "section", "xray", "difference"}))
+  command
+      ->add_option(
+          "--view", options->view,
+          "as it looks, or for teaching: cut open, as glass, against an ideal, the spheres of the model packing")
+      ->check(cli::one_of({"look", "section", "xray", "difference", "spheres"}))
       ->show_default();
   command->add_option("--plane", options->plane,
                       "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");

@@ -21,6 +21,7 @@
 #include "engine/session/hash.h"
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
+#include "haptics/carver.h"
 #include "haptics/lockstep.h"
 
 namespace typodont {
@@ -99,9 +100,10 @@ Scene scene_of(const session::SessionReader& session, int recordings) {
   return scene;
 }
 
-haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
-                                Nanos t) {
-  haptics::Carver carver(std::move(start), scene.servo);
+std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
+                                           haptics::TissueVolume start, Nanos t) {
+  auto made = std::make_unique<haptics::Carver>(std::move(start), scene.servo);
+  haptics::Carver& carver = *made;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
   for (const Cut& cut : session.cuts()) {
@@ -111,7 +113,12 @@ haptics::TissueVolume tissue_at(const session::SessionReader& session, const Sce
   }
   for (; edit != edits.end() && edit->t <= t; ++edit) repeat(carver, *edit);
   carver.end_stroke();
-  return std::move(carver.volume());
+  return made;
+}
+
+haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
+                                Nanos t) {
+  return std::move(carver_at(session, scene, std::move(start), t)->volume());
 }
 
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "engine/app/scene.h"
@@ -12,6 +13,10 @@
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
+
+namespace haptics {
+class Carver;
+}
 
 struct ReplayResult {
   bool identical = false;  // everything that a score is made of (stream_check.h), from the first tick to the last
@@ -49,6 +54,9 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
 /// changed, and where too many recordings name each other.
 Scene scene_of(const session::SessionReader& session, int recordings = 0);
 
+/// The carver of a recorded session as it stood at t: `start` with all cuts and edits made until then.
+std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
+                                           haptics::TissueVolume start, Nanos t);
 /// The tissue as it was at a moment of a session, from the tissue its scene begins with and its cuts; and as it was
 /// left.
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,

@@ -4,41 +4,151 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
+#include <map>
 #include <tuple>
 #include <utility>
 
 #include "engine/base/check.h"
 #include "engine/base/error.h"
-#include "haptics/contact/packing/sphere_field.h"
 
 namespace typodont::haptics::packing {
+
+namespace {
+
+constexpr int kBlock = 8;             // voxels along the edge of a block of the field
+constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves on between two notes of a sphere
+constexpr double kAround = 1.8;       // voxels around a sphere and its gaps: what interpolation reads
+constexpr double kGapsAround = 2;     // in radii of the largest hole: as far as the gaps beside a sphere reach
+constexpr std::size_t kMost = 50000;  // notes that wait before the field is made anew unasked
+
+const dvec3 kNowhere(std::numeric_limits<double>::infinity());
+
+/// Where the tool's ball was when it reached deepest.
+dvec3 ball_of(const CutSphere& s) {
+  return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
+}
+
+struct Before {
+  bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  }
+};
+
+const SpherePacking& checked(const SpherePacking& packing, const TissueVolume& volume, const Parameters& parameters) {
+  if (const std::uint64_t hash = volume.hash(); packing.tissue_hash != hash) {
+    throw Error(parameters.file.string(), "tissue_hash", fmt::format("{:016x}", packing.tissue_hash),
+                fmt::format("{:016x}, the tissue of this scene", hash));
+  }
+  return packing;
+}
+
+}  // namespace
 
 PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
                          const Parameters& parameters)
     : volume_(std::move(tissue)),
-      untouched_(volume_.clone()),
-      packing_(packing),
-      spheres_(packing, parameters.removal),
-      original_(packing.center, packing.radius),
-      buffers_(packing.size()) {
-  if (const std::uint64_t hash = volume_.hash(); packing.tissue_hash != hash) {
-    throw Error(parameters.file.string(), "tissue_hash", fmt::format("{:016x}", packing.tissue_hash),
-                fmt::format("{:016x}, the tissue of this scene", hash));
-  }
-  for (const Tool& tool : tools) tools_.push_back(tool_spheres(tool, parameters.tool_spheres, parameters.seed));
+      packing_(checked(packing, volume_, parameters)),
+      spheres_(packing, parameters.removal, cell_volumes(packing, SphereTree(packing.center, packing.radius), volume_)),
+      fitted_(parameters.fitted),
+      buffers_(packing.size()),
+      loose_(packing, spheres_.tree()),
+      kept_in_(packing.size(), 0),
+      last_noted_(packing.size(), kNowhere),
+      paints_(volume_.paints()) {
+  for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters));
+  read_materials();
 }
 
-void PackingBody::touch(int i) {
-  unseen_.push_back(i);
+/// Tissue and hardness of each sphere are those of the voxel at its centre as packed. The packer settles dithered
+/// borders, so a label counts only where it was painted since.
+void PackingBody::read_materials() {
+  const VoxelFrame& frame = volume_.frame();
+  const bool first = label_.empty();
+  label_.resize(packing_.size());
+  for (std::size_t i = 0; i < packing_.size(); ++i) {
+    float distance;
+    Tissue label;
+    std::uint8_t hardness = kOwnHardness;
+    volume_.copy(glm::ivec3(glm::round(frame.to_voxels(packing_.center[i]))), glm::ivec3(1), &distance, &label,
+                 &hardness);
+    if (first) label_[i] = label;
+    const double fitted = fitted_.empty() ? 1.0 : static_cast<double>(fitted_[i]);
+    const bool painted = label != label_[i] && label != Tissue::kAir;
+    spheres_.set_material(static_cast<int>(i), painted ? label : packing_.tissue[i],
+                          fitted * hardness_fraction(hardness));
+  }
+}
+
+void PackingBody::take_over_paint() {
+  if (volume_.paints() == paints_) return;
+  paints_ = volume_.paints();
+  end_stroke();
+  read_materials();
+  repainted_ = true;
+  if (volume_.strokes().done > strokes_in_field()) {  // a stroke of the brush is one that can be taken back
+    done_.push_back({{}, true});
+    undone_.clear();
+  }
+}
+
+std::size_t PackingBody::strokes_in_field() const {
+  return static_cast<std::size_t>(
+      std::count_if(done_.begin(), done_.end(), [](const Stroke& stroke) { return stroke.in_field; }));
+}
+
+/// A sphere was changed: for undo, for snapshots, for the field.
+void PackingBody::changed(int i, const CutSphere& before) {
+  const auto k = static_cast<std::size_t>(i);
+  if (in_stroke_ && kept_in_[k] != stroke_) {
+    kept_in_[k] = stroke_;
+    done_.back().kept.push_back({i, before, last_noted_[k]});
+  }
   if (remembers_) written_.push_back(i);
+  const CutSphere& now = spheres_.sphere(i);
+  // Another cut has begun: what the one before had come to.
+  if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
+  const double moved = glm::distance(ball_of(now), last_noted_[k]);
+  if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
+}
+
+void PackingBody::note(int i, const CutSphere& state) {
+  last_noted_[static_cast<std::size_t>(i)] = ball_of(state);
+  notes_.push_back({i, ball_of(state), state.tool});
+  if (notes_.size() > kMost) rasterize();
 }
 
 void PackingBody::carve(const Cut& cut, bool) {
+  take_over_paint();
+  cut_now_.clear();
   packing::carve(spheres_, tools_[cut.tool], cut.X_WA, cut.X_WB, buffers_, [&](int i, const CutSphere& before) {
-    if (in_stroke_) done_.back().changes.emplace_back(i, before);
-    touch(i);
+    changed(i, before);
+    cut_now_.push_back(i);
   });
+  take_out_pieces(cut);
+}
+
+void PackingBody::take_out_pieces(const Cut& cut) {
+  for (const std::vector<int>& piece : loose_.after_cut(spheres_, cut_now_)) {
+    LoosePiece loose{cut.index, cut.t, {}, 0, {}};
+    dvec3 lo(1e300), hi(-1e300);
+    for (const int i : piece) {
+      const CutSphere before = spheres_.sphere(i);
+      const double r = spheres_.tree().radius(i);
+      lo = glm::min(lo, before.center() - r), hi = glm::max(hi, before.center() + r);
+      loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
+      // As if a ball that covers it and the gaps beside it had taken it.
+      CutSphere gone = before;
+      gone.base = before.center(), gone.base_radius = before.radius(), gone.away = dvec3(0, 0, 1);
+      gone.tool = gone.base_radius + kGapsAround * packing_.largest_hole;
+      gone.overlap = gone.tool + gone.base_radius;
+      spheres_.set(i, gone);
+      changed(i, before);
+    }
+    loose.center_W = (lo + hi) / 2.0;
+    const dvec3 edges = hi - lo;
+    loose.radius = std::max({edges.x, edges.y, edges.z}) / 2;
+    pieces_.push_back(loose);
+  }
 }
 
 void PackingBody::fill(const Cut&) {
@@ -46,43 +156,72 @@ void PackingBody::fill(const Cut&) {
 }
 
 void PackingBody::begin_stroke() {
+  take_over_paint();
   end_stroke();
   done_.emplace_back();
   undone_.clear();
+  volume_.begin_stroke();
+  ++stroke_;
   in_stroke_ = true;
 }
 
 void PackingBody::end_stroke() {
-  if (in_stroke_ && done_.back().changes.empty()) done_.pop_back();
+  if (!in_stroke_) return;
   in_stroke_ = false;
+  rasterize();
+  volume_.end_stroke();
+  done_.back().in_field = volume_.strokes().done > strokes_in_field();
+  if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-void PackingBody::set(int i, const CutSphere& sphere) {
-  double& back = taken_back_[static_cast<std::size_t>(spheres_.tissue(i))];
-  back -= spheres_.volume(i);
-  spheres_.set(i, sphere);
-  back += spheres_.volume(i);
-  touch(i);
+/// The spheres of a stroke become what they were before it, or after it.
+void PackingBody::exchange(Stroke& stroke) {
+  for (Kept& kept : stroke.kept) {
+    const auto k = static_cast<std::size_t>(kept.sphere);
+    double& back = taken_back_[static_cast<std::size_t>(spheres_.tissue(kept.sphere))];
+    back -= spheres_.volume(kept.sphere);
+    const CutSphere now = spheres_.sphere(kept.sphere);
+    spheres_.set(kept.sphere, kept.state);
+    kept.state = now;
+    back += spheres_.volume(kept.sphere);
+    std::swap(kept.last_noted, last_noted_[k]);
+    if (remembers_) written_.push_back(kept.sphere);
+  }
+}
+
+/// After a stroke of the field was exchanged, which may have been the brush's.
+void PackingBody::take_back_paint() {
+  if (paints_ == 0) return;
+  read_materials();
+  repainted_ = true;
 }
 
 bool PackingBody::undo() {
+  take_over_paint();
   end_stroke();
   if (done_.empty()) return false;
   Stroke stroke = std::move(done_.back());
   done_.pop_back();
-  for (auto change = stroke.changes.rbegin(); change != stroke.changes.rend(); ++change) {
-    set(change->first, std::exchange(change->second, spheres_.sphere(change->first)));
+  exchange(stroke);
+  if (stroke.in_field) {
+    volume_.undo();
+    take_back_paint();
   }
   undone_.push_back(std::move(stroke));
   return true;
 }
 
 bool PackingBody::redo() {
+  take_over_paint();
   end_stroke();
   if (undone_.empty()) return false;
   Stroke stroke = std::move(undone_.back());
   undone_.pop_back();
-  for (auto& [i, sphere] : stroke.changes) set(i, std::exchange(sphere, spheres_.sphere(i)));
+  exchange(stroke);
+  if (stroke.in_field) {
+    volume_.redo();
+    take_back_paint();
+  }
   done_.push_back(std::move(stroke));
   return true;
 }
@@ -98,7 +237,9 @@ double PackingBody::travel() const {
 }
 
 void PackingBody::cut_out(Snapshot& snapshot) {
+  take_over_paint();
   static_cast<PackingSnapshot&>(snapshot).spheres = spheres_;
+  repainted_ = false;
 }
 
 void PackingBody::remember_writes(bool wanted) {
@@ -108,33 +249,58 @@ void PackingBody::remember_writes(bool wanted) {
 
 void PackingBody::bring_up_to_date(Snapshot& snapshot) {
   SphereTissue& copy = static_cast<PackingSnapshot&>(snapshot).spheres;
+  if (repainted_) {
+    copy = spheres_;
+    repainted_ = false;
+  }
   for (const int i : written_) copy.set(i, spheres_.sphere(i));
   written_.clear();
 }
 
 TissueVolume& PackingBody::rasterize() {
-  if (unseen_.empty()) return volume_;
-  // Blocks of 8³ voxels around all that changed, each made anew once.
-  constexpr int kBlock = 8;
-  const auto less = [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  };
-  std::set<glm::ivec3, decltype(less)> blocks(less);
+  if (notes_.empty()) return volume_;
   const VoxelFrame& frame = volume_.frame();
-  for (const int i : unseen_) {
-    const auto k = static_cast<std::size_t>(i);
-    const double reach = packing_.radius[k] + SphereField::kMargin * frame.voxel;
-    const auto block = [&](double side) {
-      return glm::ivec3(glm::floor(frame.to_voxels(packing_.center[k] + side * reach) / static_cast<double>(kBlock)));
-    };
-    const glm::ivec3 lo = block(-1), hi = block(1);
-    for (int x = lo.x; x <= hi.x; ++x)
-      for (int y = lo.y; y <= hi.y; ++y)
-        for (int z = lo.z; z <= hi.z; ++z) blocks.insert({x, y, z});
+  const auto box = [&](const Note& note) {
+    const auto k = static_cast<std::size_t>(note.sphere);
+    const double reach = (packing_.radius[k] + kGapsAround * packing_.largest_hole) / frame.voxel + kAround;
+    const dvec3 p_V = frame.to_voxels(packing_.center[k]);
+    return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
+  };
+  // Notes by the blocks of the field that they reach.
+  std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
+  const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
+  for (std::size_t n = 0; n < notes_.size(); ++n) {
+    const auto [lo, hi] = box(notes_[n]);
+    const glm::ivec3 first = block_of(lo), last = block_of(hi);
+    for (int x = first.x; x <= last.x; ++x)
+      for (int y = first.y; y <= last.y; ++y)
+        for (int z = first.z; z <= last.z; ++z) blocks[{x, y, z}].push_back(n);
   }
-  unseen_.clear();
-  SphereField field(packing_, spheres_, original_, untouched_);
-  for (const glm::ivec3& block : blocks) volume_.replace(field.samples(kBlock * block, glm::ivec3(kBlock)));
+  RasterBlock block{{}, glm::ivec3(kBlock), std::vector<float>(kBlock * kBlock * kBlock)};
+  for (const auto& [at, numbers] : blocks) {
+    block.lo = kBlock * at;
+    volume_.copy(block.lo, block.size, block.distance.data(), nullptr);
+    bool raised = false;
+    for (const std::size_t n : numbers) {
+      const Note& note = notes_[n];
+      const auto [box_lo, box_hi] = box(note);
+      const glm::ivec3 lo = glm::max(box_lo, block.lo) - block.lo,
+                       hi = glm::min(box_hi, block.lo + kBlock - 1) - block.lo;
+      const glm::vec3 from(frame.to_voxels(note.p_W) - dvec3(block.lo));
+      const auto r = static_cast<float>(note.r / frame.voxel);
+      for (int x = lo.x; x <= hi.x; ++x) {
+        for (int y = lo.y; y <= hi.y; ++y) {
+          float* row = block.distance.data() + (x * kBlock + y) * kBlock;
+          for (int z = lo.z; z <= hi.z; ++z) {
+            const float depth = r - glm::distance(glm::vec3(x, y, z), from);
+            if (depth > row[z]) row[z] = depth, raised = true;
+          }
+        }
+      }
+    }
+    if (raised) volume_.replace(block);
+  }
+  notes_.clear();
   return volume_;
 }
 

@@ -13,6 +13,12 @@
 namespace typodont::haptics::packing {
 
 /// Servo thread. Pass 1, first contact: constrain(). Passes 2 and 3, the material there and its removal: cut().
+///
+/// The cutting speed of eq. 4, v_d = v_b / ρ, follows from the energy that the servo has earned: removing the volume dV
+/// of tissue with the specific energy u costs u dV, a head with the contact area A that goes on at v_d costs A u v_d,
+/// and the motor gives the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's
+/// `earn` has Preston's law for P). So v_b = P / (A u_dentin) with ρ over dentin's. A is not estimated: cut() finds the
+/// step whose removal costs what has been earned.
 class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a tool that fills or has parts that never cut: spheres only shrink.
@@ -43,9 +49,16 @@ class PackingModel final : public ContactModel {
   SphereProxy& proxy() noexcept { return proxies_[tool_]; }
   const SphereProxy& proxy() const noexcept { return proxies_[tool_]; }
   bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
+  void take_tissue_from_contacts() noexcept;
+  void set_friction(const ContactInput& in) noexcept;
+  void find_near(const Pose& from, const Pose& to) noexcept;
+  double cost(const Pose& from, const Pose& to) const noexcept;
+  double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;
 
   const ServoSettings& settings_;
   Parameters parameters_;
+  PerTissue density_{};  // over dentin's
+  PerTissue energy_{};   // J/m³, specific cutting energy by these densities
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;  // one a tool
   std::uint32_t tool_ = 0;
@@ -53,7 +66,11 @@ class PackingModel final : public ContactModel {
   dvec3 held_{0};  // m, where the servo was told that the tool is
   SurfaceEstimate surface_;
   CutBuffers buffers_;
-  std::vector<Made> made_;  // by index modulo kRemembered
+  std::vector<int> near_;              // spheres near the way of a cut, for one sphere of the head after the other
+  std::vector<std::size_t> near_end_;  // where those of each sphere of the head end
+  double price_ = 0;                   // J that the whole way would cost by the price of the last step; 0: not known
+  double last_way_ = 0;                // m, the whole way in the last cut
+  std::vector<Made> made_;             // by index modulo kRemembered
   std::uint64_t cuts_ = 0;
 };
 

@@ -8,41 +8,99 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kSweeps = 24;            // a tick; what is left of the way then waits for the next
+constexpr int kStuck = 8;              // sweeps on end without progress that end a tick: in a bed of many spheres
 constexpr int kRounds = 60;            // of the projection
 constexpr double kSettled = 1e-12;     // m, of the projection
 constexpr double kArrived = 1e-10;     // m
 constexpr double kLargestTurn = 0.02;  // rad at once: a chord then leaves its arc by 5e-5 of the reach
+constexpr double kLook = 2e-3;         // m, how far a sphere of the tool looks around itself
+constexpr double kNear = 20e-6;        // m of room below which it is not looked for again …
+constexpr int kNotAgain = 8;           // … for so many sweeps
+constexpr double kKept = 0.999;        // of the room found: more than rounding takes
 
-dvec3 rotation_vector(const dquat& q) {
+}  // namespace
+
+dvec3 SphereProxy::turn_between(const dquat& from, const dquat& to) noexcept {
+  const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
   const double s = glm::length(v);
   if (s < 1e-15) return dvec3(0);
   return v * (2 * std::atan2(s, std::abs(q.w)) / s * (q.w < 0 ? -1 : 1));
 }
-dquat rotation_by(const dvec3& v) {
+
+dquat SphereProxy::turned_by(const dvec3& v) noexcept {
   const double angle = glm::length(v);
   if (angle < 1e-15) return {1, 0, 0, 0};
   const dvec3 s = v * (std::sin(0.5 * angle) / angle);
   return {std::cos(0.5 * angle), s.x, s.y, s.z};
 }
 
-}  // namespace
-
 SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
-    : tool_(tool), options_(options), lever_(std::max(tool.reach, 1e-6)) {}
+    : tool_(tool),
+      options_(options),
+      lever_(std::max(tool.reach, 1e-6)),
+      free_(tool.size(), 0.0),
+      ask_next_(tool.size(), 0) {}
 
 void SphereProxy::place(const Pose& X_W) noexcept {
   X_W_ = X_WH_ = X_W;
   count_ = 0, pushed_ = 0, n_W_ = dvec3(0), sticks_ = false;
+  forget_free();
 }
 
-/// The motion nearest to the wanted one that no constraint forbids: min |δ - move|² + |lever (φ - turn)|².
-void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn) noexcept {
+void SphereProxy::forget_free() noexcept {
+  std::fill(free_.begin(), free_.end(), 0.0);
+  std::fill(ask_next_.begin(), ask_next_.end(), 0);
+}
+
+void SphereProxy::move_to(const Pose& X_W) noexcept {
+  for (std::size_t i = 0; i < tool_.size(); ++i) {
+    if (free_[i] > 0) free_[i] -= glm::distance(X_W_ * tool_.center_T[i], X_W * tool_.center_T[i]);
+  }
+  X_W_ = X_W;
+}
+
+/// What a sphere of the tool first touches on its way; most spheres are known to be free for longer than that.
+SphereTree::Hit SphereProxy::first_hit(const SphereTree& tree, std::size_t i, const dvec3& from,
+                                       const dvec3& m) noexcept {
+  const double way2 = glm::dot(m, m);
+  if (free_[i] > 0 && way2 < free_[i] * free_[i]) return {};
+  if (ask_next_[i]-- <= 0) {
+    free_[i] = kKept * (tree.room(from, kLook + tool_.radius[i]) - tool_.radius[i]);
+    ask_next_[i] = free_[i] < kNear ? kNotAgain : 0;
+    if (free_[i] > 0 && way2 < free_[i] * free_[i]) return {};
+  }
+  return tree.first_hit(from, tool_.radius[i], m);
+}
+
+double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept {
+  if (tool_.head == tool_.size()) return 1;
+  dvec3 by, turned;
+  project(move, turn, by, turned, tool_.head);
+  move = by, turn = turned;
+  const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
+  double first = 1;
+  for (std::size_t i = tool_.head; i < tool_.size(); ++i) {
+    const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
+    if (const SphereTree::Hit hit = first_hit(tree, i, from, m); hit && hit.t < first) {
+      const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
+      const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+      first = nearing > 0 ? std::max(0.0, hit.t - kGap / nearing) : 0;
+    }
+  }
+  return first;
+}
+
+/// The motion nearest to the wanted one that no constraint of the tool's spheres from `first_sphere` on forbids:
+/// min |δ - move|² + |lever (φ - turn)|².
+void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
+                          std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
   for (std::size_t k = 0; k < count_; ++k) constraints_[k].multiplier = 0;
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
     for (std::size_t k = 0; k < count_; ++k) {
+      if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
       Constraint& c = constraints_[k];
       const dvec3 turned = c.turn / (lever_ * lever_);
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
@@ -96,9 +154,9 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
   }
 
   bool slid = false;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
-    const dvec3 turn = rotation_vector(X_WH.R * glm::conjugate(X_W_.R));
+    const dvec3 turn = turn_between(X_W_.R, X_WH.R);
     dvec3 by, turned;
     project(move, turn, by, turned);
 
@@ -121,12 +179,12 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
     const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
-    const Pose goal{X_W_.p + by, glm::normalize(rotation_by(turned) * X_W_.R)};
+    const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
     double first = kNever, back = 0;
     int tool_sphere = -1, sphere = -1;
     for (std::size_t i = 0; i < tool_.radius.size(); ++i) {
       const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
-      const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], m);
+      const SphereTree::Hit hit = first_hit(tree, i, from, m);
       if (!hit || hit.t >= first) continue;
       first = hit.t, tool_sphere = static_cast<int>(i), sphere = hit.sphere;
       const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
@@ -134,10 +192,11 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
       back = nearing > 0 ? kGap / nearing : 1;
     }
     const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first - back);
+    stuck = reached > 0 ? 0 : stuck + 1;
     if (reached >= 1) {
-      X_W_ = goal;
+      move_to(goal);
     } else if (reached > 0) {
-      X_W_ = {X_W_.p + reached * by, glm::normalize(rotation_by(reached * turned) * X_W_.R)};
+      move_to({X_W_.p + reached * by, glm::normalize(turned_by(reached * turned) * X_W_.R)});
     }
     for (std::size_t k = 0; k < count_; ++k) {
       Constraint& c = constraints_[k];
@@ -153,7 +212,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
 
   // What holds the proxy where it is now.
   dvec3 by, turned;
-  project(X_WH.p - X_W_.p, rotation_vector(X_WH.R * glm::conjugate(X_W_.R)), by, turned);
+  project(X_WH.p - X_W_.p, turn_between(X_W_.R, X_WH.R), by, turned);
   pushed_ = 0, n_W_ = dvec3(0);
   for (std::size_t k = 0; k < count_; ++k) {
     contacts_[k].push = constraints_[k].multiplier;

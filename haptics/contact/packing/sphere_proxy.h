@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <vector>
 
 #include "haptics/contact/packing/sphere_tree.h"
 #include "haptics/contact/packing/tool_spheres.h"
@@ -36,7 +37,17 @@ class SphereProxy {
   /// Puts the proxy there, whatever lies there. Spheres that overlap it let it out, but no deeper.
   void place(const Pose& X_W) noexcept;
   /// Moves it without looking, where a cut has just made room.
-  void move_to(const Pose& X_W) noexcept { X_W_ = X_W; }
+  void move_to(const Pose& X_W) noexcept;
+  /// μ_s and μ_d of eq. 13 from now on: of the tissue that is touched.
+  void set_friction(double static_friction, double dynamic_friction) noexcept {
+    options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
+  }
+  /// Spheres may have grown or come back: what was known to be free no longer is.
+  void forget_free() noexcept;
+
+  /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
+  /// touch, and how much of it they can go, 0 to 1.
+  double smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept;
   /// One tick: as near to the hand as the spheres allow.
   void follow(const SphereTree& tree, const Pose& X_WH) noexcept;
 
@@ -56,6 +67,10 @@ class SphereProxy {
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
+  /// What stands between two poses: a rotation vector, rad.
+  static dvec3 turn_between(const dquat& from, const dquat& to) noexcept;
+  static dquat turned_by(const dvec3& turn) noexcept;
+
   static constexpr std::size_t kMostContacts = 12;
   static constexpr double kGap = 1e-7;  // m that is left between proxy and sphere
 
@@ -65,7 +80,10 @@ class SphereProxy {
     double gap = 0;       // m
     double multiplier = 0;
   };
-  void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn) noexcept;
+  void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
+               std::size_t first_sphere = 0) noexcept;
+  SphereTree::Hit first_hit(const SphereTree& tree, std::size_t tool_sphere, const dvec3& from,
+                            const dvec3& m) noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 
   ToolSpheres tool_;
@@ -75,7 +93,9 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  double pushed_ = 0;  // m, sum of the pushes
+  std::vector<double> free_;   // m that each of the tool's spheres may certainly move before it touches anything
+  std::vector<int> ask_next_;  // looks until that is worth finding out again
+  double pushed_ = 0;          // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

@@ -1,6 +1,7 @@
 #include "haptics/contact/packing/sphere_tissue.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace typodont::haptics::packing {
@@ -19,27 +20,33 @@ double ball_volume(double r) {
 
 }  // namespace
 
-SphereTissue::SphereTissue(const SpherePacking& packing, Removal removal)
-    : removal_(removal), tissue_(packing.tissue), tree_(packing.center, packing.radius) {
+SphereTissue::SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell)
+    : removal_(removal),
+      tissue_(packing.tissue),
+      hardness_(packing.size(), 1.0f),
+      tree_(packing.center, packing.radius) {
+  const PerTissue filled = packing.sphere_volume();
   spheres_.reserve(packing.size());
   for (std::size_t i = 0; i < packing.size(); ++i) {
-    spheres_.push_back({packing.center[i], packing.radius[i], ball_volume(packing.radius[i]), {}, 0, 0});
+    const auto t = static_cast<std::size_t>(packing.tissue[i]);
+    const double volume = cell.empty() ? ball_volume(packing.radius[i]) * packing.solid_volume[t] / filled[t] : cell[i];
+    spheres_.push_back({packing.center[i], packing.radius[i], volume, {}, 0, 0});
   }
-  const PerTissue filled = packing.sphere_volume();
-  for (std::size_t t = 0; t < kTissueCount; ++t) share_[t] = filled[t] > 0 ? packing.solid_volume[t] / filled[t] : 0;
 }
 
-/// m³ that a bare sphere still counts for.
+void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept {
+  tissue_[static_cast<std::size_t>(i)] = tissue;
+  hardness_[static_cast<std::size_t>(i)] = static_cast<float>(hardness);
+  graded_ = graded_ || hardness != 1;
+}
+
+/// m³ that a sphere and its share of the gaps still count for.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (!(s.radius() > kLeast * s.base_radius)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
   const double base = ball_volume(s.base_radius);
   if (removal_ == Removal::kAsPrinted) return s.base_volume * ball_volume(s.radius()) / base;
   return s.base_volume * (1 - lens_volume(s.tool, s.base_radius, s.tool + s.base_radius - s.overlap) / base);
-}
-
-double SphereTissue::volume(int i) const noexcept {
-  return counted(sphere(i)) * share_[static_cast<std::size_t>(tissue(i))];
 }
 
 PerTissue SphereTissue::volumes() const noexcept {
@@ -50,8 +57,30 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
+/// Makes `s` what a ball of radius `r` leaves of it on its way from a to b; false where that is all of it.
+bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
+  dvec3 away;
+  const auto overlap_of = [&](const dvec3& center, double radius) {
+    const dvec3 off = center - nearest_on(a, b, center);
+    const double distance = glm::length(off);
+    away = distance > 0 ? off / distance : dvec3(0, 0, 1);
+    return r + radius - distance;
+  };
+  double overlap = overlap_of(s.base, s.base_radius);
+  if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
+    // Another cut: the sphere as it is now is what it begins with.
+    s = {s.center(), s.radius(), counted(s), {}, 0, 0};
+    overlap = overlap_of(s.base, s.base_radius);
+  }
+  if (!(overlap > kTouching)) return false;
+  s.overlap = std::min(overlap, 2 * s.base_radius);
+  s.away = away;
+  s.tool = r;
+  return true;
+}
+
 std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed,
-                              std::span<CutSphere> before, PerTissue& removed) noexcept {
+                              std::span<CutSphere> before, Removed& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found; ++k) {
@@ -59,34 +88,68 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
     CutSphere s = sphere(i);
     const CutSphere was = s;
     const double volume_before = volume(i);
-    dvec3 away;
-    const auto overlap_of = [&](const dvec3& center, double radius) {
-      const dvec3 off = center - nearest_on(a, b, center);
-      const double distance = glm::length(off);
-      away = distance > 0 ? off / distance : dvec3(0, 0, 1);
-      return r + radius - distance;
-    };
-    double overlap = overlap_of(s.base, s.base_radius);
-    if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-      // Another cut: the sphere as it is now is what it begins with.
-      s = {s.center(), s.radius(), counted(s), {}, 0, 0};
-      overlap = overlap_of(s.base, s.base_radius);
-    }
-    if (!(overlap > kTouching)) continue;
-    s.overlap = std::min(overlap, 2 * s.base_radius);
-    s.away = away;
-    s.tool = r;
+    if (!after_cut(s, a, b, r)) continue;
     set(i, s);
-    removed[static_cast<std::size_t>(tissue(i))] += volume_before - volume(i);
+    const double taken = volume_before - volume(i);
+    const auto t = static_cast<std::size_t>(tissue(i));
+    removed.volume[t] += taken;
+    removed.hardened[t] += taken * hardness(i);
     if (kept < before.size()) before[kept] = was;
     changed[kept++] = i;
   }
   return kept;
 }
 
+double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+                          const PerTissue& weight) const noexcept {
+  double sum = 0;
+  for (const int i : near) {
+    CutSphere s = sphere(i);
+    const double before = counted(s);
+    if (!after_cut(s, a, b, r)) continue;
+    sum += (before - counted(s)) * hardness(i) * weight[static_cast<std::size_t>(tissue(i))];
+  }
+  return sum;
+}
+
 void SphereTissue::set(int i, const CutSphere& s) noexcept {
   spheres_[static_cast<std::size_t>(i)] = s;
   tree_.set(i, s.center(), s.radius() > kLeast * s.base_radius ? s.radius() : 0);
+}
+
+std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue) {
+  std::vector<double> cell(packing.size(), 0.0);
+  glm::ivec3 lo, hi;
+  tissue.bounds(lo, hi);
+  constexpr int kBlock = 8;
+  const double h = tissue.frame().voxel;
+  std::array<float, kBlock * kBlock * kBlock> distance;
+  for (int x0 = lo.x; x0 <= hi.x; x0 += kBlock) {
+    for (int y0 = lo.y; y0 <= hi.y; y0 += kBlock) {
+      for (int z0 = lo.z; z0 <= hi.z; z0 += kBlock) {
+        tissue.copy({x0, y0, z0}, glm::ivec3(kBlock), distance.data(), nullptr);
+        for (int k = 0; k < kBlock * kBlock * kBlock; ++k) {
+          const double share = std::clamp(0.5 - static_cast<double>(distance[static_cast<std::size_t>(k)]), 0.0, 1.0);
+          if (!(share > 0)) continue;
+          const glm::ivec3 v(x0 + k / (kBlock * kBlock), y0 + k / kBlock % kBlock, z0 + k % kBlock);
+          if (const int i = tree.nearest(tissue.frame().to_world(dvec3(v))); i >= 0) {
+            cell[static_cast<std::size_t>(i)] += share * h * h * h;
+          }
+        }
+      }
+    }
+  }
+  // A sphere smaller than a voxel may have no voxel: it keeps its own volume at least. Then each tissue has its volume.
+  PerTissue sum{};
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));
+    sum[static_cast<std::size_t>(packing.tissue[i])] += cell[i];
+  }
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    const auto t = static_cast<std::size_t>(packing.tissue[i]);
+    cell[i] *= packing.solid_volume[t] / sum[t];
+  }
+  return cell;
 }
 
 }  // namespace typodont::haptics::packing

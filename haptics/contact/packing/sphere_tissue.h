@@ -7,6 +7,7 @@
 
 #include "engine/contract/sphere_packing.h"
 #include "haptics/contact/packing/sphere_tree.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont::haptics::packing {
 
@@ -31,42 +32,74 @@ struct CutSphere {
   dvec3 center() const { return base + 0.5 * overlap * away; }
 };
 
+/// What a cut took.
+struct Removed {
+  PerTissue volume{};    // m³
+  PerTissue hardened{};  // m³ times hardness: what the cut costs, over the specific energy of each tissue
+
+  Removed& operator+=(const Removed& other) noexcept {
+    for (std::size_t t = 0; t < volume.size(); ++t) volume[t] += other.volume[t], hardened[t] += other.hardened[t];
+    return *this;
+  }
+};
+
 /// One thread at a time. Built at set-up; cut() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  SphereTissue(const SpherePacking& packing, Removal removal);
+  /// `cell`: m³ of tissue that each sphere stands for, see cell_volumes(); empty: its own volume times a factor per
+  /// tissue, so that all spheres of a tissue have that tissue's volume.
+  SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return spheres_.size(); }
   const SphereTree& tree() const { return tree_; }
   Tissue tissue(int i) const noexcept { return tissue_[static_cast<std::size_t>(i)]; }
   const CutSphere& sphere(int i) const noexcept { return spheres_[static_cast<std::size_t>(i)]; }
-  /// m³ that a sphere stands for: its own volume and its share of the gaps around it, so that all spheres of a tissue
-  /// have that tissue's volume.
-  double volume(int i) const noexcept;
+  /// How hard the tissue of a sphere is, over its tissue's own hardness (hardness.h); above 1 where a density was
+  /// fitted to a measurement (eq. 14).
+  double hardness(int i) const noexcept { return hardness_[static_cast<std::size_t>(i)]; }
+  /// Whether any sphere's hardness is not 1.
+  bool graded() const { return graded_; }
+  /// At set-up, or after the tissue was painted.
+  void set_material(int i, Tissue tissue, double hardness) noexcept;
+  /// m³ that a sphere stands for: its own volume and its share of the gaps around it.
+  double volume(int i) const noexcept { return counted(sphere(i)); }
+  /// The same of a sphere of this tissue as it was at another time.
+  double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Of all that is left, m³.
   PerTissue volumes() const noexcept;
 
   /// Takes away what a ball of radius `r` covers on its way from a to b (S2, eq. 6). Writes the numbers of the spheres
-  /// that changed to the front of `changed`, as they were before to that of `before` (which may be empty), and adds the
-  /// volume to `removed`, m³. Returns how many changed. `changed` must hold all spheres that the way of the ball can
-  /// touch; those that do not fit stay as they are.
+  /// that changed to the front of `changed`, as they were before to that of `before` (which may be empty), and adds
+  /// what was taken to `removed`. Returns how many changed. `changed` must hold all spheres that the way of the ball
+  /// can touch; those that do not fit stay as they are.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
-                  PerTissue& removed) noexcept;
+                  Removed& removed) noexcept;
+  /// Sum over `near` of what cut() would take from each, m³ times hardness times `weight` of its tissue.
+  double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
+              const PerTissue& weight) const noexcept;
   /// Puts a sphere back as it was at another time.
   void set(int i, const CutSphere& sphere) noexcept;
 
   /// Of spheres and tree.
-  std::size_t bytes() const { return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue)) + tree_.bytes(); }
+  std::size_t bytes() const {
+    return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes();
+  }
 
  private:
   double counted(const CutSphere& s) const noexcept;
+  bool after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept;
 
   Removal removal_;
   std::vector<CutSphere> spheres_;
   std::vector<Tissue> tissue_;
-  PerTissue share_{};  // by which a sphere's own volume counts: solid over spheres
+  std::vector<float> hardness_;
+  bool graded_ = false;
   SphereTree tree_;
 };
+
+/// m³ of tissue that belongs to each sphere: every voxel's tissue counts for the nearest sphere, so each cell holds the
+/// sphere and the gaps around it. The cells of a tissue's spheres have that tissue's volume (packing.solid_volume).
+std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

@@ -26,6 +26,34 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
+/// Squares of the distances from a point to the children's boxes; infinite where there is nothing in one.
+TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
+  far2 = F8{};
+  for (int a = 0; a < 3; ++a) {
+    const F8 below = *reinterpret_cast<const F8*>(node.lo[a]) - from[a],
+             above = F8{} + from[a] - *reinterpret_cast<const F8*>(node.hi[a]);
+    const F8 off = below > above ? below : above, out = off > F8{} ? off : F8{};
+    far2 += out * out;
+  }
+}
+
+/// Which children come that near to a point.
+TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
+  F8 far2;
+  far_squared(node, from, far2);
+  return bits_of(far2 <= F8{} + reach * reach);
+}
+
+/// A ball around all of a sphere's way: what is farther away than `reach` is not touched. A box around a large sphere
+/// would leave out far less.
+struct Around {
+  glm::vec3 middle;
+  float reach;
+  Around(const dvec3& a, const dvec3& m, double r) : middle(a + 0.5 * m) {
+    reach = static_cast<float>(r + 0.5 * glm::length(m));
+  }
+};
+
 /// Which children a moving box may touch before `until`; `enter`: when at the earliest.
 struct Ray {
   F8 origin[3], inverse[3];
@@ -171,6 +199,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   // What single precision loses: of places, and of the time it takes to get there.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
+  const Around around(from, m, static_cast<double>(ray.reach));
   struct Entry {
     float enter;
     std::uint32_t level, index;
@@ -194,7 +223,9 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
       continue;
     }
     F8 enter;
-    unsigned hit = children_hit(nodes_[level_[at.level - 1] + at.index], ray, until, enter);
+    const Node& node = nodes_[level_[at.level - 1] + at.index];
+    unsigned hit = children_hit(node, ray, until, enter);
+    if (hit) hit &= children_within(node, around.middle, around.reach);
     // The nearest child on top of the stack.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
@@ -211,7 +242,9 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<int> found) const noexcept {
-  const glm::vec3 lo(glm::min(a, b) - origin_ - reach - slack_), hi(glm::max(a, b) - origin_ + reach + slack_);
+  // What single precision loses of places is in the reach.
+  const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
+  const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
   std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
   std::size_t depth = 0;
@@ -232,12 +265,7 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
       continue;
     }
     const Node& node = nodes_[level_[level - 1] + index];
-    I8 in = F8{} == F8{};
-    for (int axis = 0; axis < 3; ++axis) {
-      in &= *reinterpret_cast<const F8*>(node.lo[axis]) <= F8{} + hi[axis];
-      in &= *reinterpret_cast<const F8*>(node.hi[axis]) >= F8{} + lo[axis];
-    }
-    for (unsigned bits = bits_of(in); bits; bits &= bits - 1) {
+    for (unsigned bits = children_within(node, around.middle, around.reach); bits; bits &= bits - 1) {
       stack[depth++] = {level - 1,
                         index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
     }
@@ -245,35 +273,60 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-double SphereTree::room(const dvec3& p, double most) const noexcept {
+/// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`, which the
+/// visit may lower.
+template <class Visit>
+void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
-  std::array<std::pair<std::uint32_t, std::uint32_t>, kDeepest*(kWide - 1) + 1> stack;
+  struct Entry {
+    float far2;
+    std::uint32_t level, index;
+  };
+  std::array<Entry, kDeepest*(kWide - 1) + 1> stack;
   std::size_t depth = 0;
-  stack[depth++] = {static_cast<std::uint32_t>(level_.size()), 0};
+  stack[depth++] = {0, static_cast<std::uint32_t>(level_.size()), 0};
+  const auto reach2 = [&] {
+    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
+    return reach * reach;
+  };
   while (depth > 0) {
-    const auto [level, index] = stack[--depth];
+    const auto [entered, level, index] = stack[--depth];
+    if (entered > reach2()) continue;
     if (level == 0) {
       const Leaf& leaf = leaves_[index];
       for (std::size_t k = 0; k < kWide; ++k) {
-        if (leaf.r[k] > 0) most = std::min(most, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+        if (leaf.r[k] > 0) {
+          visit(index * kWide + k, glm::distance(p, dvec3(leaf.x[k], leaf.y[k], leaf.z[k])) - leaf.r[k]);
+        }
       }
       continue;
     }
-    const Node& node = nodes_[level_[level - 1] + index];
-    F8 far2{};
-    for (int a = 0; a < 3; ++a) {
-      const F8 below = *reinterpret_cast<const F8*>(node.lo[a]) - from[a],
-               above = F8{} + from[a] - *reinterpret_cast<const F8*>(node.hi[a]);
-      const F8 off = below > above ? below : above, out = off > F8{} ? off : F8{};
-      far2 += out * out;
-    }
-    const auto reach = static_cast<float>(std::max(most, 0.0) + slack_);
-    for (unsigned bits = bits_of(far2 <= F8{} + reach * reach); bits; bits &= bits - 1) {
-      stack[depth++] = {level - 1,
-                        index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(std::countr_zero(bits))};
+    F8 far2;
+    far_squared(nodes_[level_[level - 1] + index], from, far2);
+    // The nearest child on top of the stack.
+    const std::size_t first = depth;
+    for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
+      const int k = std::countr_zero(bits);
+      const Entry entry{far2[k], level - 1, index * static_cast<std::uint32_t>(kWide) + static_cast<std::uint32_t>(k)};
+      std::size_t place = depth++;
+      for (; place > first && stack[place - 1].far2 < entry.far2; --place) stack[place] = stack[place - 1];
+      stack[place] = entry;
     }
   }
+}
+
+double SphereTree::room(const dvec3& p, double most) const noexcept {
+  visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
   return most;
+}
+
+int SphereTree::nearest(const dvec3& p) const noexcept {
+  double most = 1e15;
+  int best = -1;
+  visit_nearest(p, most, [&](std::size_t slot, double off) {
+    if (off < most) most = off, best = id_of_[slot];
+  });
+  return best;
 }
 
 }  // namespace typodont::haptics::packing

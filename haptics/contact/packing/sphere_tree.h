@@ -50,6 +50,10 @@ class SphereTree {
   /// How far a point may move before it can be in a sphere: at most `most`, negative inside. m.
   double room(const dvec3& p, double most) const noexcept;
 
+  /// The sphere whose surface is nearest to a point, -1 where all have vanished; of several the one found first in the
+  /// tree's order.
+  int nearest(const dvec3& p) const noexcept;
+
   std::size_t bytes() const {
     return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * slot_of_.size() * sizeof(int);
   }
@@ -66,6 +70,8 @@ class SphereTree {
   };
 
  private:
+  template <class Visit>
+  void visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept;
   void order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk);
   void mend(std::size_t leaf) noexcept;
 

@@ -10,7 +10,7 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
   SurfaceEstimate e;
   dvec3 sum(0);
   double weighted = 0;  // m³
-  for (std::size_t t = 0; t < tool.radius.size(); ++t) {
+  for (std::size_t t = 0; t < tool.head; ++t) {
     const dvec3 c = X_WP * tool.center_T[t];
     if (glm::distance(c, p_WC) - tool.radius[t] > epsilon) continue;
     const double r = tool.radius[t] + epsilon;
@@ -20,15 +20,20 @@ SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& 
       const auto label = static_cast<std::size_t>(tissue.tissue(i));
       const dvec3 off = c - tissue.tree().center(i);
       const double d = glm::length(off), v = lens_volume(r, tissue.tree().radius(i), d);
-      if (d > 0) sum += off / d * v * density[label];
+      const double rho = density[label] * tissue.hardness(i);
+      if (d > 0) sum += off / d * v * rho;
       e.share[label] += v;
+      e.hardness[label] += v * tissue.hardness(i);
       e.volume += v;
-      weighted += v * density[label];
+      weighted += v * rho;
     }
   }
   if (const double length = glm::length(sum); length > 0) e.n_W = sum / length;
   if (e.volume > 0) {
-    for (double& share : e.share) share /= e.volume;
+    for (std::size_t t = 0; t < kTissueCount; ++t) {
+      if (e.share[t] > 0) e.hardness[t] /= e.share[t];
+      e.share[t] /= e.volume;
+    }
     e.normalised = weighted / e.volume;
     e.density = weighted / kCubicMillimetre;
   }

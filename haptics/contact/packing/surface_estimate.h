@@ -14,11 +14,12 @@ struct SurfaceEstimate {
   double density = 0;     // ρ of eq. 3 with the volume in mm³: more contact cuts slower, as a reamer does
   double normalised = 0;  // ρ̂ of eq. 3: of the material alone, as for a drill
   PerTissue share{};      // of the volume; sums to 1
+  PerTissue hardness{};   // mean of each tissue's spheres, SphereTissue::hardness()
 };
 
-/// Of all tool spheres that reach within `epsilon` of the contact and the tissue that they would overlap if they were
-/// larger by that (eq. 2, 3). `density` per tissue, 0 for what gives no resistance. `scratch`: room for the numbers of
-/// the spheres near one tool sphere.
+/// Of the head's spheres that reach within `epsilon` of the contact and the tissue that they would overlap if they were
+/// larger by that (eq. 2, 3). `density` per tissue, 0 for what gives no resistance; a sphere's hardness scales it.
+/// `scratch`: room for the numbers of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;

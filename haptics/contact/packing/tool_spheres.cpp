@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "haptics/sphere_packer.h"
@@ -11,6 +12,20 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr double kSamples = 48;  // of the field, along the longest side of the tool
+// Distance of the spheres of a chain, over their radius: the notch between two is 2 % of the radius deep.
+constexpr double kChainStep = 0.4;
+
+/// Inscribed spheres along the axis of a part that never cuts.
+void add_chain(const SmoothPart& part, ToolSpheres& to) {
+  const double half = part.shape.half();
+  const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
+  const double least = 0.1 * part.shape.radius();
+  for (double z = -half + least; z <= half - least;) {
+    const double r = room(z);
+    to.add_smooth(dvec3(0, 0, part.z + z), r);
+    z += std::max(kChainStep * r, 0.5 * least);
+  }
+}
 
 template <class Distance>
 ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::uint64_t seed, Distance&& distance) {
@@ -36,24 +51,39 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   options.max_radius = field.band;  // large spheres are no loss: nothing cuts a tool
   const SpherePacking packing = pack_spheres(field, options);
 
-  ToolSpheres result{packing.center, packing.radius, dvec3(0), 0};
-  double volume = 0;
-  for (std::size_t i = 0; i < packing.size(); ++i) {
-    const double v = std::pow(packing.radius[i], 3);
-    result.com_T += v * packing.center[i];
-    volume += v;
-    result.reach = std::max(result.reach, glm::length(packing.center[i]) + packing.radius[i]);
-  }
-  result.com_T /= volume;
-  return result;
+  return {packing.center, packing.radius};
 }
 
 }  // namespace
 
+ToolSpheres::ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii)
+    : center_T(std::move(centers_T)), radius(std::move(radii)), head(radius.size()) {
+  double volume = 0;
+  for (std::size_t i = 0; i < head; ++i) {
+    const double v = std::pow(radius[i], 3);
+    com_T += v * center_T[i];
+    volume += v;
+    head_reach = std::max(head_reach, glm::length(center_T[i]) + radius[i]);
+  }
+  com_T /= volume;
+  reach = head_reach;
+}
+
+void ToolSpheres::add_smooth(const dvec3& p_T, double r) {
+  center_T.push_back(p_T);
+  radius.push_back(r);
+  reach = std::max(reach, glm::length(p_T) + r);
+}
+
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed) {
-  if (tool.shape == HeadShape::kSphere) return {{dvec3(0)}, {tool.radius()}, dvec3(0), tool.radius()};
   const dvec3 half(tool.radius(), tool.radius(), tool.half());
-  return packed(-half, half, spheres, seed, [&](const dvec3& p) { return tool.distance(p); });
+  ToolSpheres result = tool.shape == HeadShape::kSphere
+                           ? ToolSpheres({dvec3(0)}, {tool.radius()})
+                           : packed(-half, half, spheres, seed, [&](const dvec3& p) { return tool.distance(p); });
+  for (const auto& part : {shank_of(tool), safe_end_of(tool)}) {
+    if (part) add_chain(*part, result);
+  }
+  return result;
 }
 
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed) {

@@ -1,0 +1,144 @@
+#include "haptics/contact/packing/loose_spheres.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace typodont::haptics::packing {
+
+namespace {
+
+/// Spheres are linked across gaps of up to this share of the smaller radius.
+constexpr double kLink = 0.5;
+/// Only a sphere that was cut down to this share of its radius can have lost a link: a link of two touching spheres
+/// ends where their diameters together are less than their distance.
+constexpr double kSmall = 0.6;
+constexpr int kPace = 16;  // spheres that each flood takes in a turn
+
+struct Flood {
+  std::vector<int> reached;  // all of its spheres
+  std::size_t done = 0;      // of which so many were looked around
+};
+
+}  // namespace
+
+LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
+    : radius_(packing.radius), body_(packing.size(), -1), seen_(packing.size(), 0), flood_(packing.size(), 0) {
+  std::vector<int> near(packing.size());
+  for (std::size_t i = 0; i < packing.size(); ++i) {
+    first_.push_back(links_.size());
+    const double r = packing.radius[i];
+    const std::size_t found = tree.near_segment(packing.center[i], packing.center[i], (1 + kLink) * r, near);
+    for (std::size_t k = 0; k < found; ++k) {
+      const auto j = static_cast<std::size_t>(near[k]);
+      const double gap = glm::distance(packing.center[i], packing.center[j]) - r - packing.radius[j];
+      if (j != i && gap < kLink * std::min(r, packing.radius[j])) links_.push_back(near[k]);
+    }
+  }
+  first_.push_back(links_.size());
+  std::vector<int> queue;
+  for (std::size_t i = 0; i < packing.size(); ++i) {
+    if (body_[i] >= 0) continue;
+    body_[i] = bodies_;
+    queue.assign(1, static_cast<int>(i));
+    while (!queue.empty()) {
+      const int at = queue.back();
+      queue.pop_back();
+      for (const int j : links(at)) {
+        if (int& body = body_[static_cast<std::size_t>(j)]; body < 0) body = bodies_, queue.push_back(j);
+      }
+    }
+    ++bodies_;
+  }
+}
+
+bool LooseSpheres::hold(const SphereTissue& tissue, int i, int j) {
+  const double ri = tissue.tree().radius(i), rj = tissue.tree().radius(j);
+  return ri > 0 && rj > 0 && glm::distance(tissue.tree().center(i), tissue.tree().center(j)) < 2 * (ri + rj);
+}
+
+std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue, std::span<const int> changed) {
+  std::vector<int> seeds;
+  const auto seed = [&](int i) {
+    if (tissue.tree().radius(i) > 0) seeds.push_back(i);
+  };
+  for (const int i : changed) {
+    if (tissue.tree().radius(i) > kSmall * radius_[static_cast<std::size_t>(i)]) continue;
+    seed(i);
+    for (const int j : links(i)) seed(j);
+  }
+  std::vector<std::vector<int>> loose;
+  const auto body = [&](int i) { return body_[static_cast<std::size_t>(i)]; };
+  std::sort(seeds.begin(), seeds.end(), [&](int a, int b) { return body(a) != body(b) ? body(a) < body(b) : a < b; });
+  seeds.erase(std::unique(seeds.begin(), seeds.end()), seeds.end());
+  for (std::size_t begin = 0, end; begin < seeds.size(); begin = end) {
+    end = begin;
+    while (end < seeds.size() && body(seeds[end]) == body(seeds[begin])) ++end;
+    if (end - begin > 1) flood(tissue, std::span(seeds).subspan(begin, end - begin), loose);
+  }
+  return loose;
+}
+
+/// Floods from all seeds, which were parts of one body.
+void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
+  ++search_;
+  std::vector<Flood> floods(seeds.size());
+  std::vector<int> joined(seeds.size());  // to which flood each belongs now
+  std::iota(joined.begin(), joined.end(), 0);
+  const auto root = [&](int f) {
+    while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
+    return f;
+  };
+  const auto reach = [&](int i, int f) {
+    seen_[static_cast<std::size_t>(i)] = search_;
+    flood_[static_cast<std::size_t>(i)] = f;
+    floods[static_cast<std::size_t>(f)].reached.push_back(i);
+  };
+  for (std::size_t f = 0; f < seeds.size(); ++f) reach(seeds[f], static_cast<int>(f));
+
+  std::vector<int> active(joined), next;
+  std::size_t ended = loose.size();
+  while (active.size() > 1) {
+    next.clear();
+    for (const int f : active) {
+      if (root(f) != f) continue;
+      Flood& own = floods[static_cast<std::size_t>(f)];
+      int into = f;
+      for (int k = 0; k < kPace && own.done < own.reached.size() && into == f; ++k) {
+        const int at = own.reached[own.done++];
+        for (const int j : links(at)) {
+          if (!hold(tissue, at, j)) continue;
+          if (seen_[static_cast<std::size_t>(j)] != search_) {
+            reach(j, into);
+          } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
+            // They have met: the smaller one goes over to the larger one. What it did not look around is looked around
+            // there; what it did may be looked around once more.
+            Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
+            const bool to_other = b.reached.size() > a.reached.size();
+            Flood &from = to_other ? a : b, &to = to_other ? b : a;
+            to.reached.insert(to.reached.end(), from.reached.begin(), from.reached.end());
+            from = {};
+            joined[static_cast<std::size_t>(to_other ? into : other)] = to_other ? other : into;
+            into = to_other ? other : into;
+          }
+        }
+      }
+      Flood& now = floods[static_cast<std::size_t>(into)];
+      if (into == f && now.done >= now.reached.size()) {
+        loose.push_back(std::move(now.reached));  // it has gone round a piece
+      } else if (into == f) {
+        next.push_back(f);
+      }
+    }
+    std::erase_if(next, [&](int f) { return root(f) != f; });
+    std::swap(active, next);
+  }
+  // Where every flood has ended alone, the largest part is what the others came off.
+  if (active.empty() && loose.size() > ended) {
+    const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
+                                       [](const auto& a, const auto& b) { return a.size() < b.size(); });
+    loose.erase(most);
+  }
+}
+
+}  // namespace typodont::haptics::packing

@@ -1,0 +1,133 @@
+// Densities from a force curve (S2, eq. 14).
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/contact/packing/packing_body.h"
+#include "haptics/contact/packing/sphere_tissue.h"
+#include "haptics/lockstep.h"
+#include "haptics/material_fit.h"
+#include "haptics/solid.h"
+#include "haptics/sphere_packer.h"
+
+namespace typodont::haptics {
+namespace {
+
+using namespace literals;
+
+TEST(MaterialFit, OneStepOfEquation14ChangesTheErrorByOneMinusEtaGSumOfSquares) {
+  const std::vector<std::pair<int, double>> overlap = {{0, 3e-9}, {2, 1e-9}, {3, 2e-9}};
+  constexpr double kGain = 120, kMeasured = 200;
+  const double unit = stability_of(overlap, kGain, 1);
+  EXPECT_NEAR(unit, kGain * 14.0 / 36, 1e-12);
+  for (const double step : {0.2, 1.0, 1.9, 2.0, 2.5}) {
+    std::vector<double> rho = {1, 1, 1, 1};
+    const double before = kMeasured - adjust_densities(overlap, kGain, step / unit, kMeasured, rho);
+    const double after = kMeasured - adjust_densities(overlap, kGain, 0, kMeasured, rho);
+    EXPECT_NEAR(after / before, 1 - step, 1e-12);                                  // settles at once at 1 …
+    EXPECT_EQ(std::abs(after) > std::abs(before) * (1 + 1e-9), step > 2) << step;  // … and diverges above 2
+    EXPECT_EQ(rho[1], 1);                                                          // what the tool does not touch
+  }
+}
+
+/// A block of bone that a ball of 20 mm is fed into at 0.03 mm/s.
+struct Machine {
+  TissueVolume tissue{read_solids(Json::parse(
+      R"({"voxel_mm": 0.8, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [24, 24, 12]}}}]})",
+      "t"))};
+  ServoSettings settings;
+  Machine() {
+    settings.tool.diameter = settings.tool.length = 20.0_mm;
+    settings.spindle.free_speed = 0.3_krpm;
+    for (Material& m : settings.materials) m.stiffness = 1000, m.specific_energy = 4e9;
+    settings.method = read_contact_method(Json::parse(R"({"packing": {"spheres": 10000}})", "t"));
+  }
+  std::vector<FeedSample> way(double from_z) const {
+    std::vector<FeedSample> samples;
+    for (int i = 0; i < 4000; ++i) {
+      samples.push_back({i * 0.03, {dvec3(0, 0, from_z - i * 0.9e-6), {1, 0, 0, 0}}, 0});
+    }
+    return samples;
+  }
+};
+
+TEST(MaterialFit, HiddenDensitiesComeOutOfANoisyCurveOf200NewtonsWithAMeanSquareErrorBelow0p9) {
+  Machine machine;
+  const auto density = [](double z) { return 1.2 + 0.5 * std::sin(z / 1.5e-3); };  // over depth: layers
+  std::vector<FeedSample> samples = machine.way(16.0_mm);
+  // The curve of the hidden densities, by the same physics on another packing.
+  ServoSettings other = machine.settings;
+  other.method = read_contact_method(Json::parse(R"({"packing": {"spheres": 10000, "seed": 7}})", "t"));
+  PackOptions pack;
+  pack.spheres = 10000, pack.seed = 7;
+  const SpherePacking packing = pack_spheres(machine.tissue, pack);
+  packing::SphereTissue spheres(
+      packing, packing::Removal::kMended,
+      packing::cell_volumes(packing, packing::SphereTree(packing.center, packing.radius), machine.tissue));
+  for (int i = 0; i < 10000; ++i) {
+    spheres.set_material(i, Tissue::kCancellousBone, density(packing.center[static_cast<std::size_t>(i)].z));
+  }
+  std::vector<int> changed(10000);
+  const double watt = 0.3 * 10.0_mm * 0.3_krpm;  // W per newton
+  double most = 0;
+  for (std::size_t k = 0; k + 1 < samples.size(); ++k) {
+    packing::Removed removed;
+    spheres.cut(samples[k].X_WT.p, samples[k + 1].X_WT.p, 10.0_mm, changed, {}, removed);
+    samples[k].force = removed.hardened[static_cast<std::size_t>(Tissue::kCancellousBone)] * 4e9 / 0.03 / watt;
+    most = std::max(most, samples[k].force);
+  }
+  ASSERT_GT(most, 60);
+  const double scale = 200 / most;  // to 200 N: as if the motor turned slower
+  machine.settings.spindle.free_speed /= scale;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> noise(0, 2.0);
+  for (FeedSample& sample : samples) sample.force = sample.force * scale + noise(random);
+
+  const MaterialFit fit = fit_material(machine.tissue, machine.settings, samples, {}, "curve");
+  EXPECT_LT(fit.error.back(), 0.9);
+  EXPECT_GT(fit.error.front(), 20 * fit.error.back());
+  // The densities themselves, by layers of a millimetre where the tool was.
+  PackOptions own;
+  own.spheres = 10000;
+  const SpherePacking fitted = pack_spheres(machine.tissue, own);
+  for (double z = 3.2_mm; z < 5.4_mm; z += 1.0_mm) {
+    double found = 0, hidden = 0, volume = 0;
+    for (std::size_t i = 0; i < fitted.size(); ++i) {
+      if (!fit.fitted[i] || std::abs(fitted.center[i].z - z) > 0.5_mm) continue;
+      const double v = std::pow(fitted.radius[i], 3);
+      found += v * static_cast<double>(fit.hardness[i]), hidden += v * density(fitted.center[i].z), volume += v;
+    }
+    EXPECT_NEAR(found / volume, hidden / volume, 0.15 * hidden / volume) << z;
+  }
+}
+
+TEST(MaterialFit, ACurveWithoutContactAnUnstableStepAndAnotherModelAreRefused) {
+  const Machine machine;
+  const std::vector<FeedSample> beside = machine.way(60.0_mm);
+  std::vector<FeedSample> samples = machine.way(16.0_mm);
+  const auto refused = [&](std::span<const FeedSample> curve, const ServoSettings& settings,
+                           const FitOptions& options) {
+    try {
+      fit_material(machine.tissue, settings, curve, options, "curve.csv");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refused(beside, machine.settings, {}).find("touches nothing"), std::string::npos);
+  EXPECT_NE(refused(samples, machine.settings, {}).find("no force"), std::string::npos);
+  for (FeedSample& sample : samples) sample.force = 100;
+  FitOptions wild;
+  wild.eta = 1e3;
+  EXPECT_NE(refused(samples, machine.settings, wild).find("unstable"), std::string::npos);
+  ServoSettings offset = machine.settings;
+  offset.method = default_contact_method();
+  EXPECT_NE(refused(samples, offset, {}).find("offset"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace typodont::haptics

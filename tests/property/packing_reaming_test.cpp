@@ -1,0 +1,152 @@
+// Table S2 on scenes: reaming the shipped socket, 200 N at 1 kHz, layers 1.5 : 1 : 0.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "engine/base/units.h"
+#include "haptics/contact_method.h"
+#include "haptics/import/mesh_solid.h"
+#include "haptics/lockstep.h"
+#include "haptics/solid.h"
+
+namespace typodont::haptics {
+namespace {
+
+using namespace literals;
+
+struct HandRun {
+  LockStep steps;
+  ServoTick tick;
+  Cut cut;
+  Nanos t = 0;
+  HandRun(TissueVolume tissue, const ServoSettings& settings) : steps(std::move(tissue), settings) {}
+  void step(const dvec3& p, double pedal) {
+    HandSample hand;
+    hand.t = t += 1'000'000;
+    hand.X_WT.p = p;
+    hand.pedal = pedal;
+    steps.tick(hand, tick, cut);
+  }
+};
+ServoSettings settings(const char* model, double diameter) {
+  ServoSettings s;
+  s.tool.diameter = s.tool.length = diameter;
+  s.spindle.free_speed = 300.0_krpm;
+  s.friction = false;
+  for (Material& m : s.materials) m.stiffness = 1000, m.specific_energy = 8e9;
+  s.method = read_contact_method(Json::parse(model, "model"));
+  return s;
+}
+
+/// Distances of a whole volume, voxels.
+struct Field {
+  glm::ivec3 lo, size;
+  std::vector<float> distance;
+  explicit Field(const TissueVolume& volume) {
+    glm::ivec3 hi;
+    volume.bounds(lo, hi);
+    *this = Field(volume, lo, hi - lo + 1);
+  }
+  Field(const TissueVolume& volume, const glm::ivec3& from, const glm::ivec3& extent) : lo(from), size(extent) {
+    distance.resize(static_cast<std::size_t>(size.x) * size.y * size.z);
+    volume.copy(lo, size, distance.data(), nullptr);
+  }
+};
+
+TEST(Reaming, OfTheShippedSocketTheMapDiffersFromAnAnalyticCupByTwoPercentOfItsVolumeAtMost) {
+  SolidFiles files;
+  files.read_mesh = [](const std::filesystem::path& file, double unit) { return read_mesh_solid(file, unit); };
+  TissueVolume tissue(read_solids(
+      Json::parse(R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"mesh": {"file":
+      "assets/hip/acetabulum.ply", "scale": 1}}}]})",
+                  "assets"),
+      files));
+  const VoxelFrame frame = tissue.frame();
+  const Field before(tissue);
+  HandRun run(std::move(tissue), settings(R"({"packing": {"spheres": 20000, "speed_mm_per_s": 20}})", 56.0_mm));
+  const dvec3 end(0, 0, -3.0_mm);
+  for (int i = 0; i < 700; ++i) run.step(end + dvec3(0, 0, std::max(0.0, 8.0_mm - i * 0.03_mm)), 1);
+  const Field after(run.steps.carver().volume(), before.lo, before.size);
+  // The cup: a ball of 28 mm, and its way out.
+  double wanted = 0, over = 0, under = 0;
+  const auto share = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
+  std::size_t i = 0;
+  for (int x = 0; x < before.size.x; ++x) {
+    for (int y = 0; y < before.size.y; ++y) {
+      for (int z = 0; z < before.size.z; ++z, ++i) {
+        const dvec3 p = frame.to_world(dvec3(before.lo + glm::ivec3(x, y, z)));
+        const dvec3 axis(0, 0, std::max(p.z, end.z));
+        const double cup = (28.0_mm - glm::distance(p, axis)) / frame.voxel;
+        const double had = share(static_cast<double>(before.distance[i])),
+                     has = share(static_cast<double>(after.distance[i]));
+        const double ideal = share(std::max(static_cast<double>(before.distance[i]), cup));
+        wanted += had - ideal;
+        over += std::max(0.0, ideal - has);
+        under += std::max(0.0, has - ideal);
+      }
+    }
+  }
+  const double voxel = std::pow(frame.voxel, 3);
+  EXPECT_GT(wanted * voxel, 2500.0_mm3);
+  EXPECT_LT(over / wanted, 0.02);
+  EXPECT_LT(under / wanted, 0.02);
+}
+
+TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
+  ServoSettings s = settings(R"({"packing": {"spheres": 6000}})", 44.0_mm);
+  s.stiffness = 60e3, s.damping = 20;
+  s.force_limit = 250, s.torque_limit = 10;
+  s.spindle.free_speed = 0.3_krpm;
+  for (Material& m : s.materials) m.specific_energy = 1e9;
+  for (const bool reams : {false, true}) {
+    HandRun run(
+        TissueVolume(read_solids(Json::parse(
+            R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [40, 40, 24]}}}]})",
+            "t"))),
+        s);
+    double most = 0;
+    for (int i = 0; i < 4000; ++i) {
+      // Pressed on and let go three times, further in each time, with a tremor of 9 Hz.
+      const double deep = 3.3_mm * std::pow(std::sin(kPi * i / 1333.0), 2) + 0.1_mm * std::sin(2 * kPi * 9 * i * 1e-3);
+      run.step(dvec3(0, 0, std::max(34.5_mm - i * 0.01_mm, 34.0_mm - deep)), reams ? 1 : 0);
+      ASSERT_GE(run.tick.energy, -1e-9) << reams << " " << i;
+      ASSERT_TRUE(is_finite(run.tick.f_T_W));
+      most = std::max(most, glm::length(run.tick.f_T_W));
+    }
+    if (!reams) {
+      EXPECT_GT(most, 180);
+    }
+    EXPECT_LE(most, 250 * (1 + 1e-9));
+  }
+}
+
+TEST(RootCanal, AtTheSameFeedEnamelHoldsTheBurOneAndAHalfTimesAsHardAsDentinAndPulpNotAtAll) {
+  const auto force = [](const char* tissue) {
+    ServoSettings stiff =
+        settings(R"({"packing": {"spheres": 12000, "density": {"enamel": 1.5, "dentin": 1, "pulp": 0}}})", 1.2_mm);
+    stiff.stiffness = 1e4;  // so that the push settles within a quarter of a second
+    HandRun run(TissueVolume(read_solids(Json::parse(
+                    fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
+                    [4, 4, 4]}}}}}}]}})",
+                                tissue),
+                    "t"))),
+                stiff);
+    double sum = 0;
+    for (int i = 0; i < 3000; ++i) {
+      run.step(dvec3(0, 0, 2.62_mm - i * 0.4e-6), 1);  // 0.4 mm/s
+      if (i >= 2200) sum += run.tick.depth * stiff.stiffness / 800;
+    }
+    return sum;
+  };
+  const double enamel = force("enamel"), dentin = force("dentin"), pulp = force("pulp");
+  EXPECT_GT(dentin, 0.05);
+  EXPECT_NEAR(enamel / dentin, 1.5, 0.05 * 1.5);
+  EXPECT_LT(pulp, 0.05 * dentin);
+}
+
+}  // namespace
+}  // namespace typodont::haptics
