@@ -43,14 +43,15 @@ vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
 }
 
-/// The colour with the cursor's ring on it, light inside and dark outside, so that it shows on any tissue.
+/// The colour with the cursor's ring on it, light inside and dark outside, so that it shows on any tissue. Where the
+/// cursor's line leaves a body again there is none.
 vec3 with_cursor(vec3 color) {
   if (!kCursor) return color;
   vec3 q = in_position - frame.cursor.xyz;
   float below = dot(q, frame.cursor_down.xyz);
   float r = length(q - below * frame.cursor_down.xyz) / frame.cursor.w;
   float edge = clamp(fwidth(r), 0.02, 0.4), width = max(0.16, 0.8 * edge);
-  float shown = step(-frame.cursor.w, below);
+  float shown = step(-frame.cursor.w, below) * step(dot(in_normal.xyz, frame.cursor_down.xyz), 0.0);
   float inner = shown * smoothstep(1.0 - width - edge, 1.0 - width, r) * (1.0 - smoothstep(1.0 - edge, 1.0, r));
   float outer = shown * smoothstep(1.0 - edge, 1.0, r) * (1.0 - smoothstep(1.0 + width, 1.0 + width + edge, r));
   color = mix(color, vec3(0.012, 0.05, 0.06), 0.7 * outer);

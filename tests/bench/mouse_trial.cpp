@@ -41,8 +41,9 @@ TEST(Trial, AClassICavityWithTheMouseAlone) {
   for (const MouseStep& step : planned.steps) {
     std::this_thread::sleep_until(began + std::chrono::duration<double>(step.t));
     std::string said = fmt::format("mousemove {} {}\n", step.pixel.x, step.pixel.y);
-    for (int i = 0; i < std::abs(step.wheel); ++i) said += step.wheel > 0 ? "click 4\n" : "click 5\n";
-    if (step.middle) said += "click 2\n";
+    for (int i = 0; i < std::abs(step.wheel); ++i)
+      said += step.wheel > 0 ? "mousedown 4 mouseup 4\n" : "mousedown 5 mouseup 5\n";
+    if (step.middle) said += "mousedown 2 mouseup 2\n";
     if (&step == &planned.steps.front()) said += "mousedown 1\n";
     std::fputs(said.c_str(), xdotool);
     std::fflush(xdotool);
@@ -55,7 +56,7 @@ TEST(Trial, AClassICavityWithTheMouseAlone) {
 
   const Ran check = folder.run("replay " + session + " --check --json");
   EXPECT_EQ(check.status, 0) << check.out << check.err;
-  const Ran report = folder.run("report " + session + " --json");
+  const Ran report = folder.run("report " + session + " --json --out " + (folder / "r.html"));
   ASSERT_EQ(report.status, 0) << report.err;
   fmt::print("class I by the mouse, live: {:.0f} s\n{}\n{}\n", took, check.out, report.out);
   EXPECT_LT(took, 180);

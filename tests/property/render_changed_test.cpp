@@ -39,6 +39,7 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
   for (int step = 0; step < 12; ++step) {
     frame.tool.X_WG.p += 0.5e-3 * dvec3(uniform(random), uniform(random), 0.5 * uniform(random));
     frame.tool.visible = step != 5;
+    frame.cursor = {step % 4 != 3, frame.tool.X_WG.p, frame.tool.X_WG.R * dvec3(0, 0, -1), 0.9e-3};
     frame.tool.spindle = step % 3 ? 3000 : 0;
     if (step % 4 == 1) hud.force = 0.3 * step;
     if (step == 8) hud.hint = "another, longer hint";

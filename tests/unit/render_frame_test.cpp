@@ -5,6 +5,7 @@
 #include <set>
 
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/render/sight.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -302,6 +303,45 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
         for (int dy = -1; dy <= 1; ++dy) there = there || lit(head + glm::ivec2(dx, dy));
       EXPECT_TRUE(there) << quality.name << ", a picture of " << 1e3 * width << " mm";
     }
+  }
+}
+
+TEST(Frame, TheCursorsRingIsDrawnRoundItsLineOnWhatItMeetsFirst) {
+  for (const std::size_t step : {0u, 4u}) {
+    Stage stage({320, 256}, render::kQualityLadder[step]);
+    stage.renderer->update(0, tooth_mesh(0, 0.4e-3));
+    render::Frame frame = frame_of(desk(0.02, 0.016, 0.35));
+    frame.views = 1;
+    stage.draw(frame);
+    const render::Picture without = stage.eye(0);
+    // Along the line of sight the ring is a circle, whatever the surface is like.
+    const dvec3 eye = frame.eyes[0].position, toward = glm::normalize(eye);
+    frame.cursor = {true, 8e-3 * toward, glm::normalize(8e-3 * toward - eye), 2e-3};
+    EXPECT_TRUE(stage.draw(frame).drawn);
+    const render::Picture with = stage.eye(0);
+    const auto pixel = [&](const dvec3& p) {
+      const glm::dvec4 c = frame.eyes[0].projection * frame.eyes[0].view * glm::dvec4(p, 1);
+      return (0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(with.size);
+    };
+    const dvec3 side = glm::normalize(glm::cross(toward, dvec3(0, 0, 1)));
+    const glm::dvec2 middle = pixel(frame.cursor.p);
+    const double radius = glm::length(pixel(frame.cursor.p + 2e-3 * side) - middle);
+    std::set<int> octants;
+    for (int y = 0; y < with.size.y; ++y)
+      for (int x = 0; x < with.size.x; ++x) {
+        int differs = 0;
+        for (int c = 0; c < 3; ++c) differs = std::max(differs, std::abs(with.at(x, y)[c] - without.at(x, y)[c]));
+        if (differs <= 8) continue;
+        const glm::dvec2 d = glm::dvec2(x + 0.5, y + 0.5) - middle;
+        EXPECT_NEAR(glm::length(d), radius, 0.35 * radius + 2) << x << " " << y;
+        octants.insert(static_cast<int>(std::floor((std::atan2(d.y, d.x) + kPi) / (kPi / 4))) % 8);
+      }
+    EXPECT_EQ(octants.size(), 8u) << "all round";
+    // From within or behind, its line only leaves the body.
+    frame.cursor.p = -8e-3 * toward;
+    frame.cursor.down = toward;
+    stage.draw(frame);
+    EXPECT_EQ(compare(stage.eye(0), without, 0).pixels, 0);
   }
 }
 
