@@ -33,6 +33,7 @@ PairStage::PairStage(const display::DisplayRig& rig, const std::array<haptics::S
     display::WindowOptions window;
     window.size = {std::min(screen.x, 1600), std::min(screen.x, 1600) * screen.y / screen.x};
     window.output = options.monitor;
+    window.fits_screen = true;
     output_ = display::make_window(device_, window);
   }
 #endif
