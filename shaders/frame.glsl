@@ -5,8 +5,7 @@
 layout(set = 0, binding = 0) uniform FrameBlock { FrameData frame; };
 layout(set = 0, binding = 1) uniform sampler2DShadow shadow_map;
 layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
-layout(set = 0, binding = 3) uniform sampler2D font_atlas;
-layout(set = 0, binding = 4) uniform sampler2DArray reflection;
+layout(set = 0, binding = 3) uniform sampler2DArray reflection;
 
 layout(push_constant) uniform Push { ObjectData object; };
 // The eye being drawn.

@@ -18,6 +18,8 @@ layout(location = 10) centroid in vec4 in_lamp;
 layout(location = 11) centroid in vec3 in_half_way;
 layout(location = 0) out vec4 out_color;
 
+layout(constant_id = 6) const bool kCursor = false;  // a cursor's ring is drawn
+
 const uint kEnamel = 1u, kCaries = 3u, kGingiva = 7u;
 
 bool holds(int what) { return (kHolds & what) != 0; }
@@ -39,6 +41,21 @@ vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   float here = noise(q);
   vec3 slope = vec3(noise(q + vec3(0.35, 0, 0)), noise(q + vec3(0, 0.35, 0)), noise(q + vec3(0, 0, 0.35))) - here;
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
+}
+
+/// The colour with the cursor's ring on it, light inside and dark outside, so that it shows on any tissue. Where the
+/// cursor's line leaves a body again there is none.
+vec3 with_cursor(vec3 color) {
+  if (!kCursor) return color;
+  vec3 q = in_position - frame.cursor.xyz;
+  float below = dot(q, frame.cursor_down.xyz);
+  float r = length(q - below * frame.cursor_down.xyz) / frame.cursor.w;
+  float edge = clamp(fwidth(r), 0.02, 0.4), width = max(0.16, 0.8 * edge);
+  float shown = step(-frame.cursor.w, below) * step(dot(in_normal.xyz, frame.cursor_down.xyz), 0.0);
+  float inner = shown * smoothstep(1.0 - width - edge, 1.0 - width, r) * (1.0 - smoothstep(1.0 - edge, 1.0, r));
+  float outer = shown * smoothstep(1.0 - edge, 1.0, r) * (1.0 - smoothstep(1.0 + width, 1.0 + width + edge, r));
+  color = mix(color, vec3(0.012, 0.05, 0.06), 0.7 * outer);
+  return mix(color, vec3(0.20, 0.75, 0.85), 0.8 * inner);
 }
 
 void main() {
@@ -94,7 +111,7 @@ void main() {
   }
   if (kLightPerVertex) {
     vec3 gloss = kView == 3 ? vec3(0.0) : in_room + in_lamp.rgb * spot(dot(n, in_half_way), in_lamp.w);
-    out_color = vec4(tone_map(color * in_light.rgb + gloss), 1.0);
+    out_color = vec4(with_cursor(tone_map(color * in_light.rgb + gloss)), 1.0);
     return;
   }
   vec3 gloss_normal = n;
@@ -112,5 +129,6 @@ void main() {
       gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);
     }
   }
-  out_color = vec4(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light)), 1.0);
+  out_color = vec4(
+      with_cursor(tone_map(shade(n, gloss_normal, v, Look(color, look.x, look.w, look.y, look.z), light))), 1.0);
 }

@@ -24,6 +24,13 @@ void main() {
   float c = cos(in_look.x * frame.tool_motion.x), s = sin(in_look.x * frame.tool_motion.x);
   m.xy = vec2(c * m.x - s * m.y, s * m.x + c * m.y);
   k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
+  // A pixel there, m, as in particle.vert: a neck thinner than that would be seen in pieces.
+  vec3 axis = vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z) * m.z +
+              vec3(object.world_row[0].w, object.world_row[1].w, object.world_row[2].w);
+  mat4 clip = frame.clip_from_world[VIEW];
+  float least = 0.75 * frame.picture.x * (clip * vec4(axis, 1.0)).w / length(vec3(clip[0][0], clip[1][0], clip[2][0]));
+  float radius = length(m.xy);
+  if (radius > 0.0) m.xy *= max(least / radius, 1.0);
   vec4 p = vec4(m, 1.0);
   vec3 world = vec3(dot(object.world_row[0], p), dot(object.world_row[1], p), dot(object.world_row[2], p));
   gl_Position = frame.clip_from_world[VIEW] * vec4(world, 1.0);

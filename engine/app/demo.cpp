@@ -10,6 +10,7 @@
 #include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
@@ -36,8 +37,11 @@ constexpr double kRate = 1000;  // Hz
 /// The pictures of one moment: both eyes and the composed screen.
 void write_pictures(PictureStage& stage, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
-  render::write_png(folder / (name + "_left.png"), stage.eye(0));
-  render::write_png(folder / (name + "_right.png"), stage.eye(1));
+  for (const int eye : {0, 1}) {
+    render::Picture picture = stage.eye(eye);
+    stage.write_over(picture);
+    render::write_png(folder / (name + (eye == 0 ? "_left.png" : "_right.png")), picture);
+  }
   render::write_png(folder / (name + "_screen.png"), stage.screen());
   kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
 }
@@ -62,9 +66,10 @@ void run_demo(const DemoOptions& options) {
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
   choose_model(scene, options.model);
   const fs::path rig_file = find_rig(options.rig.empty() ? "closeup" : options.rig);
-  const display::DisplayRig rig = display::load_rig(rig_file);
+  display::DisplayRig rig = display::load_rig(rig_file);
   log::info("scene {} ({})", scene.name, scene.file.string());
   haptics::TissueVolume tissue = load_tissue(scene);
+  rig = magnified_for(rig, tissue);
   const StudentPlan plan = plan_caries_removal(tissue, scene.servo.tool);
   const auto hand = haptics::make_simulated_hand(plan.path, plan.hand, kRate, /*paced=*/false);
   HapticLoop loop(scene, std::move(tissue), hand->info());

@@ -19,6 +19,7 @@
 #include "engine/app/headset/xr_session.h"
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
+#include "engine/app/picture/magnify.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/sound_link.h"
@@ -126,6 +127,11 @@ void Workbench::Impl::set_up() {
   if (rig && options.embedded) rig->screen.layout = display::Layout::kMono;
   const bool window = rig && (rig->kind == display::DisplayKind::kWindow || rig->kind == display::DisplayKind::kMirror);
   const bool hmd = rig && rig->kind == display::DisplayKind::kHmd;
+  if (options.magnify > 0) {
+    if (!window && !hmd) throw Error("--magnify", "", rig ? rig_file.string() : "no rig", "a rig with a live picture");
+    if (hmd && rig->hmd.X_WD) throw Error("--magnify", "", rig_file.string(), "a rig whose space is not measured");
+    (hmd ? rig->hmd.magnify : rig->magnify) = options.magnify;
+  }
   if (!options.touches.empty() && !hmd) throw Error("--touches", "", rig_file.string(), "a headset's rig");
   HandChoice choice{options.hand, options.left_hand, options.pedal, options.rate, tool_names(scene)};
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
@@ -153,6 +159,7 @@ void Workbench::Impl::set_up() {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
+  if (rig && !hmd) rig = magnified_for(*rig, tissue);
   if (s.draw && hmd) start_headset(choice.hand);
   const WindowHands in_window = [&](const std::string& scheme, const std::string& rest) {
     if (scheme == "openxr") {
@@ -162,7 +169,7 @@ void Workbench::Impl::set_up() {
     }
     if (scheme == "expert") return open_expert_hand(scene, options.rate);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
-    pointer.emplace(*rig, above);
+    pointer.emplace(*rig, above, wheel_step_of(rest));
     return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
   };
   hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
@@ -221,6 +228,7 @@ void Workbench::Impl::set_up() {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
                                          .embedded = options.embedded,
+                                         .cursor = pointer.has_value(),
                                          .monitor = options.monitor,
                                          .device = options.device},
                     s, above, hands.left != nullptr);
@@ -273,7 +281,6 @@ void Workbench::Impl::start() {
   began = now();
   if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
-  if (pointer) keys = "left button: drill   wheel: in and out   ";
   keys += "Z, Y: undo, redo   ";
   if (picture && !options.operated) keys += "V: view   ";
   if (picture && picture->shows_debris()) keys += "A: suction   ";
@@ -375,6 +382,12 @@ std::string Workbench::Impl::hint() const {
         "in   space or Esc: stop",
         1e3 * caught());
   std::string text = keys;
+  if (pointer)
+    text = fmt::format(
+               "left button: drill   wheel: in and out by {:.3g} mm (Page up, down)   right button: tilt, middle: "
+               "upright   ",
+               pointer->wheel_step() / kMillimetre) +
+           text;
   if (record.failed) {
     text = "NOTHING MORE IS RECORDED   " + text;
   } else if (!record.complete || record.disk_low) {

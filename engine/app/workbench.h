@@ -31,6 +31,7 @@ struct WorkbenchOptions {
   std::string audio;              // address; empty: a sound card where there is one
   std::filesystem::path record;   // empty: not recorded
   std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
+  double magnify = 0;             // the picture, instead of what the rig says; 0: as the rig says
   double seconds = 1e18;          // end by itself after so long
   bool no_real_time = false;      // a hand with motors is used even where the system refuses real time
   bool explain = false;           // say what is active, and why the rest is not

@@ -1,14 +1,18 @@
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "engine/display/compose/by_processor.h"
 #include "engine/display/compose/places.h"
 #include "engine/display/output.h"
+#include "engine/display/writing.h"
 #include "shaders/compose_frag.h"
 #include "shaders/compose_vert.h"
+#include "shaders/writing_frag.h"
 
 namespace typodont::display {
 
@@ -23,6 +27,15 @@ bool same(const VkRect2D& a, const VkRect2D& b) {
 Part part_of(const VkRect2D& r) {
   return {r.offset.x, r.offset.y, static_cast<int>(r.extent.width), static_cast<int>(r.extent.height)};
 }
+bool meet(const VkRect2D& a, const VkRect2D& b) {
+  const Part p = part_of(a), q = part_of(b);
+  return p.x < q.x + q.width && q.x < p.x + p.width && p.y < q.y + q.height && q.y < p.y + p.height;
+}
+/// A box of an eye's place as pixels of the target.
+VkRect2D in_target(const WritingBox& box, const Place& place) {
+  return {{place.lo.x + box.lo.x, place.lo.y + box.lo.y},
+          {static_cast<std::uint32_t>(box.size.x), static_cast<std::uint32_t>(box.size.y)}};
+}
 }  // namespace
 
 struct Compositor::Impl {
@@ -30,16 +43,33 @@ struct Compositor::Impl {
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};  // by mix, and whether sizes fit
+  VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
   // What the last frames changed, by their number, and which of them each target holds.
   using Parts = std::array<std::vector<Part>, 2>;
-  std::deque<Parts> history;  // the newest last, of frame `frame`
+  using Rects = std::array<std::vector<VkRect2D>, 2>;
+  struct Change {
+    Parts pictures;  // of the eyes
+    Rects written;   // of the target, by the eyes' places
+  };
+  std::deque<Change> history;  // the newest last, of frame `frame`
   std::uint64_t frame = 0;
   std::map<VkImage, std::uint64_t> holds;
   VkExtent2D size{};  // of the pictures they were composed from
   Layout layout = Layout::kMono;
   int first_row = 0;
+
+  // The writing over each place, shared by the frames in flight that show it.
+  using Writings = std::array<std::shared_ptr<const Writing>, 2>;
+  Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
+  std::array<ivec2, 2> written_for{};  // pixels of the places
+  struct OnDevice {
+    Writings holds;
+    gpu::Buffer pixels;                                // of all panels, one after another
+    std::array<std::vector<std::int32_t>, 2> first{};  // pixel of each panel
+  };
+  std::array<OnDevice, kSlots> on_device;
 
   // Where the processor composes: copies of the eyes' pictures, complete where something changed, and what to do with
   // them once they are there. Of each frame in flight.
@@ -51,20 +81,24 @@ struct Compositor::Impl {
     int first_row = 0;
     HostPixels to;
     ivec2 target{0};
-    std::array<std::vector<VkRect2D>, 2> parts;  // of the target
-    bool waits = false;                          // to be composed
+    Rects parts;         // of the target
+    bool waits = false;  // to be composed
+    Writings writing;
+    std::array<std::vector<std::size_t>, 2> panels;  // of the writing, to be laid over
   };
   std::array<ByHand, kSlots> by_hand;
   ProcessorComposer composer;
 
   explicit Impl(gpu::Device& d) : device(d) {
-    inputs = gpu::ShaderInputs::create(d, {{}}, kSlots, sizeof(glm::ivec4));
+    inputs =
+        gpu::ShaderInputs::create(d, {{}, {.type = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER}}, kSlots, sizeof(glm::ivec4));
     sampler = gpu::create_sampler(d);
   }
   ~Impl() {
     vkDeviceWaitIdle(device.device);
     destroy_pipelines();
     for (ByHand& b : by_hand) b.eyes.destroy(device);
+    for (OnDevice& o : on_device) o.pixels.destroy(device);
     vkDestroySampler(device.device, sampler, nullptr);
     inputs.destroy(device);
   }
@@ -77,6 +111,85 @@ struct Compositor::Impl {
         if (p) vkDestroyPipeline(device.device, p, nullptr);
         p = VK_NULL_HANDLE;
       }
+    if (writing_pipeline) vkDestroyPipeline(device.device, writing_pipeline, nullptr);
+    writing_pipeline = VK_NULL_HANDLE;
+  }
+
+  /// An eye's place on the target; of a stereo surface each eye has a layer of its own.
+  static Place place_on(std::size_t eye, Layout how, const Target& target) {
+    return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
+  }
+  static const Hud& or_nothing(const Hud* hud) {
+    static const Hud kNothing;
+    return hud ? *hud : kNothing;
+  }
+  /// How many places the layout has.
+  static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
+
+  /// Writes anew what says something new. What of the target that changes, by the eyes' places.
+  Rects write(const Huds& huds, Layout how, const Target& target) {
+    Rects changed;
+    for (std::size_t e = 0; e < places(how); ++e) {
+      const Place place = place_on(e, how, target);
+      const Hud& hud = or_nothing(huds[e]);
+      written_for[e] = place.size;
+      if (!writing[e]->differs(hud, place.size)) continue;
+      auto anew = std::make_shared<Writing>(*writing[e]);
+      for (const WritingBox& box : anew->write(hud, place.size)) changed[e].push_back(in_target(box, place));
+      writing[e] = std::move(anew);
+    }
+    return changed;
+  }
+
+  /// Which panels are to be laid over: those that a part touches. Their boxes become parts themselves: a panel is
+  /// blended once, and wholly, over what was composed under it.
+  std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
+                                                      const Target& target) const {
+    std::array<std::vector<std::size_t>, 2> chosen;
+    for (std::size_t e = 0; e < places(how); ++e) {
+      const Place place = place_on(e, how, target);
+      const auto panels = writing[e]->panels();
+      std::vector<bool> touched(panels.size(), !parts.has_value());
+      for (bool more = parts.has_value(); more;) {  // a panel may lie over another
+        more = false;
+        for (std::size_t i = 0; i < panels.size(); ++i) {
+          const VkRect2D box = in_target(panels[i].box, place);
+          auto& of_place = (*parts)[e];
+          if (touched[i] ||
+              std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return meet(r, box); }))
+            continue;
+          of_place.push_back(box);
+          touched[i] = more = true;
+        }
+      }
+      for (std::size_t i = 0; i < panels.size(); ++i)
+        if (touched[i]) chosen[e].push_back(i);
+    }
+    return chosen;
+  }
+
+  /// The panels' pixels where a shader of this slot finds them.
+  void put_on_device(int slot) {
+    OnDevice& there = on_device[static_cast<std::size_t>(slot)];
+    if (there.pixels.buffer && there.holds == writing) return;
+    there.holds = writing;
+    std::size_t bytes = 4;
+    for (const auto& of_place : writing)
+      for (const Writing::Panel& panel : of_place->panels()) bytes += panel.rgba.size();
+    if (there.pixels.size < bytes) {
+      there.pixels.destroy(device);
+      there.pixels = gpu::Buffer::create(device, bytes + bytes / 2, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    }
+    std::size_t at = 0;
+    for (std::size_t e = 0; e < 2; ++e) {
+      there.first[e].clear();
+      for (const Writing::Panel& panel : writing[e]->panels()) {
+        there.first[e].push_back(static_cast<std::int32_t>(at / 4));
+        std::memcpy(there.pixels.memory.mapped + at, panel.rgba.data(), panel.rgba.size());
+        at += panel.rgba.size();
+      }
+    }
+    inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
   /// Where in the target an eye's part is seen; a pixel more all round where pictures are stretched.
@@ -91,8 +204,8 @@ struct Compositor::Impl {
   }
 
   /// What of the target is to be drawn, of each eye's place; nothing: all of it.
-  std::optional<std::array<std::vector<VkRect2D>, 2>> lacking(const gpu::Image& pictures, Layout how,
-                                                              const Target& target, int row, const Parts* changed) {
+  std::optional<Rects> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
+                               const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
     if (!changed || now.width != size.width || now.height != size.height || how != layout || row != first_row) {
       history.clear();
@@ -102,7 +215,7 @@ struct Compositor::Impl {
       first_row = row;
     }
     ++frame;
-    history.push_back(changed ? *changed : Parts{});
+    history.push_back({changed ? *changed : Parts{}, std::move(written)});
     if (history.size() > kRemembered) history.pop_front();
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
@@ -110,41 +223,67 @@ struct Compositor::Impl {
     // A stereo surface has a layer an eye; where it lacks more than is remembered, it gets everything.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
-    std::array<std::vector<VkRect2D>, 2> parts;
+    Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
-      for (int eye = 0; eye < 2; ++eye) {
+      for (std::size_t eye = 0; eye < 2; ++eye) {
         // Where both eyes share every place, a pixel drawn for one is drawn for both.
-        auto& of_place = parts[mix_of(how) == Mix::kOneEye ? static_cast<std::size_t>(eye) : 0];
-        for (const Part& part : history[i][static_cast<std::size_t>(eye)]) {
-          const VkRect2D rect = seen(part, place_of(eye, how, target.size), picture);
+        auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
+        const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
             of_place.push_back(rect);
-        }
+        };
+        for (const Part& part : history[i].pictures[eye])
+          add(seen(part, place_of(static_cast<int>(eye), how, target.size), picture));
+        for (const VkRect2D& rect : history[i].written[eye]) add(rect);
       }
     return parts;
   }
 
-  VkPipeline pipeline(VkFormat target_format, Mix mix, bool fits) {
+  gpu::PipelineOptions pipeline_options(VkFormat target_format, std::span<const std::uint32_t> fragment_shader) {
     if (format != target_format) {
       vkDeviceWaitIdle(device.device);
       destroy_pipelines();
       format = target_format;
     }
-    VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][fits];
-    if (made) return made;
     gpu::PipelineOptions o;
     o.vertex_shader = kSpirv_compose_vert;
-    o.fragment_shader = kSpirv_compose_frag;
+    o.fragment_shader = fragment_shader;
     o.layout = inputs.layout;
     o.cull = VK_CULL_MODE_NONE;
     o.color = target_format;
+    return o;
+  }
+  VkPipeline pipeline(VkFormat target_format, Mix mix, bool fits) {
+    gpu::PipelineOptions o = pipeline_options(target_format, kSpirv_compose_frag);
+    VkPipeline& made = pipelines[static_cast<std::size_t>(mix)][fits];
+    if (made) return made;
     o.constants = {static_cast<std::uint32_t>(mix), fits ? 1u : 0u};
     return made = gpu::create_pipeline(device, o);
   }
 
+  /// Lays panels over an eye's place, within the rendering that composed it.
+  void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
+                  const std::vector<std::size_t>& panels) {
+    if (panels.empty()) return;
+    if (!writing_pipeline) {
+      gpu::PipelineOptions o = pipeline_options(target_format, kSpirv_writing_frag);
+      o.blend = true;
+      writing_pipeline = gpu::create_pipeline(device, o);
+    }
+    vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, writing_pipeline);
+    for (const std::size_t i : panels) {
+      const VkRect2D box = in_target(writing[eye]->panels()[i].box, place);
+      const glm::ivec4 push(box.offset.x, box.offset.y, box.extent.width,
+                            on_device[static_cast<std::size_t>(slot)].first[eye][i]);
+      vkCmdPushConstants(commands, inputs.layout, VK_SHADER_STAGE_FRAGMENT_BIT, 0, sizeof push, &push);
+      vkCmdSetScissor(commands, 0, 1, &box);
+      vkCmdDraw(commands, 3, 1, 0, 0);
+    }
+  }
+
   /// Copies what of the pictures the target lacks to where the processor composes it from.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
-             const std::optional<std::array<std::vector<VkRect2D>, 2>>& parts) {
+             const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     ByHand& job = by_hand[static_cast<std::size_t>(slot)];
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
@@ -161,6 +300,8 @@ struct Compositor::Impl {
     job.to = target.memory;
     job.target = target.size;
     job.waits = true;
+    job.writing = writing;
+    job.panels = panels;
     for (std::size_t eye = 0; eye < 2; ++eye) {
       const Place place = place_of(static_cast<int>(eye), how, target.size);
       job.parts[eye] = parts ? (*parts)[eye]
@@ -216,6 +357,10 @@ struct Compositor::Impl {
         composer.compose(eyes, mix_of(job.layout), place_of(static_cast<int>(e), job.layout, job.target), eye,
                          part_of(r), job.to.first, job.to.pitch);
     }
+    for (std::size_t e = 0; e < 2; ++e)
+      for (const std::size_t i : job.panels[e])
+        Writing::lay_over(job.writing[e]->panels()[i], job.to.first, job.to.pitch,
+                          place_of(static_cast<int>(e), job.layout, job.target).lo, /*blue_first=*/true);
   }
 };
 
@@ -224,9 +369,9 @@ Compositor::~Compositor() = default;
 
 std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                                     const Target& target, int slot, int first_row,
-                                                    const std::array<std::vector<Part>, 2>* changed) {
+                                                    const std::array<std::vector<Part>, 2>* changed, const Huds& huds) {
   Impl& m = *impl_;
-  auto parts = m.lacking(pictures, layout, target, first_row, changed);
+  auto parts = m.lacking(pictures, layout, target, first_row, changed, m.write(huds, layout, target));
   const auto listed = [&]() -> std::optional<std::vector<Part>> {
     if (!parts) return std::nullopt;
     std::vector<Part> drawn;
@@ -238,9 +383,12 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   if (target.memory.first) {
     // A frame that was never composed is lacking, too.
     if (m.by_hand[static_cast<std::size_t>(slot)].waits) parts.reset();
-    m.fetch(commands, pictures, layout, target, slot, first_row, parts);
+    const auto panels = m.panels_over(parts, layout, target);
+    m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
     return listed();
   }
+  const auto panels = m.panels_over(parts, layout, target);
+  m.put_on_device(slot);
   m.inputs.fill(m.device, static_cast<std::size_t>(slot), 0, m.sampler, pictures.alias_view);
   const VkDescriptorSet set = m.inputs.sets[static_cast<std::size_t>(slot)];
 
@@ -292,6 +440,8 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
         vkCmdSetScissor(commands, 0, 1, &part);
         vkCmdDraw(commands, 3, 1, 0, 0);
       }
+      const std::size_t written = stereo_surface ? target_layer : static_cast<std::size_t>(eye);
+      m.write_over(commands, target.format, written, place, slot, panels[written]);
     }
     vkCmdEndRendering(commands);
   }
@@ -300,6 +450,12 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                   VK_ACCESS_2_MEMORY_READ_BIT);
   return listed();
+}
+
+bool Compositor::says_new(const Huds& huds, Layout layout) const {
+  for (std::size_t e = 0; e < Impl::places(layout); ++e)
+    if (impl_->writing[e]->differs(Impl::or_nothing(huds[e]), impl_->written_for[e])) return true;
+  return false;
 }
 
 void Compositor::compose(int slot) {

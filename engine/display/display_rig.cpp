@@ -145,7 +145,7 @@ DisplayRig load_rig(const std::filesystem::path& file) {
 
 DisplayRig parse_rig(const Json& json) {
   json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal",
-                   "pedal_limit_s", "calibration", "hmd"});
+                   "pedal_limit_s", "calibration", "hmd", "magnify", "magnify_about_mm"});
   DisplayRig rig;
   rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
   if (const auto screen = json.find("screen"))
@@ -161,6 +161,11 @@ DisplayRig parse_rig(const Json& json) {
   rig.left_hand = json.string_or("left_hand", "");
   rig.pedal = json.string_or("pedal", "");
   rig.pedal_limit = json.number_or("pedal_limit_s", 0, 1, 3600);
+  rig.magnify = json.number_or("magnify", 1, 0.1, 100);
+  if (rig.kind == DisplayKind::kHmd && json.has("magnify"))
+    json["magnify"].fail("in \"hmd\": a headset's work is put before the user with it");
+  if (const auto about = json.find("magnify_about_mm")) rig.magnify_about = point_mm(*about);
+  if (rig.magnify_about && rig.magnify == 1) json["magnify_about_mm"].fail("\"magnify\" beside it");
   if (rig.kind != DisplayKind::kHmd) {
     try {
       (void)eye_views(rig);
@@ -169,6 +174,25 @@ DisplayRig parse_rig(const Json& json) {
     }
   }
   return rig;
+}
+
+DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {
+  if (rig.magnify == 1) return rig;
+  DisplayRig shrunk = rig;
+  const double s = 1 / rig.magnify;
+  const dvec3 c = rig.magnify_about.value_or(about);
+  for (dvec3* p :
+       {&shrunk.screen.lower_left, &shrunk.screen.lower_right, &shrunk.screen.upper_left, &shrunk.head.eye_center})
+    *p = c + s * (*p - c);
+  shrunk.head.ipd *= s;
+  if (shrunk.mirror) {
+    const double middle = glm::dot(shrunk.mirror->normal, c);
+    shrunk.mirror->offset = middle + s * (shrunk.mirror->offset - middle);
+    shrunk.mirror->glass_thickness *= s;
+  }
+  shrunk.scale *= s;
+  shrunk.magnify = 1;
+  return shrunk;
 }
 
 dmat4 opengl_projection(const Frustum& f) {
@@ -269,7 +293,7 @@ bool sees(const DisplayRig& rig, const Head& head) noexcept {
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {
     const dvec3 real = rig.mirror ? reflect(*rig.mirror, eye) : eye;
-    if (!(glm::dot(n, real - rig.screen.lower_left) >= kNearest)) return false;
+    if (!(glm::dot(n, real - rig.screen.lower_left) >= kNearest * rig.scale)) return false;
   }
   return true;
 }
@@ -280,7 +304,7 @@ ClipRange clip_range(const DisplayRig& rig) {
   const dvec3 eye = rig.mirror ? reflect(*rig.mirror, rig.head.eye_center) : rig.head.eye_center;
   const double d = glm::dot(n, eye - rig.screen.lower_left);
   ClipRange range;
-  if (d < 0.2) range.near = std::max(d, 2e-3) / 2;
+  if (d < 0.2) range.near = std::max(d, 2e-3 * rig.scale) / 2;
   if (d > 1.0) range.far = 2 * d;
   return range;
 }

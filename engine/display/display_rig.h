@@ -75,7 +75,15 @@ struct DisplayRig {
   std::string hand, left_hand, pedal;  // devices by address and serial, "woodenhaptics:1234567"; empty: not named
   double pedal_limit = 0;              // s that the pedal may be held without a break; 0: what is usual
   HmdRig hmd;                          // of a headset
+  double magnify = 1;                  // the work is seen so many times larger than life: magnified()
+  std::optional<dvec3> magnify_about;  // m, W: what stays where it is; nothing: the work's middle
+  double scale = 1;                    // lengths of screen, mirror and eyes in units of those on the bench
 };
+
+/// The rig whose picture shows the work `rig.magnify` times larger about `rig.magnify_about`, or about `about` (m, W)
+/// where the rig names no point: screen, mirror and eyes shrunk so many times towards it, which is the same picture.
+/// The hand's base is not moved: what is seen and what is felt coincide at that point alone.
+DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
 /// Reads a rig file (INTERFACE.md). Throws Error naming file, key, found and expected.
 DisplayRig load_rig(const std::filesystem::path& file);

@@ -130,7 +130,10 @@ dvec3 MotionFilter::at(Nanos t) const noexcept {
 }
 
 HeadTracker::HeadTracker(const DisplayRig& rig)
-    : rest_(rig.head), center_(kPositionSigma, kPositionAgility), right_(kDirectionSigma, kDirectionAgility) {
+    : rest_(rig.head),
+      scale_(rig.scale),
+      center_(kPositionSigma, kPositionAgility),
+      right_(kDirectionSigma, kDirectionAgility) {
   const dvec3 right = glm::normalize(rest_.right);
   const dvec3 up = glm::normalize(glm::cross(toward_user(rig), right));
   R_WK_ = glm::dmat3(right, up, glm::cross(right, up));
@@ -187,7 +190,7 @@ void HeadTracker::poll() noexcept {
 Head HeadTracker::at(Nanos t) const noexcept {
   Head head = rest_;
   if (stats_.samples == 0) return head;
-  head.eye_center = rest_.eye_center + center_.at(t);
+  head.eye_center = rest_.eye_center + scale_ * center_.at(t);
   const dvec3 right = right_.at(t);
   const double length = glm::length(right);
   if (length > 0.5) head.right = right / length;

@@ -80,6 +80,7 @@ class HeadTracker {
  private:
   Head rest_;
   glm::dmat3 R_WK_;  // the tracker's axes in W
+  double scale_;     // of the rig's lengths
   MotionFilter center_, right_;
   Stats stats_;
   int socket_ = -1;

@@ -13,6 +13,7 @@
 
 #include "engine/base/clock.h"
 #include "engine/display/display_rig.h"
+#include "engine/display/writing.h"
 #include "engine/gpu/resources.h"
 
 namespace typodont::display {
@@ -49,13 +50,19 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
+  /// What is written over each eye's picture; null: nothing. One picture, or eyes that share every place: the first.
+  using Huds = std::array<const Hud*, 2>;
+
   /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: where the target begins on the panel, so
   /// that the rows of a row-interleaved panel keep their eye wherever the window stands. `changed`: what of each eye's
   /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks. Returns
   /// the parts of the target that are drawn; nothing: all of it.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
-                                          const std::array<std::vector<Part>, 2>* changed = nullptr);
+                                          const std::array<std::vector<Part>, 2>* changed = nullptr,
+                                          const Huds& huds = {});
+  /// True when the writing says something else than in the last record(), which had this layout.
+  bool says_new(const Huds& huds, Layout layout) const;
   /// Where the target is memory: fills it, once the device has done what was recorded for the slot.
   void compose(int slot);
 
@@ -67,10 +74,11 @@ class Compositor {
 /// What the user did with mouse and keyboard since the last poll.
 struct UserInput {
   bool close = false;
-  dvec2 pointer{0, 0};  // −1..1 over the picture, y up
-  bool left = false, right = false, middle = false;
-  double wheel = 0;          // steps since the last poll
-  std::vector<int> pressed;  // keys pressed since the last poll, upper-case ASCII or GLFW codes
+  dvec2 pointer{0, 0};                               // −1..1 over the picture, y up
+  bool left = false, right = false, middle = false;  // down, or pressed and let go since the last poll
+  bool shift = false;                                // a key that is held
+  double wheel = 0;                                  // steps since the last poll
+  std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
   // For a user interface drawn into the picture.
   struct Key {

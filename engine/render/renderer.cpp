@@ -46,7 +46,6 @@ struct Renderer::Impl {
   MirrorPass mirror;
   BackgroundPass background;
   ParticlePass particles;
-  HudPass hud;
   HiddenPass hidden;
   MaskPass mask;
   BrickStore bricks;
@@ -61,13 +60,12 @@ struct Renderer::Impl {
   bool last_tool_visible = false;
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
-  std::string last_hud;
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // rises when the eyes' pictures show the scene from elsewhere
   std::uint64_t shadow_version = 0, shadow_order = 0;
   LampBox unlit;  // of the shadow map: what changed since it was drawn, in frames that were not
-  // What the last frame drew anew, and what particles and writing cover of it.
-  std::array<Tiles, 2> tiles, over_tiles, particle_tiles, hud_tiles;
+  // What the last frame drew anew, and what particles cover of it.
+  std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
   glm::vec4 shadow_section{0};
@@ -89,7 +87,6 @@ struct Renderer::Impl {
     shadow.destroy(device);
     tool_body.destroy(device);
     mirror.destroy(device);
-    hud.destroy(device);
     hidden.destroy(device);
     mask.destroy(device);
     bricks.destroy(device);
@@ -103,13 +100,13 @@ struct Renderer::Impl {
 
   void create_layout() {
     constexpr VkShaderStageFlags kBoth = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
-    std::vector<gpu::ShaderInputs::Binding> bindings(5, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
+    std::vector<gpu::ShaderInputs::Binding> bindings(4, {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, kBoth});
     bindings[0].type = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
     inputs = gpu::ShaderInputs::create(device, std::move(bindings), 2 * kSlots, sizeof(shared::ObjectData));
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Beyond the shadow map nothing stands before the lamp; beyond the atlas there is no letter.
+    // Beyond the shadow map nothing stands before the lamp.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -124,7 +121,6 @@ struct Renderer::Impl {
     tool.destroy(device);
     background.destroy(device);
     particles.destroy(device);
-    destroy_pipeline(device, hud.pipeline);
     destroy_pipeline(device, hidden.pipeline);
     destroy_pipeline(device, mask.pipeline);
   }
@@ -154,25 +150,24 @@ struct Renderer::Impl {
            (bytes.empty() || !std::memcmp(bytes.data(), last_particles.data(), bytes.size()));
   }
 
-  bool same_as_last(const shared::FrameData& data, const Frame& frame, const std::string& hud_key) const {
+  bool same_as_last(const shared::FrameData& data, const Frame& frame) const {
     const bool tool_same = frame.tool.visible == last_tool_visible &&
                            (!frame.tool.visible || (!std::memcmp(&frame.tool.X_WG, &last_tool, sizeof(Pose)) &&
                                                     frame.tool.opacity == last_opacity));
     if (frame.cloud && frame.cloud->changes()) return false;
     return last_settings == settings_version && last_view == frame.view && last_version == bricks.version &&
-           tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) && hud_key == last_hud &&
+           tool_same && same_particles(frame) && same(frame.mirror.X_WM, last_mirror.X_WM) &&
            !std::memcmp(&data, &last_data, sizeof data);
   }
 
   /// `i`: a slot, or kSlots + a slot for its scene in the mirror.
   void write_set(std::size_t i) {
-    // Without writing there is no atlas: the shadow map stands in, and no shader reads it there.
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    inputs.fill(device, i, 3, linear, hud.atlas.image ? hud.atlas.layer_views[0] : map);
-    inputs.fill(device, i, 4, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
+    // Without a mouth mirror the shadow map stands in, and no shader reads it there.
+    inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
   }
 
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
@@ -186,13 +181,12 @@ struct Renderer::Impl {
     if (std::exchange(bounds_version, bricks.version) != bricks.version) bounds = bricks.bounds();
     if (bounds) stats.pixel = pixel_nearest(frame, {bounds->lo, bounds->hi}, targets.pictures.options.size.width);
     const shared::FrameData data = data_of(frame);
-    const std::string hud_key = HudPass::shown(frame.hud, size);
     stats.views = frame.views;
     stats.bricks_uploaded = bricks.uploaded;
     stats.bytes_uploaded = bricks.uploaded_bytes;
     bricks.uploaded = 0;
     bricks.uploaded_bytes = 0;
-    stats.drawn = !same_as_last(data, frame, hud_key);
+    stats.drawn = !same_as_last(data, frame);
     if (stats.drawn) {
       draw(commands, frame, data, slot, stats);
       last_data = data;
@@ -203,7 +197,6 @@ struct Renderer::Impl {
       last_view = frame.view;
       const auto particle_bytes = std::as_bytes(frame.particles);
       last_particles.assign(particle_bytes.begin(), particle_bytes.end());
-      last_hud = hud_key;
       last_version = bricks.version;
       last_order = bricks.order;
       last_settings = settings_version;
@@ -217,31 +210,28 @@ struct Renderer::Impl {
     stats.frames = frames;
     stats.gpu_ms = timer.ms;
     for (VkPipeline p : {shadow.pipeline, tool.pipeline, background.pipeline, particles.pipeline,
-                         particles.cloud_pipeline, hud.pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
+                         particles.cloud_pipeline, mirror.pipeline, hidden.pipeline, mask.pipeline})
       if (p) ++stats.pipelines;
     stats.pipelines += surface.pipelines() + (frame.cloud ? frame.cloud->pipelines() : 0);
     return stats;
   }
 
-  /// The scene as the mouth mirror shows it: other eyes, only what stands before the glass, no writing.
+  /// The scene as the mouth mirror shows it: other eyes, only what stands before the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
-    out.hud.visible = false;
     out.mirror.diameter = 0;
     return out;
   }
 
   enum class Changed { kNothing, kParts, kAll };
 
-  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles and writing do, where
-  /// it is a part.
-  Changed mark_changed(const shared::FrameData& data, const Frame& frame, int slot, const glm::ivec2& drawn) {
-    std::array<Tiles, 2> particles_now, hud_now;
+  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles do, where it is a part.
+  Changed mark_changed(const shared::FrameData& data, const Frame& frame, const glm::ivec2& drawn) {
+    std::array<Tiles, 2> particles_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
-      for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e], &hud_now[e]}) t->clear(drawn);
-      hud.mark(slot, drawn, hud_now[e]);
+      for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
       // So many that all is full of them.
       if (frame.particles.size() > kMostTracked)
@@ -250,10 +240,10 @@ struct Renderer::Impl {
         ParticlePass::mark(frame.particles, clip_from_world, drawn, particles_now[e]);
     }
     std::swap(particles_now, particle_tiles);
-    std::swap(hud_now, hud_tiles);
 
     shared::FrameData now = data, before = last_data;
-    for (shared::FrameData* d : {&now, &before}) d->tool_head = d->tool_end = d->tool_motion = glm::vec4(0);
+    for (shared::FrameData* d : {&now, &before})
+      d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
     // A headset's eyes never rest; glass is drawn in an order. Where particles of the GPU are, nobody here knows.
@@ -262,7 +252,6 @@ struct Renderer::Impl {
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
       return Changed::kAll;
 
-    const bool hud_changed = HudPass::shown(frame.hud, this->size) != last_hud;
     const bool particles_changed = !same_particles(frame);
     for (std::size_t e = 0; e < views; ++e) {
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
@@ -278,10 +267,6 @@ struct Renderer::Impl {
       if (particles_changed) {
         over_tiles[e].mark(particles_now[e]);
         over_tiles[e].mark(particle_tiles[e]);
-      }
-      if (hud_changed) {
-        over_tiles[e].mark(hud_now[e]);
-        over_tiles[e].mark(hud_tiles[e]);
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
       // What the glass shows may be anywhere.
@@ -322,9 +307,9 @@ struct Renderer::Impl {
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
                               &inputs.sets[static_cast<std::size_t>(kSlots + slot)], 0, nullptr);
       push_view(commands, context.layout, view);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored.view, false, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, false, seen);
       if (mirrored.tool.visible) tool.record(context, commands, tool_body, mirrored.tool.X_WG, seen);
-      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored.view, true, seen);
+      surface.record(context, commands, bricks, slot, bricks.mirror_indirect, groups, mirrored, true, seen);
       particles.record(context, commands, slot, mirrored.cloud, seen);
       targets.end_scene(commands, mirror.picture, view, {&all, 1});
       ++stats.mirror_passes;
@@ -337,14 +322,13 @@ struct Renderer::Impl {
   }
 
   void draw(VkCommandBuffer commands, const Frame& frame, const shared::FrameData& data, int slot, FrameStats& stats) {
-    hud.prepare(context, slot, frame.hud, size);
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
     // Which eyes see the glass, and where.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
-    const Changed changed = mark_changed(data, frame, slot, drawn_size);
+    const Changed changed = mark_changed(data, frame, drawn_size);
     if (changed == Changed::kNothing) {  // all that did is out of sight
       unlit.take(changed_in_lamp(data));
       bricks.changed.clear();
@@ -361,11 +345,10 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // What lies over the scene is blended: chips or writing go over a restored scene, all of them or none.
+        // Chips are blended over a restored scene: all of them or none.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
-        for (const Tiles* over : {&particle_tiles[e], &hud_tiles[e], &particle_tiles[e]})
-          if (targets.layered() && shown.touch(*over)) shown.mark(*over);
+        if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
         redrawn[e] = shown.boxes(true, shown.picture());
         stats.redrawn += shown.share() / frame.views;
       }
@@ -425,7 +408,7 @@ struct Renderer::Impl {
       push_view(commands, context.layout, view);
       if (partly) mask.record(context, commands, slot, view, stats);
       hidden.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, false, stats);
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, false, stats);
       if (frame.tool.visible) {
         push_view(commands, context.layout, view, 1 - frame.tool.opacity);
         tool.record(context, commands, tool_body, frame.tool.X_WG, stats);
@@ -437,11 +420,8 @@ struct Renderer::Impl {
       }
       // Over what was there, black is drawn like any other background.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
-      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame.view, true, stats);
-      if (!targets.layered()) {
-        particles.record(context, commands, slot, frame.cloud, stats);
-        hud.record(context, commands, slot, stats);
-      }
+      surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, true, stats);
+      if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
       targets.end_scene(commands, target, view, redrawn[e]);
       ++stats.passes;
     }
@@ -452,7 +432,7 @@ struct Renderer::Impl {
     timer.end(commands, slot);
   }
 
-  /// What flies before the scene, and the writing, over what of the scene is restored.
+  /// What flies before the scene, over what of the scene is restored.
   void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
                 FrameStats& stats) {
     targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);
@@ -462,14 +442,12 @@ struct Renderer::Impl {
       Tiles over;
       over.clear({extent.width, extent.height});
       for (const PixelBox& b : redrawn[e]) over.mark(b);
-      const bool chips = frame.cloud || over.touch(particle_tiles[e]), writing = over.touch(hud_tiles[e]);
-      if (!chips && !writing) continue;
+      if (!frame.cloud && !over.touch(particle_tiles[e])) continue;
       targets.begin_over(commands, frame, view);
       vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, context.layout, 0, 1,
                               &inputs.sets[static_cast<std::size_t>(slot)], 0, nullptr);
       push_view(commands, context.layout, view);
-      if (chips) particles.record(context, commands, slot, frame.cloud, stats);
-      if (writing) hud.record(context, commands, slot, stats);
+      particles.record(context, commands, slot, frame.cloud, stats);
       vkCmdEndRendering(commands);
       ++stats.passes;
     }

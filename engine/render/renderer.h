@@ -1,4 +1,4 @@
-// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings, writing. Render thread owns
+// Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. Render thread owns
 // it. Two eyes in one pass (multiview) into a two-layer picture that a display composes and shows (engine/display).
 //
 // Only what is needed: what a frame does not hold is not drawn, has no pipeline and loads no shader; a frame equal to
@@ -80,16 +80,13 @@ struct ToolState {
   double opacity = 1;  // less: sieved, as when the hand that holds it is out of sight
 };
 
-/// Writing and a force bar at the picture's edge, on the screen plane (no disparity).
-struct Hud {
+/// Where a tool that moves on along its line meets what is drawn: a ring is drawn there. Depth can be judged by it in a
+/// mono picture.
+struct Cursor {
   bool visible = false;
-  std::string tool;  // "round 1.2 mm"
-  double speed_krpm = 0;
-  double force = 0;        // N
-  double force_limit = 5;  // N, the bar's end
-  std::string hint;
-  glm::dmat2 upright{1.0};  // display::upright
-  double aspect = 0;        // width / height of the physical picture, 0: of its pixels
+  dvec3 p{0};            // m, W: where the line begins
+  dvec3 down{0, 0, -1};  // unit, W: along the line
+  double radius = 1e-3;  // m, of the ring
 };
 
 /// Lights are given in W and so need no mirroring.
@@ -108,12 +105,12 @@ struct Frame {
   std::array<Eye, 2> eyes;
   int views = 2;  // 1: mono
   ToolState tool;
+  Cursor cursor;
   MouthMirror mirror;  // in the other hand; diameter 0: none
   View view = View::kLook;
   glm::dvec4 section{0, 0, 0, 1};  // xyz: unit normal, W, w: m; for View::kSection
   std::span<const Particle> particles;
   ParticleCloud* cloud = nullptr;  // particles that live on the GPU: moved by as much as was asked, and drawn
-  Hud hud;
   Lights lights;
   Background background = Background::kGradient;
 };

@@ -24,6 +24,8 @@ struct FrameData {
   vec4 picture;           // xy: a pixel of the picture in clip space
   vec4 clip;              // only what has dot(clip.xyz, p) + clip.w > 0 is drawn; 0 0 0 1: everything
   vec4 section;           // the same, for tissue only
+  vec4 cursor;            // xyz: where the cursor's line begins, m; w: the radius of its ring, m; 0: no cursor
+  vec4 cursor_down;       // xyz: unit, along its line
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
   vec4 tissue_color[10];  // by contract/tissue.h: linear colour; w: translucency
   vec4 tissue_look[10];   // roughness, metal, wetness

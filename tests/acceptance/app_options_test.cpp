@@ -153,5 +153,15 @@ TEST_F(Options, PicturesHaveTheSizeThatIsAskedForAtEveryQuality) {
   }
 }
 
+TEST_F(Options, MagnifyingSaysWhatBecomesOfCoLocation) {
+  const Ran ran = run("render {}/scene.json --rig closeup --size 64x48 --out {}/p --magnify 4");
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  EXPECT_THAT(ran.err, AllOf(HasSubstr("4 times life-size"), HasSubstr("coincide"), HasSubstr("15 mm from the hand")));
+  EXPECT_THAT(run("render {}/scene.json --rig closeup --size 64x48 --out {}/p").err, Not(HasSubstr("life-size")));
+  refuse("run {}/scene.json --hand script:{}/hand.csv --rig closeup --magnify 4",
+         AllOf(HasSubstr("--magnify"), HasSubstr("a rig with a live picture")));
+  refuse("replay {}/s.h5 --magnify 4", HasSubstr("--show or --film"));
+}
+
 }  // namespace
 }  // namespace typodont

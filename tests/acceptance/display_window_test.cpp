@@ -212,5 +212,27 @@ TEST_F(Window, FullScreenFillsTheChosenMonitor) {
   EXPECT_EQ(window->size(), glm::ivec2(800, 600));
 }
 
+TEST_F(Window, AClickBetweenTwoLooksIsAPressInTheSecond) {
+  ASSERT_TRUE(show());
+  Desktop::xdotool("search --name Typodont windowfocus mousemove --window %1 100 100");
+  // Whenever it arrives: down and up lie between two polls, or at least its down does.
+  const auto pressed_after = [&](const char* click, bool display::UserInput::*button) {
+    window->poll();
+    Desktop::xdotool(click);
+    bool seen = false;
+    for (int i = 0; i < 200 && !seen; ++i) {
+      seen = window->poll().*button;
+      if (!seen) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return seen;
+  };
+  EXPECT_TRUE(pressed_after("click 1", &display::UserInput::left));
+  EXPECT_TRUE(pressed_after("click 3", &display::UserInput::right));
+  EXPECT_TRUE(pressed_after("click 2", &display::UserInput::middle));
+  for (int i = 0; i < 3; ++i) window->poll();
+  const display::UserInput after = window->poll();
+  EXPECT_FALSE(after.left || after.right || after.middle) << "a click is a press once";
+}
+
 }  // namespace
 }  // namespace typodont::test

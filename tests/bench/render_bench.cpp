@@ -43,7 +43,6 @@ TEST(Bench, StereoFrameOfTheMolar) {
     stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.2e-3, 0)));
     render::Frame frame = frame_of(rig);
     frame.tool = {.visible = true, .X_WG = {at, {1, 0, 0, 0}}, .spindle = 36000};
-    frame.hud = {.visible = true, .tool = "round 1.2 mm", .speed_krpm = 350};
     const auto whole = stage.draw(frame);
     constexpr int kFrames = 8;
     render::FrameStats stats;
@@ -56,9 +55,8 @@ TEST(Bench, StereoFrameOfTheMolar) {
       }
       return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / kFrames;
     };
-    const auto drill = [&](int i) {
+    const auto drill = [&](int) {
       frame.tool.X_WG.p.x += 1e-5;
-      frame.hud.force = 0.1 * i;
       stage.renderer->update(0, touched);
     };
     took(drill);

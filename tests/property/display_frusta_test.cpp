@@ -171,5 +171,40 @@ TEST(Frusta, LateralEyeErrorShiftsByItsShareOfTheDepth) {
   }
 }
 
+TEST(Magnified, ThePictureShowsEveryPointSoManyTimesAsFarFromTheCentre) {
+  Generator g;
+  for (int i = 0; i < 500; ++i) {
+    const auto c = g.screen();
+    DisplayRig rig;
+    rig.screen = c.screen;
+    rig.head.eye_center = g.eye(c);
+    rig.head.ipd = 0.06;
+    rig.head.right = c.right;
+    if (i % 2) {  // the same, seen in a mirror that stands beside the eyes
+      Mirror mirror{g.direction(), g.uniform(-0.3, 0.3), g.uniform(0, 0.004), 1.5};
+      rig.mirror = mirror;
+      rig.head.eye_center = reflect(mirror, rig.head.eye_center);
+      rig.head.right = reflect(mirror, c.right) - reflect(mirror, dvec3(0));
+    }
+    rig.magnify = g.uniform(0.5, 12);
+    const dvec3 about = c.middle + 0.05 * g.direction();
+    const DisplayRig shrunk = magnified(rig, about);
+    EXPECT_EQ(shrunk.magnify, 1);
+    const auto life = eye_views(rig), larger = eye_views(shrunk);
+    const dvec3 p = about + 0.01 * g.direction();
+    for (std::size_t e = 0; e < 2; ++e) {
+      const dvec3 a = ndc(larger[e], p), b = ndc(life[e], about + rig.magnify * (p - about));
+      ASSERT_NEAR(a.x, b.x, 1e-7);
+      ASSERT_NEAR(a.y, b.y, 1e-7);
+      // At the centre itself what is seen stays where it is felt.
+      ASSERT_NEAR(ndc(larger[e], about).x, ndc(life[e], about).x, 1e-7);
+    }
+    EXPECT_EQ(sees(shrunk, shrunk.head), sees(rig, rig.head));
+    // A point of the rig's own goes before the work's.
+    rig.magnify_about = about + dvec3(0.01, 0, 0);
+    EXPECT_EQ(magnified(rig, about).head.eye_center, magnified(rig, *rig.magnify_about).head.eye_center);
+  }
+}
+
 }  // namespace
 }  // namespace typodont::display

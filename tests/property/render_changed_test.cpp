@@ -31,7 +31,7 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   frame.tool = {.visible = true,
                 .X_WG = {dvec3(0, 0, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
-  frame.hud = {.visible = true, .tool = "round 1.4 mm", .hint = "hint"};
+  display::Hud hud{.visible = true, .tool = "round 1.4 mm", .hint = "hint"};
   changing.stage.draw(frame);
   std::vector<render::MeshUpdate> now = sound;
   std::vector<render::Particle> particles;
@@ -39,9 +39,10 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
   for (int step = 0; step < 12; ++step) {
     frame.tool.X_WG.p += 0.5e-3 * dvec3(uniform(random), uniform(random), 0.5 * uniform(random));
     frame.tool.visible = step != 5;
+    frame.cursor = {step % 4 != 3, frame.tool.X_WG.p, frame.tool.X_WG.R * dvec3(0, 0, -1), 0.9e-3};
     frame.tool.spindle = step % 3 ? 3000 : 0;
-    if (step % 4 == 1) frame.hud.force = 0.3 * step;
-    if (step == 8) frame.hud.hint = "another, longer hint";
+    if (step % 4 == 1) hud.force = 0.3 * step;
+    if (step == 8) hud.hint = "another, longer hint";
     particles.clear();
     for (int i = 0; i < (step % 5) * 4; ++i)
       particles.push_back({glm::vec3(4e-3 * uniform(random), 4e-3 * uniform(random), 3e-3),
@@ -80,11 +81,9 @@ TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
         parts[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
     gpu::run_once(changing.stage.device, [&](VkCommandBuffer commands) {
       changing.stage.compositor->record(commands, changing.stage.renderer->pictures(), display::Layout::kSideBySide,
-                                        *output->acquire(), 0, 0, &parts);
+                                        *output->acquire(), 0, 0, &parts, {&hud, &hud});
     });
-    frame.hud.force += 1e-3;  // so that it is drawn again
-    fresh.stage.draw(frame, display::Layout::kSideBySide);
-    frame.hud.force -= 1e-3;
+    fresh.stage.hud = hud;
     fresh.stage.draw(frame, display::Layout::kSideBySide);
     const Difference composed = compare({screen, output->read()}, fresh.stage.screen, 0);
     ASSERT_EQ(composed.pixels, 0) << "composed, step " << step;

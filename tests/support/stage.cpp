@@ -38,7 +38,8 @@ render::FrameStats Stage::draw(const render::Frame& frame, std::optional<display
   const render::FrameStats stats = renderer->record(commands, frame, ring.slot(), ring.submitted, ring.finished);
   if (layout) {
     output = display::make_offscreen(device, display::screen_pixels(*layout, size));
-    compositor->record(commands, renderer->pictures(), *layout, *output->acquire(), ring.slot());
+    compositor->record(commands, renderer->pictures(), *layout, *output->acquire(), ring.slot(), 0, nullptr,
+                       {&hud, &hud});
   }
   if (!stats.drawn && !layout) {
     ring.abandon(device);

@@ -28,6 +28,7 @@ struct Stage {
   std::optional<render::Renderer> renderer;
   std::optional<display::Compositor> compositor;
   glm::ivec2 size;
+  display::Hud hud;  // written over the screen
 
   /// Draws, and composes if a layout is given; waits.
   render::FrameStats draw(const render::Frame& frame, std::optional<display::Layout> layout = {});

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include "engine/app/assets.h"
 #include "engine/app/field/tooth_field.h"
@@ -233,6 +235,26 @@ TEST_F(Around, TheCoarseOnesAreTheSameShapeWithFewerTriangles) {
       for (const auto& v : b.vertices) coarse_lo = glm::min(coarse_lo, v.p), coarse_hi = glm::max(coarse_hi, v.p);
     EXPECT_LT(glm::length(lo - coarse_lo), 0.2e-3f);
     EXPECT_LT(glm::length(hi - coarse_hi), 0.2e-3f);
+  }
+}
+
+TEST_F(Around, TheCoarseOnesAreShadedAsOneSmoothBody) {
+  // Corners at one place: a neighbour whose triangles each have a normal of their own looks shattered.
+  for (const SurroundingMesh& mesh : {std::cref(meshes[0]), std::cref(meshes[1])}) {
+    std::map<std::array<int, 3>, std::vector<glm::vec3>> places;
+    for (const auto& b : mesh.coarse)
+      for (const auto& v : b.vertices) {
+        const glm::ivec3 key(glm::round(v.p / 2e-6f));
+        places[{key.x, key.y, key.z}].push_back(v.n);
+      }
+    std::size_t several = 0, apart = 0;
+    for (const auto& [place, normals] : places) {
+      several += normals.size() > 1;
+      apart += std::any_of(normals.begin(), normals.end(),
+                           [&](const glm::vec3& n) { return glm::dot(n, normals[0]) < std::cos(15 * kDegree); });
+    }
+    EXPECT_GT(several, 20u);
+    EXPECT_LE(apart, places.size() / 100) << "of " << places.size() << ", " << several << " with several corners";
   }
 }
 

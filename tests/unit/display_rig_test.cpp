@@ -164,6 +164,23 @@ TEST(RigFile, BadValuesNameTheirPlaceWhatWasFoundAndWhatWasExpected) {
               testing::AllOf(HasSubstr("screen.corners_mm"), HasSubstr("right angle")));
   EXPECT_THAT(message_for(kExample, "[0,300,400]", "[0,-500,400]"),
               testing::AllOf(HasSubstr("head.eye_center_mm"), HasSubstr("behind the picture")));
+  EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirror\", \"magnify\": 0,"), HasSubstr("magnify"));
+  EXPECT_THAT(message_for(kExample, "\"mirror\",", "\"mirror\", \"magnify_about_mm\": [1,2,3],"),
+              testing::AllOf(HasSubstr("magnify_about_mm"), HasSubstr("\"magnify\" beside it")));
+  EXPECT_THAT(message_for(R"({"display":"hmd", "hmd": {"magnify": 4}})", "\"hmd\",", "\"hmd\", \"magnify\": 3,"),
+              testing::AllOf(HasSubstr("magnify"), HasSubstr("hmd")));
+}
+
+TEST(RigFile, MagnifiesAnyRigWithAScreen) {
+  for (const char* kind : {"window", "mirror", "offscreen"}) {
+    const std::string text = std::string(R"({"display":")") + kind +
+                             R"(", "magnify": 8, "magnify_about_mm": [6,5,18], "screen": {"corners_mm":
+          {"lower_left": [-100,-80,0], "lower_right": [100,-80,0], "upper_left": [-100,80,0]}}})";
+    const DisplayRig rig = parse_rig(Json::parse(text, "rig.json"));
+    EXPECT_EQ(rig.magnify, 8);
+    ASSERT_TRUE(rig.magnify_about);
+    EXPECT_NEAR(rig.magnify_about->z, 18e-3, 1e-15);
+  }
 }
 
 TEST(RigFile, AMirrorNeedsItsScreen) {

@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
+#include <set>
 
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/render/sight.h"
 #include "tests/support/stage.h"
 #include "tests/support/tooth_mesh.h"
@@ -15,7 +18,6 @@ render::Frame full_frame(const display::DisplayRig& rig, std::span<const render:
   frame.tool = {.visible = true,
                 .X_WG = {dvec3(0, 0, 2e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, -.2, 1)))}};
   frame.particles = particles;
-  frame.hud = {.visible = true, .tool = "round 1.2 mm", .speed_krpm = 300, .force = 1.2, .hint = "Remove the caries"};
   return frame;
 }
 
@@ -31,7 +33,7 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
     // The lamp's, the eyes', and where a picture has one sample what lies over each eye's scene.
     const int shadow = quality.shadow_map > 0 ? 1 : 0, over = stage.device.multiview || quality.samples > 1 ? 0 : 2;
     EXPECT_EQ(stats.passes, shadow + (stage.device.multiview ? 1 : 2) + over) << quality.name;
-    EXPECT_EQ(stats.pipelines, 6 + shadow) << quality.name;  // two for the surface: of sound tissue and with decay
+    EXPECT_EQ(stats.pipelines, 5 + shadow) << quality.name;  // two for the surface: of sound tissue and with decay
     EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
   }
 }
@@ -50,8 +52,6 @@ TEST(Frame, NothingMovedNoNewFrame) {
     EXPECT_EQ(stats.frames, 1u);
   }
   frame.tool.X_WG.p.x += 1e-6;
-  EXPECT_TRUE(stage.draw(frame).drawn);
-  frame.hud.force = 1.3;
   EXPECT_TRUE(stage.draw(frame).drawn);
   EXPECT_FALSE(stage.draw(frame).drawn);
 }
@@ -146,21 +146,6 @@ TEST(Frame, ABodyIsInSightBeforeAnEyeInAMirrorsGlassOrByItsShadow) {
                   }())
                       .eyes[0];
   EXPECT_FALSE(render::in_sight(frame, at(dvec3(0)))) << "mono: the second does not count";
-}
-
-TEST(Frame, WritingIsDrawnOnlyWhenWhatItSaysChanges) {
-  Stage stage({160, 128});
-  stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
-  render::Frame frame = full_frame(desk(0.03, 0.024, 0.35), {});
-  frame.hud.force_limit = 5;
-  EXPECT_TRUE(stage.draw(frame).drawn);
-  frame.hud.force += 0.001;     // "1.20 N" still, and no pixel of the bar
-  frame.hud.speed_krpm += 0.2;  // "300 krpm" still
-  EXPECT_FALSE(stage.draw(frame).drawn);
-  frame.hud.speed_krpm += 0.4;
-  EXPECT_TRUE(stage.draw(frame).drawn);
-  frame.hud.hint += " now";
-  EXPECT_TRUE(stage.draw(frame).drawn);
 }
 
 TEST(Frame, TheShadowMapIsRedrawnOnlyWhenTheTissueChanges) {
@@ -274,6 +259,90 @@ TEST(Frame, CullingChangesNoPixel) {
   EXPECT_GT(stats.bricks_culled + stats.bricks_facing_away, 0);
   in_one.draw(frame);
   for (int e = 0; e < 2; ++e) EXPECT_LE(compare(in_bricks.eye(e), in_one.eye(e), 1).pixels, 6);
+}
+
+TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
+  for (const render::Quality& quality : render::kQualityLadder) {
+    Stage stage({320, 256}, quality);
+    stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 0.8e-3, 0)));
+    for (int i = 0; i < 6; ++i) {
+      // Pixels from a third of the neck's width to three times it, and the tool anywhere between them.
+      const double width = 0.02 * std::pow(2, i);
+      render::Frame frame = frame_of(desk(width, 0.8 * width, 0.35));
+      frame.background = render::Background::kBlack;
+      frame.tool = {
+          .visible = true,
+          .X_WG = {dvec3(0.13e-3 * i, 0.11e-3 * i, 0), rotation_between({0, 0, 1}, glm::normalize(dvec3(-.3, .5, 1)))}};
+      stage.draw(frame);
+      const render::Picture picture = stage.eye(0);
+      const auto lit = [&](const glm::ivec2& p) {
+        return p.x >= 0 && p.y >= 0 && p.x < picture.size.x && p.y < picture.size.y && picture.at(p.x, p.y)[1] > 12;
+      };
+      // All that is lit hangs together.
+      std::set<std::pair<int, int>> left;
+      for (int y = 0; y < picture.size.y; ++y)
+        for (int x = 0; x < picture.size.x; ++x)
+          if (lit({x, y})) left.insert({x, y});
+      ASSERT_FALSE(left.empty());
+      std::vector<std::pair<int, int>> next{*left.begin()};
+      left.erase(left.begin());
+      while (!next.empty()) {
+        const auto [x, y] = next.back();
+        next.pop_back();
+        for (int dx = -1; dx <= 1; ++dx)
+          for (int dy = -1; dy <= 1; ++dy)
+            if (left.erase({x + dx, y + dy}) > 0) next.push_back({x + dx, y + dy});
+      }
+      EXPECT_TRUE(left.empty()) << quality.name << ", a picture of " << 1e3 * width << " mm: " << left.size()
+                                << " pixels apart from the others";
+      // The head is among them.
+      const glm::dvec4 c = frame.eyes[0].projection * frame.eyes[0].view * glm::dvec4(frame.tool.X_WG.p, 1);
+      const glm::ivec2 head((0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(picture.size));
+      bool there = false;
+      for (int dx = -1; dx <= 1; ++dx)
+        for (int dy = -1; dy <= 1; ++dy) there = there || lit(head + glm::ivec2(dx, dy));
+      EXPECT_TRUE(there) << quality.name << ", a picture of " << 1e3 * width << " mm";
+    }
+  }
+}
+
+TEST(Frame, TheCursorsRingIsDrawnRoundItsLineOnWhatItMeetsFirst) {
+  for (const std::size_t step : {0u, 4u}) {
+    Stage stage({320, 256}, render::kQualityLadder[step]);
+    stage.renderer->update(0, tooth_mesh(0, 0.4e-3));
+    render::Frame frame = frame_of(desk(0.02, 0.016, 0.35));
+    frame.views = 1;
+    stage.draw(frame);
+    const render::Picture without = stage.eye(0);
+    // Along the line of sight the ring is a circle, whatever the surface is like.
+    const dvec3 eye = frame.eyes[0].position, toward = glm::normalize(eye);
+    frame.cursor = {true, 8e-3 * toward, glm::normalize(8e-3 * toward - eye), 2e-3};
+    EXPECT_TRUE(stage.draw(frame).drawn);
+    const render::Picture with = stage.eye(0);
+    const auto pixel = [&](const dvec3& p) {
+      const glm::dvec4 c = frame.eyes[0].projection * frame.eyes[0].view * glm::dvec4(p, 1);
+      return (0.5 + 0.5 * glm::dvec2(c) / c.w) * glm::dvec2(with.size);
+    };
+    const dvec3 side = glm::normalize(glm::cross(toward, dvec3(0, 0, 1)));
+    const glm::dvec2 middle = pixel(frame.cursor.p);
+    const double radius = glm::length(pixel(frame.cursor.p + 2e-3 * side) - middle);
+    std::set<int> octants;
+    for (int y = 0; y < with.size.y; ++y)
+      for (int x = 0; x < with.size.x; ++x) {
+        int differs = 0;
+        for (int c = 0; c < 3; ++c) differs = std::max(differs, std::abs(with.at(x, y)[c] - without.at(x, y)[c]));
+        if (differs <= 8) continue;
+        const glm::dvec2 d = glm::dvec2(x + 0.5, y + 0.5) - middle;
+        EXPECT_NEAR(glm::length(d), radius, 0.35 * radius + 2) << x << " " << y;
+        octants.insert(static_cast<int>(std::floor((std::atan2(d.y, d.x) + kPi) / (kPi / 4))) % 8);
+      }
+    EXPECT_EQ(octants.size(), 8u) << "all round";
+    // From within or behind, its line only leaves the body.
+    frame.cursor.p = -8e-3 * toward;
+    frame.cursor.down = toward;
+    stage.draw(frame);
+    EXPECT_EQ(compare(stage.eye(0), without, 0).pixels, 0);
+  }
 }
 
 TEST(Frame, AMonoFrameDrawsOneView) {

@@ -11,6 +11,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/teaching_views.h"
 #include "engine/app/picture/tissue_view.h"
@@ -36,7 +37,7 @@ using nlohmann::ordered_json;
 struct Options {
   std::string scene, rig = "closeup", out, size, eye = "both", pose, quality = "high";
   std::string view = "look", plane, ideal, volume;
-  double at = 0;
+  double at = 0, magnify = 0;
   bool json = false, hud = false, validate = false;
 };
 
@@ -189,6 +190,8 @@ void run(const Options& options) {
     if (!ideal)
       throw Error("", "--ideal", "nothing", "--ideal VOLUME.vdb, the tooth as it should become, or a task's ideal");
   }
+  if (options.magnify > 0) rig.magnify = options.magnify;
+  rig = magnified_for(rig, volume);
   std::vector<render::Particle> spheres;
   if (options.view == "spheres") {
     const haptics::ServoSettings settings = servo_settings(scene, volume, 1000);
@@ -259,8 +262,10 @@ void run(const Options& options) {
   if (code || !fs::is_directory(out))
     throw Error(options.out, "", code ? code.message() : "not a folder", "a folder that can be made");
   std::vector<std::string> written;
-  const auto write = [&](const char* name, const render::Picture& picture) {
-    render::write_png(out / name, render::scaled_to(picture, eye_size));
+  const auto write = [&](const char* name, const render::Picture& eye) {
+    render::Picture picture = render::scaled_to(eye, eye_size);
+    stage.write_over(picture);
+    render::write_png(out / name, picture);
     written.push_back((out / name).string());
   };
   if (options.eye != "right") write("left.png", stage.eye(0));
@@ -302,6 +307,8 @@ void add_render_command(cli::Command& app) {
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
   command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
+  command->add_option("--magnify", options->magnify, "show the work so many times larger than life")
+      ->check(cli::range(0.1, 100.0));
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")

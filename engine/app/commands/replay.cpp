@@ -161,6 +161,8 @@ void add_replay_command(cli::Command& app) {
                       "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
   command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
   command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(cli::range(0.0, 100.0));
+  command->add_option("--magnify", p.magnify, "show the work so many times larger than life")
+      ->check(cli::range(0.1, 100.0));
   command->add_option("--from", p.from, "where to begin, s of the recording");
   command->add_option("--to", p.to, "where to end");
   command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
@@ -181,7 +183,7 @@ void add_replay_command(cli::Command& app) {
   command->callback([options, command] {
     const bool film = !options->playback.film.empty();
     command->refuse_without(
-        {"--beside", "--rig", "--eye-mm", "--ipd-mm", "--from", "--to", "--speed", "--loop", "--view"},
+        {"--beside", "--rig", "--eye-mm", "--ipd-mm", "--magnify", "--from", "--to", "--speed", "--loop", "--view"},
         options->show || film, "--show or --film");
     command->refuse_without({"--monitor"}, options->show, "--show");
     command->refuse_without({"--fps"}, film, "--film");

@@ -100,6 +100,9 @@ void add_run_command(cli::Command& app) {
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
   command->add_option("--rig", w.rig,
                       "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
+  command
+      ->add_option("--magnify", w.magnify, "show the work so many times larger than life, instead of as the rig says")
+      ->check(cli::range(0.1, 100.0));
   command->add_option("--hand", w.hand, "script:HAND.csv, expert:, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");

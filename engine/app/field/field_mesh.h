@@ -12,6 +12,30 @@
 
 namespace typodont {
 
+/// Gives each vertex the slope of the field as its normal, so that large triangles are shaded as small ones are: the
+/// mesher takes a bend between two large triangles for an edge. Where the surface has one, the slope across it is no
+/// normal of either side; there the mesher's stays. `lo`: m, W, of the vertices; `step`: m, the slope is taken over
+/// two.
+template <class Distance>
+void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
+  constexpr float kSameSide = 0.5f;  // cosine
+  for (render::MeshUpdate& brick : bricks) {
+    for (render::Vertex& v : brick.vertices) {
+      const dvec3 p = lo + dvec3(v.p);
+      dvec3 slope;
+      for (int axis = 0; axis < 3; ++axis) {
+        dvec3 along(0);
+        along[axis] = step;
+        slope[axis] = distance(p + along) - distance(p - along);
+      }
+      const double length = glm::length(slope);
+      if (!(length > 0)) continue;
+      const glm::vec3 n(slope / length);
+      if (glm::dot(n, v.n) > kSameSide) v.n = n;
+    }
+  }
+}
+
 /// Over the box lo … hi, m, W; vertices relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
 /// there, asked near the surface. `tolerances`: voxels, a mesh for each.
 template <std::size_t kMeshes, class Distance, class Label>

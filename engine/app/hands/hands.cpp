@@ -91,7 +91,9 @@ void add_window_drivers() {
   };
   haptics::Driver mouse;
   mouse.scheme = "mouse";
-  mouse.about = "the mouse over the window: left button drills, wheel goes in and out";
+  mouse.rest = "[STEP_MM]";
+  mouse.about =
+      "the mouse over the window: left button drills, wheel goes in and out (by STEP_MM a notch), right tilts";
   mouse.hardware = false;
   mouse.open = opened_by_the_window("mouse", "a window rig for it to move in");
   mouse.find = [] {

@@ -1,23 +1,35 @@
 #include "engine/app/hands/mouse_hand.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
+#include "engine/base/error.h"
 #include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "engine/display/keys.h"
 
 namespace typodont {
 
 namespace {
 
-constexpr double kWheelStep = 0.15e-3;  // m a notch
-constexpr double kFollowTime = 15e-3;   // s, of the smoothing
-constexpr double kMostDepth = 30e-3;    // m
+constexpr double kUsualStep = 0.15e-3;                     // m a notch of the wheel
+constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, the same
+constexpr double kFollowTime = 15e-3;                      // s, of the smoothing
+constexpr double kMostDepth = 30e-3;                       // m
+constexpr Nanos kShortestPress = 50'000'000;               // ns: the servo sees every click
+constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};        // away from the user, so that the bur can be seen
+constexpr double kMostLean = 85 * kDegree;                 // rad
+constexpr double kLeanPerHalfHeight = 60 * kDegree;        // rad that the way across half the picture's height leans
+constexpr double kReturn = 0.5;  // of the pointer's way: so fast does the tool come back under it
 
 class MouseHand : public haptics::HapticDevice {
  public:
-  MouseHand(Wiring& wiring, const Pose& start, double rate) : wiring_(wiring), rate_(rate) {
+  MouseHand(Wiring& wiring, const Pose& start, double rate) : wiring_(wiring), rate_(rate), smoothing_(start, rate) {
     info_ = {"mouse:", "mouse over the window", "", rate, 0, 0};
-    pose_ = wanted_.X_WT = start;
+    wanted_.X_WT = start;
     start_ = now();
   }
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
@@ -26,9 +38,7 @@ class MouseHand : public haptics::HapticDevice {
     const Nanos t = from_seconds(static_cast<double>(index_++) / rate_);
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
-    const double share = 1 - std::exp(-1 / (rate_ * kFollowTime));
-    pose_ = {glm::mix(pose_.p, wanted_.X_WT.p, share), wanted_.X_WT.R};
-    sample = {t, pose_, wanted_.pedal};
+    sample = smoothing_.next(wanted_, t);
     return true;  // the servo decides when to end
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
@@ -38,30 +48,98 @@ class MouseHand : public haptics::HapticDevice {
   double rate_;
   haptics::DeviceInfo info_;
   haptics::HandSample wanted_;
-  Pose pose_;
+  PointerSmoothing smoothing_;
   Nanos start_ = 0;
   std::uint64_t index_ = 0;
 };
 
 }  // namespace
 
-Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W) : rig_(rig) {
-  const display::Screen& screen = rig.screen;
-  const dvec3 normal =
-      glm::normalize(glm::cross(screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left));
-  const dvec3 up = glm::normalize(screen.upper_left - screen.lower_left);
-  depth_ = glm::dot(start_W - screen.lower_left, normal);
-  // Held like a pen from above and behind: the shank leans away from the user.
-  X_WT_ = {start_W, rotation_between({0, 0, 1}, glm::normalize(up - 0.3 * normal))};
+double wheel_step_of(const std::string& text) {
+  if (text.empty()) return kUsualStep;
+  char* end = nullptr;
+  const double step = std::strtod(text.c_str(), &end) * kMillimetre;
+  if (end != text.c_str() + text.size() || !(step >= kLeastStep && step <= kMostStep))
+    throw Error("--hand", "", "mouse:" + text,
+                fmt::format("mouse: or mouse:STEP_MM, {:g} to {:g} mm a notch of the wheel", kLeastStep / kMillimetre,
+                            kMostStep / kMillimetre));
+  return step;
+}
+
+Pointer::Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step)
+    : rig_(rig), wheel_step_(wheel_step), lean_(kRestingLean) {
+  const View seen = view();
+  depth_ = glm::dot(start_W - seen.middle, seen.toward_eye);
+}
+
+Pointer::View Pointer::view() const {
+  const display::Screen screen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
+  View v;
+  v.half_right = 0.5 * (screen.lower_right - screen.lower_left);
+  v.half_up = 0.5 * (screen.upper_left - screen.lower_left);
+  v.middle = screen.lower_left + v.half_right + v.half_up;
+  v.eye = rig_.head.eye_center;
+  const dvec3 normal = glm::normalize(glm::cross(v.half_right, v.half_up));
+  v.toward_eye = glm::dot(normal, v.eye - v.middle) > 0 ? normal : -normal;
+  return v;
+}
+
+/// `moved`: of the pointer, −1..1 over the picture.
+void Pointer::lean(const glm::dvec2& moved, const View& view) {
+  const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
+  const double half_height = glm::length(view.half_up);
+  // A mirror or a panel that stands on its side turns the picture: the user's own right counts.
+  const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
+  const glm::dvec2 turned =
+      lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
+  lean_ = glm::clamp(turned, glm::dvec2(-kMostLean), glm::dvec2(kMostLean));
+}
+
+dquat Pointer::rotation() const {
+  const dvec3 z(0, 0, 1), level = rig_.head.right - z * rig_.head.right.z;
+  const dvec3 x = glm::length(level) > 1e-3 ? glm::normalize(level) : dvec3(1, 0, 0), away = glm::cross(z, x);
+  const dquat upright(glm::dmat3(x, away, z));
+  return glm::angleAxis(lean_.x, away) * glm::angleAxis(-lean_.y, x) * upright;
 }
 
 haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
-  const display::Screen& screen = rig_.screen;
-  const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
-  const dvec3 normal = glm::normalize(glm::cross(right, up));
-  depth_ = std::clamp(depth_ + input.wheel * kWheelStep, -kMostDepth, kMostDepth);
-  X_WT_.p = screen.lower_left + (input.pointer.x + 1) / 2 * right + (input.pointer.y + 1) / 2 * up + depth_ * normal;
-  return {t, X_WT_, input.left ? 1.0 : 0.0};
+  for (const int key : input.pressed) {
+    if (key == display::keys::kPageUp) wheel_step_ = std::min(2 * wheel_step_, kMostStep);
+    if (key == display::keys::kPageDown) wheel_step_ = std::max(wheel_step_ / 2, kLeastStep);
+  }
+  const View seen = view();
+  const glm::dvec2 moved = input.pointer - at_;
+  at_ = input.pointer;
+  if (input.right || input.shift) {
+    lean(moved, seen);
+    offset_ -= moved;  // the head stays where it is …
+  } else {
+    // … and comes back under the pointer while that moves on: nothing jumps.
+    const double left = glm::length(offset_);
+    if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
+  }
+  if (input.middle) lean_ = glm::dvec2(0);
+  depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
+
+  // On the eye's ray through the screen, so that the tool is under the pointer however deep it is.
+  const glm::dvec2 over = at_ + offset_;
+  const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
+  const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);
+  const double depth = std::min(depth_, 0.9 * distance);
+  const dvec3 p = on_screen + depth / distance * (seen.eye - on_screen);
+
+  if (input.left && !pressed_) pressed_at_ = t;
+  pressed_ = input.left;
+  const bool down = pressed_ || t - pressed_at_ < kShortestPress;
+  return {t, {p, rotation()}, down ? 1.0 : 0.0};
+}
+
+PointerSmoothing::PointerSmoothing(const Pose& start, double rate)
+    : pose_(start), share_(1 - std::exp(-1 / (rate * kFollowTime))) {}
+
+haptics::HandSample PointerSmoothing::next(const haptics::HandSample& wanted, Nanos t) noexcept {
+  pose_ = {glm::mix(pose_.p, wanted.X_WT.p, share_), glm::slerp(pose_.R, wanted.X_WT.R, share_)};
+  return {t, pose_, wanted.pedal};
 }
 
 std::unique_ptr<haptics::HapticDevice> make_mouse_hand(Wiring& wiring, const Pose& start, double rate) {

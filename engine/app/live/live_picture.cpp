@@ -66,6 +66,7 @@ void LivePicture::make(gpu::Device* device) {
   look.embedded = options_.embedded;
   look.hud = !options_.operated;  // what the operator's window says need not stand in the trainee's picture
   look.device = device;
+  look.cursor = options_.cursor;
   look.monitor = options_.monitor;
   look.quality = ladder_.step();
   stage_.emplace(*rig_, shown_, look);
@@ -186,6 +187,7 @@ void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
     PictureStage::Options look;
     look.embedded = true;
     look.hud = false;
+    look.cursor = options_.cursor;
     look.device = options_.device;
     look.quality = ladder_.step();
     own_stage_.emplace(rig_of(own_from_, views_->middle(), own_size_), shown_, look);

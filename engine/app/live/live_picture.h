@@ -24,6 +24,7 @@ class LivePicture {
   struct Options {
     bool operated = false;          // the operator's window says what else stands in the picture
     bool embedded = false;          // shown in the operator's window, not in one of its own
+    bool cursor = false;            // one in space, for a hand that is seen on the screen only
     int monitor = -1;               // full screen on this one; -1: a window on the desktop
     gpu::Device* device = nullptr;  // the operator's; null: one of its own
   };

@@ -271,9 +271,9 @@ bool InterfaceWindow::poll(double most_seconds) {
   keys_.add(input_.keys);
   if (input_.focused != before.focused) io.AddFocusEvent(input_.focused);
   io.MousePos = {static_cast<float>(input_.pixel.x), static_cast<float>(input_.pixel.y)};
-  io.MouseDown[0] = input_.left || input_.clicked[0];
-  io.MouseDown[1] = input_.right || input_.clicked[1];
-  io.MouseDown[2] = input_.middle || input_.clicked[2];
+  io.MouseDown[0] = input_.left;
+  io.MouseDown[1] = input_.right;
+  io.MouseDown[2] = input_.middle;
   io.MouseWheel += static_cast<float>(input_.wheel);
   return used || !keys_.empty() || output_->needs_frame() || to_seconds(t - last_input_) < kSettle ||
          to_seconds(t - last_frame_) >= most_seconds;

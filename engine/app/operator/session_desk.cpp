@@ -102,7 +102,10 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
 SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
-  if (!bench_->step(s_.live_input, s_.live_size)) return Turn::kOver;
+  const bool goes_on = bench_->step(s_.live_input, s_.live_size);
+  s_.live_input.wheel = 0;  // done: the page may not be drawn again before the next step
+  s_.live_input.pressed.clear();
+  if (!goes_on) return Turn::kOver;
   if (s_.author) paint();
   s_.status = bench_->status();
   s_.settings = bench_->settings();

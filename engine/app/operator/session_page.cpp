@@ -140,7 +140,8 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0.03f, 0.032f, 0.035f, 1));
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
-  s.live_input.left = false;  // the hand stays where it was while the pointer is elsewhere
+  s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
+      false;  // the hand stays where it was while the pointer is elsewhere
   s.live_input.wheel = 0;
   // This window's own picture fills the room there is; another's keeps its proportions.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
@@ -169,8 +170,13 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       turn(s, ImGui::IsItemHovered(), ImGui::IsItemActive());
     } else {
       s.live_input.pointer = {2 * (io.MousePos.x - screen.x) / fit.x - 1, 1 - 2 * (io.MousePos.y - screen.y) / fit.y};
-      s.live_input.pointer = glm::clamp(s.live_input.pointer, glm::dvec2(-1.2), glm::dvec2(1.2));
+      s.live_input.pointer = upright * glm::clamp(s.live_input.pointer, glm::dvec2(-1.2), glm::dvec2(1.2));
       s.live_input.left = ImGui::IsItemActive() && io.MouseDown[0];
+      s.live_input.right = s.live_hovered && io.MouseDown[1];
+      s.live_input.middle = s.live_hovered && io.MouseDown[2];
+      s.live_input.shift = s.live_hovered && io.KeyShift;
+      for (const int key : {keys::kPageUp, keys::kPageDown})
+        if (ImGui::IsKeyPressed(key)) s.live_input.pressed.push_back(key);
       s.live_input.wheel = s.live_hovered ? static_cast<double>(io.MouseWheel) : 0.0;
     }
   } else {

@@ -33,6 +33,7 @@ PairStage::PairStage(const display::DisplayRig& rig, const std::array<haptics::S
     display::WindowOptions window;
     window.size = {std::min(screen.x, 1600), std::min(screen.x, 1600) * screen.y / screen.x};
     window.output = options.monitor;
+    window.fits_screen = true;
     output_ = display::make_window(device_, window);
   }
 #endif
@@ -84,7 +85,8 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>
     stats[k] = stages_[k]->draw(ticks[k], particles[k], dt, hints[k]);
     drawn |= stats[k].drawn;
   }
-  if (!drawn) return stats;
+  const display::Compositor::Huds huds{&stages_[0]->hud(), &stages_[1]->hud()};
+  if (!drawn && !compositor_->says_new(huds, display::Layout::kSideBySide)) return stats;
   fit();
   const auto target = output_->acquire();
   if (!target) return stats;
@@ -110,7 +112,7 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>
   gpu::transition(commands, both_, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
                   VK_PIPELINE_STAGE_2_TRANSFER_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
                   VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT, VK_ACCESS_2_SHADER_READ_BIT);
-  compositor_->record(commands, both_, display::Layout::kSideBySide, *target, ring_.slot(), 0);
+  compositor_->record(commands, both_, display::Layout::kSideBySide, *target, ring_.slot(), 0, nullptr, huds);
   ring_.submit(device_, target->ready, target->done);
   output_->present();
   ring_.wait_idle(device_);

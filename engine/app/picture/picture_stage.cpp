@@ -178,6 +178,21 @@ void PictureStage::follow_pixels(double pixel) {
   typodont::surround(*renderer_, around_, coarse_around_);
 }
 
+void PictureStage::add_cursor(const Pose& X_WG, render::Frame& frame) {
+  constexpr double kRoom = 0.2e-3, kStep = 0.5e-3, kReach = 10e-3, kDot = 0.05e-3;  // m
+  const haptics::Tool& held = tool();
+  const dvec3 down = X_WG.R * dvec3(0, 0, -1);
+  frame.cursor = {true, X_WG.p, down, 1.3 * held.radius() + kRoom};
+  with_dots_.assign(frame.particles.begin(), frame.particles.end());
+  const auto radius = static_cast<float>(std::max(kDot, pixel_));
+  for (double way = kStep; way <= kReach; way += kStep)
+    with_dots_.push_back({glm::vec3(X_WG.p + (held.half() + way) * down),
+                          radius,
+                          {0.42f, 0.85f, 0.92f},
+                          static_cast<float>(1 - 0.7 * way / kReach)});
+  frame.particles = with_dots_;
+}
+
 void PictureStage::show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin) {
   renderer_->remove(body);
   renderer_->update(body, bricks);
@@ -261,31 +276,34 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   frame.section = section_;
   frame.particles = particles;
   frame.cloud = cloud_;
+  if (options_.cursor && options_.tool) add_cursor(shown_at_, frame);
+  hud_.visible = options_.hud;
   if (options_.hud) {
-    frame.hud.visible = true;
-    frame.hud.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
+    hud_.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
     read_age_ += dt;
     if (dt <= 0 || read_age_ >= kReadEvery) {
       read_age_ = 0;
       read_force_ = glm::length(tick.f_T_W);
       read_spindle_ = tick.spindle;
     }
-    frame.hud.speed_krpm = read_spindle_ / kKrpm;
-    frame.hud.force = read_force_;
-    frame.hud.force_limit = options_.force_limit;
-    frame.hud.hint = hint;
-    frame.hud.upright = display::upright(rig_);
-    frame.hud.aspect =
+    hud_.speed_krpm = read_spindle_ / kKrpm;
+    hud_.force = read_force_;
+    hud_.force_limit = options_.force_limit;
+    hud_.hint = hint;
+    hud_.upright = display::upright(rig_);
+    hud_.aspect =
         glm::length(screen.lower_right - screen.lower_left) / glm::length(screen.upper_left - screen.lower_left);
   }
 
   const VkCommandBuffer commands = ring_.begin(device_);
   render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
-  if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame()))) {
+  const display::Compositor::Huds huds{&hud_, &hud_};
+  if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame() || compositor_->says_new(huds, screen.layout)))) {
     ring_.abandon(device_);
     return stats;
   }
   follow_pixels(stats.pixel);
+  pixel_ = stats.pixel;
   timing_.gpu = 1e-3 * stats.gpu_ms;
   timing_.record = to_seconds(now() - began);
   timing_.shown = timing_.record + timing_.gpu;
@@ -305,8 +323,9 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
       for (int e = 0; e < frame.views; ++e)
         for (const render::PixelBox& b : renderer_->redrawn(e))
           changed[static_cast<std::size_t>(e)].push_back({b.x, b.y, b.width, b.height});
-    const auto drawn = compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(),
-                                           output_->first_row(), device_.processor && !uncovered ? &changed : nullptr);
+    const auto drawn =
+        compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
+                            device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
       stats.passes += static_cast<int>(target->layers.size());  // in memory it is composed without
     ring_.submit(device_, target->ready, target->done);
@@ -348,6 +367,14 @@ render::Picture PictureStage::eye(int index) {
   const int layer = std::min(index, static_cast<int>(image.options.layers) - 1);
   return {{static_cast<int>(image.options.size.width), static_cast<int>(image.options.size.height)},
           gpu::read_back(device_, image, static_cast<std::uint32_t>(layer), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL)};
+}
+
+void PictureStage::write_over(render::Picture& picture) const {
+  display::Writing writing;
+  writing.write(hud_, picture.size);
+  for (const display::Writing::Panel& panel : writing.panels())
+    display::Writing::lay_over(panel, picture.rgba.data(), 4 * static_cast<std::size_t>(picture.size.x), {0, 0},
+                               /*blue_first=*/false);
 }
 
 render::Picture PictureStage::screen() {

@@ -48,6 +48,7 @@ class PictureStage {
     int monitor = -1;               // full screen on this one; −1: a window on the desktop
     bool hud = true;
     bool tool = true;
+    bool cursor = false;     // a row of dots from the tool's end to where it would land, and a ring there
     double force_limit = 3;  // N, the end of the force bar
   };
   /// Throws Error where the machine has no Vulkan device, or no desktop for a window.
@@ -96,8 +97,12 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
-  /// The eyes (0 left, 1 right) and the composed screen of the last frame.
+  /// The eyes (0 left, 1 right), without writing, and the composed screen of the last frame.
   render::Picture eye(int index);
+  /// Lays the last frame's writing over an eye's picture of any size.
+  void write_over(render::Picture& picture) const;
+  /// What is written over the last frame.
+  const display::Hud& hud() const { return hud_; }
   render::Picture screen();
 
   /// What the last frame drawn took.
@@ -129,6 +134,8 @@ class PictureStage {
   const haptics::Tool& tool() const;
   void follow_head();
   void follow_pixels(double pixel);
+  /// The cursor of a tool that is held there: its ring goes to the frame, its dots are added to the particles.
+  void add_cursor(const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;
   display::Head rest_;  // the head as the rig file has it
@@ -146,6 +153,7 @@ class PictureStage {
   bool missed_ = false;  // a frame was drawn that no target took, or none at all in a window that is minimised
   glm::ivec2 screen_size_{0};
   std::array<dvec3, 2> first_panel_{};  // m, right and up, as the rig file has it
+  display::Hud hud_;
   Surroundings around_;
   bool coarse_around_ = false;
   double read_age_ = 1, read_force_ = 0, read_spindle_ = 0;  // s, N, rad/s: what the writing says, and how long it has
@@ -153,6 +161,8 @@ class PictureStage {
   render::ParticleCloud* cloud_ = nullptr;
   render::View view_ = render::View::kLook;
   glm::dvec4 section_{0, 0, 0, 1};
+  double pixel_ = 0;                         // m that a pixel of the last frame covered of the tooth
+  std::vector<render::Particle> with_dots_;  // what flies, and the cursor's dots
   double angle_ = 0;
   Pose shown_at_;  // the tool
   bool at_rest_ = false;

@@ -12,6 +12,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/picture/debris_view.h"
 #include "engine/app/picture/detail.h"
+#include "engine/app/picture/magnify.h"
 #include "engine/app/picture/pair_stage.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/quality_ladder.h"
@@ -46,6 +47,7 @@ display::DisplayRig rig_of(const PlaybackOptions& options) {
   rig.head.tracker.clear();
   if (options.eye_W) rig.head.eye_center = *options.eye_W;
   if (options.ipd) rig.head.ipd = *options.ipd;
+  if (options.magnify > 0) rig.magnify = options.magnify;
   return rig;
 }
 
@@ -160,10 +162,11 @@ class Side {
 class Playback {
  public:
   explicit Playback(const PlaybackOptions& options) {
-    const display::DisplayRig rig = rig_of(options);
+    display::DisplayRig rig = rig_of(options);
     const bool pair = !options.beside.empty();
     sides_.push_back(std::make_unique<Side>(options.session, pair ? options.session.stem().string() + "   " : ""));
     if (pair) sides_.push_back(std::make_unique<Side>(options.beside, options.beside.stem().string() + "   "));
+    rig = magnified_for(rig, sides_[0]->player().tissue());
     PictureStage::Options look;
     look.quality = render::kQualityLadder[1];
     look.window = options.film.empty();

@@ -18,6 +18,7 @@ struct PlaybackOptions {
   std::string rig;               // file, or the name of one in assets/rigs; empty: window, and closeup for a film
   std::optional<dvec3> eye_W;    // m, between the eyes; else the rig's
   std::optional<double> ipd;     // m
+  double magnify = 0;            // instead of what the rig says; 0: as the rig says
   double from = -1, to = 1e18;   // s of the recording
   double speed = 1;              // negative: backwards
   int loops = 1;                 // of a film; in a window 0 plays once, anything else for ever

@@ -242,6 +242,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
           const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
           return found == Tissue::kPulp ? Tissue::kDentin : found;
         });
+    shade_by_slope(coarse, lo, 0.5 * kToothVoxel, [&](const dvec3& p) { return shape.neighbour(copy, p); });
     meshes.push_back({id++, lo, std::move(fine), std::move(coarse)});
   }
   if (!plan.gum) return result;
@@ -250,6 +251,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   auto [fine, coarse] = meshes_of_field<2>(
       lo, hi, kGumVoxel, kGumTolerance, [&](const dvec3& p) { return shape.gum(p); },
       [](const dvec3&) { return Tissue::kGingiva; });
+  shade_by_slope(coarse, lo, 0.5 * kGumVoxel, [&](const dvec3& p) { return shape.gum(p); });
   meshes.push_back({id, lo, std::move(fine), std::move(coarse)});
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
   return result;

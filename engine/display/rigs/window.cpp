@@ -201,9 +201,15 @@ class Window final : public Output {
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
-    input.left = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
-    input.right = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
-    input.middle = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_MIDDLE) == GLFW_PRESS;
+    // A click shorter than a turn of the caller's loop is a press all the same.
+    const auto down = [&](int button) {
+      return glfwGetMouseButton(window_, button) == GLFW_PRESS || input.clicked[static_cast<std::size_t>(button)];
+    };
+    input.left = down(GLFW_MOUSE_BUTTON_LEFT);
+    input.right = down(GLFW_MOUSE_BUTTON_RIGHT);
+    input.middle = down(GLFW_MOUSE_BUTTON_MIDDLE);
+    input.shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+                  glfwGetKey(window_, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
     input.pixel = at * dvec2(extent_);
     input.focused = focused_;
     return input;

@@ -260,6 +260,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
   for (std::size_t e = 0; e < views; ++e) clip_from_world[e] = frame.eyes[e].projection * frame.eyes[e].view;
   const glm::dmat4 light_from_world(data.light_from_world);
   const bool lit = data.light_size.w > 0;
+  const bool cursor_moved = data.cursor != before.cursor || data.cursor_down != before.cursor_down;
   std::vector<LampBox> in_map;
   for (const BoxInWorld& box : changed) {
     const glm::vec3 lo(box.lo), hi(box.hi);
@@ -291,6 +292,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
         const glm::vec3 center(world_from_mesh * glm::dvec4(0.5f * (lo + hi), 1));
         const float radius = 0.5f * glm::length(hi - lo);
         if (tool_shades(data, center, radius) || tool_shades(before, center, radius)) return true;
+        if (cursor_moved && (cursor_marks(data, center, radius) || cursor_marks(before, center, radius))) return true;
         if (in_map.empty()) return false;
         const LampBox own = in_lamp(light_from_mesh, lo, hi);
         return std::any_of(in_map.begin(), in_map.end(), [&](const LampBox& part) { return part.meets(own); });

@@ -135,6 +135,14 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
   return false;
 }
 
+bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius) {
+  if (data.cursor.w <= 0) return false;
+  const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
+  const float below = glm::dot(q, down);
+  // As far out as surface.frag draws, with an edge that is soft over a few pixels.
+  return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
+}
+
 LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi) {
   LampBox box;
   for (int corner = 0; corner < 8; ++corner) {

@@ -1,5 +1,5 @@
 // What of the pictures a frame changes, so that the rest stays as it was drawn before: tiles that the tool, its shadow,
-// changed tissue, particles or writing touch, now or in the frame before. No Vulkan.
+// changed tissue, the cursor or particles touch, now or in the frame before. No Vulkan.
 #pragma once
 
 #include <array>
@@ -41,6 +41,9 @@ class Tiles {
   glm::ivec2 size_{0}, count_{0};
   std::vector<std::uint8_t> marked_;
 };
+
+/// Whether the cursor's ring may be drawn on what lies within a ball.
+bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
 /// Whether the tool takes light from anything in a ball: its shadow and its occlusion, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);

@@ -75,6 +75,10 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   }
 
   data.mirror = glm::vec4(glm::dvec4(0.5 * frame.mirror.diameter, frame.mirror.fog, 0, 0));
+  if (frame.cursor.visible) {
+    data.cursor = glm::vec4(glm::dvec4(frame.cursor.p, frame.cursor.radius));
+    data.cursor_down = glm::vec4(glm::dvec4(frame.cursor.down, 0));
+  }
   if (frame.tool.visible && tool.index_count) {
     data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
     data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <string>
 
 #include "engine/render/passes/bricks.h"
 #include "engine/render/passes/context.h"
@@ -26,8 +25,9 @@ struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of bricks that was drawn
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // its pipelines
+  bool with_cursor = false;     // the same
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
-              std::span<const DrawGroup> groups, View view, bool glass, FrameStats& stats);
+              std::span<const DrawGroup> groups, const Frame& frame, bool glass, FrameStats& stats);
   int pipelines() const {
     return static_cast<int>(kBrickKinds -
                             static_cast<std::size_t>(std::count(solid.begin(), solid.end(), VkPipeline{}))) +
@@ -110,30 +110,6 @@ struct MaskPass {
   std::array<std::uint32_t, 2> first{}, count{};  // of each eye
   void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
-  void destroy(gpu::Device& device);
-};
-
-struct HudVertex {
-  float place[4];
-  std::uint8_t color[4];
-  float box[4];
-};
-
-struct HudPass {
-  VkPipeline pipeline = VK_NULL_HANDLE;
-  gpu::Image atlas;
-  SlotBuffers vertices;
-  // Of each slot: what its vertices say, and how many they are.
-  std::array<std::string, gpu::FrameRing::kSlots> said;
-  std::array<std::uint32_t, gpu::FrameRing::kSlots> count{};
-  /// All that shows of it in a picture of this size, as bytes to compare: equal ones are the same pixels.
-  static std::string shown(const Hud& hud, glm::ivec2 size);
-  /// Before the frame's descriptor set is written: the atlas exists from here on. Lays out only what says something
-  /// new.
-  void prepare(PassContext& context, int slot, const Hud& hud, glm::ivec2 size);
-  /// Where it stands in a picture of this size: after prepare().
-  void mark(int slot, const glm::ivec2& size, Tiles& tiles) const;
-  void record(PassContext& context, VkCommandBuffer commands, int slot, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 

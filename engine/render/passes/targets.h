@@ -24,7 +24,7 @@ class Targets {
   /// From the next create() on: how far the scene is stays beside the pictures.
   bool keeps_depth = false;
 
-  /// The scene is kept apart from the chips that fly before it and the writing over it: they change nearly all of the
+  /// The scene is kept apart from the chips that fly before it: they change nearly all of the
   /// picture in every frame, and restoring a pixel costs a copy, drawing it anew triangles and light. Where samples are
   /// averaged, or one pass draws both eyes, all goes into one picture.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }

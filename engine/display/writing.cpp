@@ -1,0 +1,289 @@
+#include "engine/display/writing.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "display_font.h"
+
+namespace typodont::display {
+
+namespace {
+
+using glm::dvec2;
+using glm::ivec2;
+
+struct Color {
+  std::uint8_t r, g, b, a;
+};
+constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
+
+// Lengths in half heights of the picture.
+constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
+constexpr double kLeastLetters = 13;  // pixels
+constexpr std::string_view kGap = "   ";
+
+const font::Glyph* glyph(int code) {
+  for (const font::Glyph& g : font::kGlyphs)
+    if (g.code == code) return &g;
+  return nullptr;
+}
+
+/// The next character of UTF-8 text; '?' for one that the font does not hold.
+const font::Glyph& next(std::string_view text, std::size_t& i) {
+  const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+  int code = byte(i++);
+  if (code >= 0xc0) {
+    // Two or three bytes in all: dashes and the like have three.
+    const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
+    const bool whole = more > 0 && i + more <= text.size();
+    code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
+    for (std::size_t k = 0; whole && k < more; ++k) code = code << 6 | (byte(i + k) & 0x3f);
+    while (i < text.size() && (byte(i) & 0xc0) == 0x80) ++i;
+  }
+  const font::Glyph* g = glyph(code);
+  return g ? *g : *glyph('?');
+}
+
+double width_of(std::string_view text, double height) {
+  double x = 0;
+  for (std::size_t i = 0; i < text.size();) x += static_cast<double>(next(text, i).advance);
+  return x * height / font::kSize;
+}
+
+/// Breaks `text` at `gap` into lines no wider than `most`.
+std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
+  std::vector<std::string> lines;
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t end = std::min(text.find(gap, from), text.size());
+    const std::string_view part = text.substr(from, end - from);
+    from = end + gap.size();
+    if (part.empty()) continue;
+    if (!lines.empty() && width_of(lines.back(), height) + width_of(gap, height) + width_of(part, height) <= most)
+      lines.back().append(gap).append(part);
+    else
+      lines.emplace_back(part);
+  }
+  return lines;
+}
+
+std::vector<std::string> lines_of(std::string_view hint, double most, double height) {
+  std::vector<std::string> lines;
+  for (const std::string& line : broken_at(kGap, hint, most, height)) {
+    if (width_of(line, height) <= most)
+      lines.push_back(line);
+    else
+      for (std::string& piece : broken_at(" ", line, most, height)) lines.push_back(std::move(piece));
+  }
+  return lines;
+}
+
+std::string speed_text(const Hud& hud) {
+  return fmt::format("{:.0f} krpm", hud.speed_krpm);
+}
+std::string force_text(const Hud& hud) {
+  return fmt::format("{:.2f} N", hud.force);
+}
+/// Of the bar, in steps that are smaller than a pixel on most screens.
+double force_share(const Hud& hud) {
+  constexpr double kSteps = 256;
+  return hud.force_limit > 0 ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps : 0.0;
+}
+
+Color force_color(double share) {
+  // green to amber to red
+  const double t = std::clamp(share, 0.0, 1.0);
+  const glm::dvec3 a{88, 196, 140}, b{238, 188, 72}, c{232, 84, 66};
+  const glm::dvec3 m = t < 0.6 ? glm::mix(a, b, t / 0.6) : glm::mix(b, c, (t - 0.6) / 0.4);
+  return {static_cast<std::uint8_t>(m.r), static_cast<std::uint8_t>(m.g), static_cast<std::uint8_t>(m.b), 255};
+}
+
+/// Between the user's coordinates (unit: half the picture's height, origin in the middle, x right, y up, as the user
+/// reads) and pixels of an eye's place.
+struct Map {
+  ivec2 place;
+  glm::dmat2 upright;
+  double aspect;  // width / height of the picture as the user sees it
+
+  dvec2 to_pixels(const dvec2& p) const {
+    const dvec2 q = upright * dvec2(p.x / aspect, p.y);
+    return {(q.x + 1) / 2 * place.x, (1 - q.y) / 2 * place.y};
+  }
+  dvec2 to_user(const dvec2& pixel) const {
+    const dvec2 q(2 * pixel.x / place.x - 1, 1 - 2 * pixel.y / place.y);
+    const dvec2 p = glm::transpose(upright) * q;
+    return {p.x * aspect, p.y};
+  }
+};
+
+/// Draws into one panel. Coordinates are the user's.
+class Painter {
+ public:
+  Painter(const Map& map, const dvec2& lo, const dvec2& hi) : map_(map) {
+    panel_.box = box_of(lo, hi, {ivec2(0), map.place});
+    const auto pixels = static_cast<std::size_t>(panel_.box.size.x) * static_cast<std::size_t>(panel_.box.size.y);
+    panel_.rgba.assign(4 * pixels, 0);
+    rounded(lo, hi, kPanel);
+  }
+
+  /// A box with round corners.
+  void rounded(const dvec2& lo, const dvec2& hi, const Color& color) {
+    const dvec2 middle = 0.5 * (lo + hi), half = 0.5 * (hi - lo);
+    const double corner = std::min(kCorner, 0.95 * half.y);
+    fill(lo, hi, color, [&](const dvec2& p) {
+      const dvec2 q = glm::max(glm::abs(p - middle) - half + corner, dvec2(0));
+      return corner - glm::length(q);
+    });
+  }
+
+  void text(dvec2 at, double height, std::string_view text, const Color& color) {
+    const double s = height / font::kSize;
+    for (std::size_t i = 0; i < text.size();) {
+      const font::Glyph& g = next(text, i);
+      if (g.w > 0) {
+        const dvec2 lo{at.x + s * g.left, at.y - s * (g.top + g.h)}, hi{lo.x + s * g.w, lo.y + s * g.h};
+        // The atlas holds distances to the letters' edges: sharp at any size (Green 2007).
+        fill(lo, hi, color, [&](const dvec2& p) { return distance(g, (p.x - lo.x) / s, (hi.y - p.y) / s); });
+      }
+      at.x += s * static_cast<double>(g.advance);
+    }
+  }
+
+  Writing::Panel take() { return std::move(panel_); }
+
+ private:
+  /// Pixels that a rectangle of the user's may touch.
+  WritingBox box_of(const dvec2& lo, const dvec2& hi, const WritingBox& within) const {
+    const dvec2 a = map_.to_pixels(lo), b = map_.to_pixels(hi);
+    const ivec2 from(glm::floor(glm::min(a, b))), to(glm::ceil(glm::max(a, b)));
+    const ivec2 low = glm::clamp(from, within.lo, within.lo + within.size),
+                high = glm::clamp(to, within.lo, within.lo + within.size);
+    return {low, high - low};
+  }
+
+  /// Signed distance from the edge of a glyph, positive inside, at a place of its box in the atlas' pixels.
+  static double distance(const font::Glyph& g, double x, double y) {
+    const auto at = [&](int i, int j) {
+      i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
+      return font::kAtlas[static_cast<std::size_t>((g.y + j) * font::kWidth + g.x + i)] / 255.0;
+    };
+    const double u = x - 0.5, v = y - 0.5;
+    const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
+    const double a = u - i, b = v - j;
+    return (1 - b) * ((1 - a) * at(i, j) + a * at(i + 1, j)) + b * ((1 - a) * at(i, j + 1) + a * at(i + 1, j + 1)) -
+           0.5;
+  }
+
+  /// Colours where `inside` (any measure that grows inwards through 0 at the edge) is positive, with an edge one pixel
+  /// wide.
+  template <class Inside>
+  void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
+    const WritingBox box = box_of(lo, hi, panel_.box);
+    // The measure at the pixels' middles and one beyond on every side, for its slope.
+    const int stride = box.size.x + 2;
+    field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
+    for (int y = 0; y < box.size.y + 2; ++y)
+      for (int x = 0; x < stride; ++x)
+        field_[static_cast<std::size_t>(y * stride + x)] = inside(map_.to_user(dvec2(box.lo + ivec2(x, y)) - 0.5));
+    for (int y = 0; y < box.size.y; ++y) {
+      const double* d = field_.data() + (y + 1) * stride + 1;
+      std::uint8_t* out = panel_.rgba.data() + 4 * (static_cast<std::size_t>(box.lo.y + y - panel_.box.lo.y) *
+                                                        static_cast<std::size_t>(panel_.box.size.x) +
+                                                    static_cast<std::size_t>(box.lo.x - panel_.box.lo.x));
+      for (int x = 0; x < box.size.x; ++x, ++d, out += 4) {
+        const double slope = 0.5 * (std::abs(d[1] - d[-1]) + std::abs(d[stride] - d[-stride]));
+        const double covered = std::clamp(0.5 + *d / std::max(slope, 1e-6), 0.0, 1.0) * color.a / 255.0;
+        if (covered <= 0) continue;
+        const std::array<double, 4> source{color.r * covered, color.g * covered, color.b * covered, 255 * covered};
+        for (std::size_t c = 0; c < 4; ++c)
+          out[c] = static_cast<std::uint8_t>(source[c] + (1 - covered) * out[c] + 0.5);
+      }
+    }
+  }
+
+  const Map& map_;
+  Writing::Panel panel_;
+  std::vector<double> field_;  // of fill(), kept for its memory
+};
+
+}  // namespace
+
+std::string Writing::shown(const Hud& hud, ivec2 place) {
+  if (!hud.visible) return {};
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, speed_text(hud), force_text(hud),
+                     force_share(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x,
+                     hud.upright[1].y, place.x, place.y);
+}
+
+std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
+  std::string says = shown(hud, place);
+  if (says == shown_) return {};
+  shown_ = std::move(says);
+  std::vector<WritingBox> changed;
+  for (const Panel& panel : panels_) changed.push_back(panel.box);
+  panels_.clear();
+  if (!hud.visible) return changed;
+
+  const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(place.x) / place.y;
+  const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel stands on its side
+  const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
+  const std::string speed = speed_text(hud), force = force_text(hud);
+
+  // As high as the picture's height asks, but no lower than can be read, and no wider than the picture.
+  double h = std::max(kLetters, 2 * kLeastLetters / (turned ? place.x : place.y));
+  const double room = 2 * (map.aspect - kMargin - kPad);
+  const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
+  h *= std::min(1.0, room / first_line(h));
+
+  // At the lower left: tool, speed, force.
+  const double wide = std::min(std::max(kLeastPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
+  const dvec2 lo{-map.aspect + kMargin, -1 + kMargin}, hi{lo.x + wide, lo.y + 2 * kPad + 2.85 * h};
+  Painter status(map, lo, hi);
+  const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
+  status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
+  status.text({hi.x - kPad - width_of(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
+  const double share = force_share(hud);
+  const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - width_of("00.00 N", h) - 0.02, y2 + 0.5 * h};
+  if (bar_hi.x > bar_lo.x) {
+    status.rounded(bar_lo, bar_hi, kTrack);
+    const double end = bar_lo.x + std::max(share * (bar_hi.x - bar_lo.x), 0.4 * h);
+    if (share > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(share));
+  }
+  status.text({hi.x - kPad - width_of(force, h), y2}, h, force, kInk);
+  panels_.push_back(status.take());
+
+  // At the top: the hints, in the middle.
+  if (const std::vector<std::string> lines = lines_of(hud.hint, room, h); !lines.empty()) {
+    double widest = 0;
+    for (const std::string& line : lines) widest = std::max(widest, width_of(line, h));
+    const double top = 1 - kMargin, line_height = 1.3 * h;
+    Painter hints(map, {-0.5 * widest - kPad, top - 0.4 * h - static_cast<double>(lines.size()) * line_height},
+                  {0.5 * widest + kPad, top});
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      hints.text({-0.5 * width_of(lines[i], h), top - 1.15 * h - static_cast<double>(i) * line_height}, h, lines[i],
+                 kInk);
+    panels_.push_back(hints.take());
+  }
+  for (const Panel& panel : panels_) changed.push_back(panel.box);
+  return changed;
+}
+
+void Writing::lay_over(const Panel& panel, std::uint8_t* pixels, std::size_t pitch, ivec2 place, bool blue_first) {
+  const ivec2 at = place + panel.box.lo;
+  const std::uint8_t* ink = panel.rgba.data();
+  for (int y = 0; y < panel.box.size.y; ++y) {
+    std::uint8_t* out = pixels + static_cast<std::size_t>(at.y + y) * pitch + 4 * static_cast<std::size_t>(at.x);
+    for (int x = 0; x < panel.box.size.x; ++x, out += 4, ink += 4) {
+      const unsigned left = 255u - ink[3];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t to = blue_first ? 2 - c : c;
+        out[to] = static_cast<std::uint8_t>(ink[c] + (out[to] * left + 127) / 255);
+      }
+    }
+  }
+}
+
+}  // namespace typodont::display

@@ -1,0 +1,66 @@
+// A class I cavity with the mouse alone: what the user of mouse_user.h does, once more with xdotool's pointer in the
+// program's own window, in real time, on the desktop as it is. Three minutes and some.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include "engine/app/assets.h"
+#include "engine/app/hands/mouse_hand.h"
+#include "engine/app/recording/resume.h"
+#include "engine/base/json.h"
+#include "tests/support/desktop.h"
+#include "tests/support/mouse_user.h"
+#include "tests/support/program.h"
+
+namespace typodont::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(Trial, AClassICavityWithTheMouseAlone) {
+  const std::string file = (assets_folder() / "scenes/class-1-cavity.json").string();
+  const MouseSession planned = drill_with_mouse(
+      read_scene(file), display::load_rig(assets_folder() / "rigs/window.json"), wheel_step_of("0.05"), 170);
+  const Desktop desktop({1280, 720});
+  ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
+  const ProgramFolder folder(TYPODONT_PROGRAM);
+  const std::string session = folder / "mouse.h5";
+  const pid_t child = folder.start(
+      fmt::format("run {} --rig window --hand mouse:0.05 --pedal none --audio none: --record {}", file, session),
+      fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
+  for (int i = 0; i < 600 && Desktop::xdotool("search --name Typodont").empty(); ++i)
+    std::this_thread::sleep_for(100ms);
+  std::this_thread::sleep_for(3s);  // the picture is there, its quality settled
+  Desktop::xdotool("search --name Typodont windowfocus");
+
+  std::FILE* xdotool = popen("xdotool -", "w");
+  ASSERT_TRUE(xdotool);
+  const auto began = std::chrono::steady_clock::now();
+  for (const MouseStep& step : planned.steps) {
+    std::this_thread::sleep_until(began + std::chrono::duration<double>(step.t));
+    std::string said = fmt::format("mousemove {} {}\n", step.pixel.x, step.pixel.y);
+    for (int i = 0; i < std::abs(step.wheel); ++i)
+      said += step.wheel > 0 ? "mousedown 4 mouseup 4\n" : "mousedown 5 mouseup 5\n";
+    if (step.middle) said += "mousedown 2 mouseup 2\n";
+    if (&step == &planned.steps.front()) said += "mousedown 1\n";
+    std::fputs(said.c_str(), xdotool);
+    std::fflush(xdotool);
+  }
+  std::fputs("mouseup 1\n", xdotool);
+  pclose(xdotool);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const Ran ended = folder.finish(child);
+  EXPECT_EQ(ended.status, 0) << ended.err;
+
+  const Ran check = folder.run("replay " + session + " --check --json");
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
+  const Ran report = folder.run("report " + session + " --json --out " + (folder / "r.html"));
+  ASSERT_EQ(report.status, 0) << report.err;
+  fmt::print("class I by the mouse, live: {:.0f} s\n{}\n{}\n", took, check.out, report.out);
+  EXPECT_LT(took, 180);
+}
+
+}  // namespace
+}  // namespace typodont::test

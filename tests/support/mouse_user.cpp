@@ -1,0 +1,159 @@
+#include "tests/support/mouse_user.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/hands/mouse_hand.h"
+#include "engine/app/hands/task_student.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
+
+namespace typodont::test {
+
+namespace {
+
+constexpr double kRate = 1000;                              // Hz, of the servo
+constexpr int kTicksATurn = 33;                             // of the servo, between two movements of the mouse
+constexpr double kTurn = kTicksATurn / kRate;               // s
+constexpr double kCutPace = 6e-3, kTravelPace = 20e-3;      // m/s
+constexpr double kLead = 0.20e-3;                           // m that the hand goes before the tool
+constexpr double kPatience = 0.8;                           // s that it waits for a tool that does not follow
+constexpr double kPressing = 0.08e-3, kMostPress = 1.6e-3;  // m: of the hand beyond its aim, more every turn
+constexpr double kGain = 4;                                 // of that over how far the tool is off
+constexpr double kThere = 0.05e-3;                          // m: so near is good enough
+constexpr double kHeldBack = 0.06e-3;                       // m of the tool behind the hand
+constexpr double kRow = 0.35e-3;                            // m between rows and layers
+constexpr double kInto = 0;                                 // m that a stroke goes into what should stay
+constexpr double kJoined = 0.8e-3;                          // m: nearer strokes are joined without lifting
+constexpr double kOver = 1.0e-3;                            // m over everything, to travel
+
+/// Where to go, and whether the drill is pressed on there.
+struct Goal {
+  dvec3 p;
+  bool cut;
+};
+
+/// From the tissue as it is to the ideal, above which all is free from `top` (m, W) on.
+std::vector<Goal> goals_of(const TaskJudge& judge, const haptics::TissueVolume& tissue, const Scene& scene,
+                           double top) {
+  const haptics::Tool& tool = haptics::tool_set(scene.servo)[0];
+  session::Preparation now = judge.preparation(tissue);
+  now.before = now.after;
+  std::vector<Goal> goals;
+  for (const Stroke& s : plan_strokes(now, tool, kRow, kInto)) {
+    if (goals.empty() || glm::length(s.from.p - goals.back().p) > kJoined) {
+      const double over = top + tool.half() + kOver;
+      if (!goals.empty()) goals.push_back({{goals.back().p.x, goals.back().p.y, over}, false});
+      goals.push_back({{s.from.p.x, s.from.p.y, over}, false});
+    }
+    goals.push_back({s.from.p, true});
+    goals.push_back({s.to.p, true});
+  }
+  return goals;
+}
+
+/// The mouse's place in the window, and turns of its wheel.
+class Mouse {
+ public:
+  Mouse(const display::DisplayRig& rig, double wheel_step)
+      : screen_(rig.screen), eye_(rig.head.eye_center), step_(wheel_step) {
+    right_ = 0.5 * (screen_.lower_right - screen_.lower_left);
+    up_ = 0.5 * (screen_.upper_left - screen_.lower_left);
+    middle_ = screen_.lower_left + right_ + up_;
+    normal_ = glm::normalize(glm::cross(right_, up_));
+  }
+  /// Goes as near to p as pixels and notches allow, from a tool that is held at depth `now`.
+  void go(const dvec3& p, double now, MouseStep& step) const {
+    const double depth = glm::dot(p - middle_, normal_), all = glm::dot(eye_ - middle_, normal_);
+    const dvec3 on_screen = eye_ + (p - eye_) * (all / (all - depth));
+    const glm::dvec2 at(glm::dot(on_screen - middle_, right_) / glm::dot(right_, right_),
+                        glm::dot(on_screen - middle_, up_) / glm::dot(up_, up_));
+    const glm::dvec2 size(screen_.pixels);
+    step.pixel = glm::ivec2(glm::round(glm::dvec2(at.x + 1, 1 - at.y) / 2.0 * size));
+    step.wheel = std::clamp(static_cast<int>(std::lround((depth - now) / step_)), -6, 6);  // a finger's pace
+  }
+  double depth_of(const dvec3& p) const { return glm::dot(p - middle_, normal_); }
+  display::UserInput input(const MouseStep& step) const {
+    display::UserInput input;
+    const glm::dvec2 at = glm::dvec2(step.pixel) / glm::dvec2(screen_.pixels);
+    input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
+    input.wheel = step.wheel;
+    input.left = step.left;
+    input.middle = step.middle;
+    return input;
+  }
+
+ private:
+  display::Screen screen_;
+  dvec3 eye_, right_, up_, middle_, normal_;
+  double step_;
+};
+
+}  // namespace
+
+MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig, double wheel_step,
+                              double most_seconds) {
+  haptics::TissueVolume start = load_tissue(scene);
+  glm::ivec3 lo, hi;
+  start.bounds(lo, hi);
+  const dvec3 above = start.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
+  const double top = above.z - 1e-3;
+  const TaskJudge judge(scene, start);
+  std::vector<Goal> goals = goals_of(judge, start, scene, top);
+  HapticLoop loop(scene, std::move(start), kRate);
+  Pointer pointer(rig, above, wheel_step);
+  const Mouse mouse(rig, wheel_step);
+
+  haptics::HandSample wanted = pointer.follow({}, 0);
+  PointerSmoothing smoothing(wanted.X_WT, kRate);
+  MouseSession session{{}, 0, loop.carver().volume().clone()};
+  ServoTick tick;
+  tick.X_WT = tick.X_WG = wanted.X_WT;
+  Cut cut;
+  Nanos ticks = 0;
+  std::size_t next = 0;
+  dvec3 aim = wanted.X_WT.p;  // where the hand wants to be
+  double waited = 0, press = 0;
+  while (session.seconds < most_seconds) {
+    if (next == goals.size()) {  // he looks at what is left
+      goals = goals_of(judge, loop.carver().volume(), scene, top);
+      next = 0;
+      if (goals.empty()) break;
+    }
+    MouseStep step;
+    step.t = session.seconds;
+    step.left = true;
+    step.middle = session.steps.size() == 2;  // the bur upright, once
+    const bool held_back = glm::length(tick.X_WT.p - tick.X_WG.p) > kHeldBack;
+    const bool follows = !held_back || glm::length(tick.X_WG.p - aim) < kLead;
+    waited = follows ? 0 : waited + kTurn;
+    if (follows || waited > kPatience) {
+      double way = kTurn * (held_back ? kCutPace : kTravelPace);
+      for (; next < goals.size(); ++next) {
+        const double far = glm::length(goals[next].p - aim);
+        if (far > way) {
+          aim += way / far * (goals[next].p - aim);
+          break;
+        }
+        aim = goals[next].p;
+        way -= far;
+        // A corner is turned once the tool is there.
+        if (goals[next].cut && glm::length(tick.X_WG.p - aim) > 0.5 * kLead && waited <= kPatience) break;
+      }
+    }
+    // Held back, he presses on, harder and harder; free, he lets go.
+    const dvec3 off = aim - tick.X_WG.p;
+    const bool presses = held_back && goals[next].cut && glm::length(off) > kThere;
+    press = presses ? std::min({press + kPressing, kMostPress, kGain * glm::length(off)}) : 0.5 * press;
+    const dvec3 hand = glm::length(off) > 1e-6 ? aim + press * glm::normalize(off) : aim;
+    mouse.go(hand, mouse.depth_of(wanted.X_WT.p), step);
+    wanted = pointer.follow(mouse.input(step), static_cast<Nanos>(1e9 * session.seconds) + 1);
+    session.steps.push_back(step);
+    for (int i = 0; i < kTicksATurn; ++i, ++ticks) loop.tick(smoothing.next(wanted, ticks * 1'000'000), tick, cut);
+    session.seconds += kTurn;
+  }
+  session.tissue = loop.carver().volume().clone();
+  return session;
+}
+
+}  // namespace typodont::test

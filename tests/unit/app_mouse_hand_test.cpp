@@ -1,0 +1,171 @@
+// The mouse as a hand: from what the window saw to where the tool is.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/app/assets.h"
+#include "engine/app/hands/mouse_hand.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/task/task.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/display/keys.h"
+#include "tests/support/mouse_user.h"
+
+namespace typodont::test {
+namespace {
+
+using namespace literals;
+
+display::DisplayRig rig_named(const char* name) {
+  return display::load_rig(assets_folder() / "rigs" / name);
+}
+constexpr Nanos kFrame = 16'000'000;  // ns
+
+TEST(MouseHand, AClickShorterThanAFrameIsAPressTheServoSees) {
+  Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
+  display::UserInput input;
+  EXPECT_EQ(pointer.follow(input, kFrame).pedal, 0);
+  input.left = true;  // what the window tells of a button that went down and up between two frames
+  EXPECT_EQ(pointer.follow(input, 2 * kFrame).pedal, 1);
+  input.left = false;
+  // The next look may come at once: before a servo of 1 kHz has read the last one.
+  EXPECT_EQ(pointer.follow(input, 2 * kFrame + 1000).pedal, 1);
+  EXPECT_EQ(pointer.follow(input, 4 * kFrame).pedal, 1);
+  EXPECT_EQ(pointer.follow(input, 6 * kFrame).pedal, 0);
+}
+
+TEST(MouseHand, AButtonThatIsLetGoAfterLongerStopsTheDrillAtOnce) {
+  Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
+  display::UserInput input;
+  input.left = true;
+  for (int i = 1; i < 8; ++i) EXPECT_EQ(pointer.follow(input, i * kFrame).pedal, 1);
+  input.left = false;
+  EXPECT_EQ(pointer.follow(input, 8 * kFrame).pedal, 0);
+}
+
+TEST(MouseHand, TheToolIsUnderThePointerHoweverDeepItIs) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const char* name : {"window.json", "mirror.json", "closeup.json"}) {
+    display::DisplayRig rig = rig_named(name);
+    rig.screen.layout = display::Layout::kMono;
+    const dvec3 work(6.8_mm, 6.0_mm, 18.0_mm);
+    for (const double magnify : {1.0, 5.0}) {
+      rig.magnify = magnify;
+      const display::DisplayRig seen = display::magnified(rig, work);
+      Pointer pointer(seen, work, 0.5_mm);
+      const display::EyeView eye = display::eye_views(seen)[0];
+      for (int i = 0; i < 100; ++i) {
+        display::UserInput input;
+        input.pointer = {uniform(random), uniform(random)};
+        input.wheel = std::round(5 * uniform(random));
+        const dvec3 p = pointer.follow(input, i * kFrame).X_WT.p;
+        const glm::dvec4 c = eye.projection * eye.view * glm::dvec4(p, 1);
+        ASSERT_NEAR(c.x / c.w, input.pointer.x, 1e-9) << name;
+        ASSERT_NEAR(-c.y / c.w, input.pointer.y, 1e-9) << name;
+      }
+    }
+  }
+}
+
+TEST(MouseHand, ANotchOfTheWheelIsTheStepThatWasAskedFor) {
+  const display::DisplayRig rig = rig_named("window.json");
+  const dvec3 n = glm::normalize(
+      glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
+  for (const char* text : {"", "0.05", "1"}) {
+    const double step = wheel_step_of(text);
+    Pointer pointer(rig, {6.8_mm, 6.0_mm, 18.0_mm}, step);
+    display::UserInput input;
+    const dvec3 before = pointer.follow(input, 0).X_WT.p;
+    input.wheel = 2;
+    EXPECT_NEAR(glm::dot(pointer.follow(input, kFrame).X_WT.p - before, n), 2 * step, 1e-12) << text;
+    input.wheel = -2;
+    EXPECT_NEAR(glm::length(pointer.follow(input, 2 * kFrame).X_WT.p - before), 0, 1e-12);
+    input.wheel = 0;
+    input.pressed = {display::keys::kPageUp};
+    pointer.follow(input, 3 * kFrame);
+    EXPECT_NEAR(pointer.wheel_step(), 2 * step, 1e-12);
+    input.pressed = {display::keys::kPageDown, display::keys::kPageDown};
+    pointer.follow(input, 4 * kFrame);
+    EXPECT_NEAR(pointer.wheel_step(), step / 2, 1e-12);
+  }
+  for (const char* wrong : {"x", "0", "-0.1", "5", "0.1mm", "nan"}) {
+    try {
+      wheel_step_of(wrong);
+      FAIL() << wrong;
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), testing::HasSubstr(wrong));
+      EXPECT_THAT(e.what(), testing::HasSubstr("mouse:STEP_MM"));
+    }
+  }
+}
+
+TEST(MouseHand, WithTheRightButtonOrShiftItTiltsAboutTheHeadAndNothingJumpsAfterwards) {
+  for (const char* name : {"window.json", "mirror.json"}) {
+    for (const bool by_key : {false, true}) {
+      const display::DisplayRig rig = rig_named(name);
+      Pointer pointer(rig, {6.8_mm, 6.0_mm, 18.0_mm}, 0.15_mm);
+      const auto shank = [](const haptics::HandSample& s) { return s.X_WT.R * dvec3(0, 0, 1); };
+      display::UserInput input;
+      const haptics::HandSample before = pointer.follow(input, 0);
+      // As the user sees it: towards his right, and towards him.
+      const dvec3 right = rig.head.right, toward = glm::normalize(rig.head.eye_center - before.X_WT.p);
+      (by_key ? input.shift : input.right) = true;
+      input.pointer = rig.mirror ? glm::dvec2(-0.2, 0) : glm::dvec2(0.2, 0);  // a mirror turns the picture
+      haptics::HandSample after = pointer.follow(input, kFrame);
+      EXPECT_NEAR(glm::length(after.X_WT.p - before.X_WT.p), 0, 1e-12);
+      EXPECT_GT(glm::dot(shank(after) - shank(before), right), 0.05);
+      const dvec3 upright = shank(after);
+      input.pointer.y = -0.3;
+      after = pointer.follow(input, 2 * kFrame);
+      EXPECT_GT(glm::dot(shank(after) - upright, dvec3(toward.x, toward.y, 0)), 0.05) << name;
+
+      // Let go: it stays, and is under the pointer again once that has moved on, in small steps.
+      input.right = input.shift = false;
+      dvec3 last = pointer.follow(input, 3 * kFrame).X_WT.p;
+      EXPECT_NEAR(glm::length(last - before.X_WT.p), 0, 1e-12);
+      const double half = 0.5 * glm::length(rig.screen.lower_right - rig.screen.lower_left);
+      for (int i = 0; i < 60; ++i) {
+        input.pointer.x += i < 30 ? 0.02 : -0.02;
+        const dvec3 p = pointer.follow(input, (4 + i) * kFrame).X_WT.p;
+        EXPECT_LT(glm::length(p - last), 0.02 * half * 2);
+        last = p;
+      }
+      Pointer other(rig, {6.8_mm, 6.0_mm, 18.0_mm}, 0.15_mm);
+      EXPECT_NEAR(glm::length(last - other.follow(input, 0).X_WT.p), 0, 1e-9);
+
+      input.middle = true;
+      EXPECT_NEAR(glm::length(shank(pointer.follow(input, 100 * kFrame)) - dvec3(0, 0, 1)), 0, 1e-12);
+    }
+  }
+}
+
+TEST(MouseHand, DrillsAClassICavityAloneInThreeMinutes) {
+  const Scene scene = read_scene(assets_folder() / "scenes/class-1-cavity.json");
+  const haptics::TissueVolume start = load_tissue(scene);
+  const TaskJudge judge(scene, start);
+  const auto off = [&](const haptics::TissueVolume& tissue) {  // m³ that are there and should not be, and the reverse
+    const session::Preparation p = judge.preparation(tissue);
+    glm::dvec2 sum(0);
+    for (std::size_t i = 0; i < p.after.distance.size(); ++i) {
+      const double is = session::share_inside(static_cast<double>(p.after.distance[i])),
+                   should = session::share_inside(static_cast<double>(p.ideal.distance[i]));
+      sum += glm::dvec2(std::max(is - should, 0.0), std::max(should - is, 0.0));
+    }
+    return sum * p.frame.voxel * p.frame.voxel * p.frame.voxel;
+  };
+  const double cavity = off(start).x;
+  const MouseSession done = drill_with_mouse(scene, rig_named("window.json"), wheel_step_of("0.05"), 175);
+  const glm::dvec2 left = off(done.tissue);
+  fmt::print("class I by the mouse: {:.0f} s, {:.2f} of {:.2f} mm³ left, {:.2f} mm³ too much\n", done.seconds,
+             left.x * 1e9, cavity * 1e9, left.y * 1e9);
+  EXPECT_LT(done.seconds, 180);
+  EXPECT_LT(left.x, 0.15 * cavity);
+  EXPECT_LT(left.y, 0.15 * cavity);
+}
+
+}  // namespace
+}  // namespace typodont::test

@@ -1,0 +1,116 @@
+// The writing over a picture: as sharp as the screen, whatever is beneath it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "engine/display/writing.h"
+#include "tests/support/stage.h"
+
+namespace typodont::test {
+namespace {
+
+using display::Hud;
+using display::Writing;
+
+const std::string kHint = "left button: drill   wheel: in and out   Z, Y: undo, redo   V: view   space or Esc: stop";
+
+Hud hud() {
+  return {.visible = true, .tool = "round 1.2 mm", .speed_krpm = 300, .force = 1.2, .hint = kHint};
+}
+
+/// How many pixels of a panel are letters.
+int letters(const Writing::Panel& panel) {
+  int count = 0;
+  for (std::size_t i = 0; i < panel.rgba.size(); i += 4) count += panel.rgba[i] > 120;
+  return count;
+}
+
+TEST(Writing, IsTheSameAtEveryStepOfTheQualityLadder) {
+  // Nothing is drawn beneath it, so that only the writing can differ.
+  render::Frame nothing = frame_of(desk(0.03, 0.024, 0.35));
+  nothing.background = render::Background::kBlack;
+  std::vector<render::Picture> screens;
+  for (const render::Quality& quality : render::kQualityLadder) {
+    Stage stage({640, 360}, quality);
+    stage.hud = hud();
+    stage.draw(nothing, display::Layout::kSideBySide);
+    EXPECT_EQ(stage.device.validation_messages(), 0) << quality.name;
+    screens.push_back(stage.screen);
+  }
+  for (std::size_t i = 1; i < screens.size(); ++i)
+    EXPECT_EQ(compare(screens[0], screens[i], 0).pixels, 0) << render::kQualityLadder[i].name;
+}
+
+TEST(Writing, IsWrittenOverTheScreenAgainOnlyWhenItSaysSomethingNew) {
+  Writing writing;
+  Hud says = hud();
+  EXPECT_TRUE(writing.differs(says, {640, 360}));
+  EXPECT_FALSE(writing.write(says, {640, 360}).empty());
+  says.force += 0.001;     // "1.20 N" still, and no pixel of the bar
+  says.speed_krpm += 0.2;  // "300 krpm" still
+  EXPECT_FALSE(writing.differs(says, {640, 360}));
+  EXPECT_TRUE(writing.write(says, {640, 360}).empty());
+  says.speed_krpm += 0.4;
+  EXPECT_TRUE(writing.differs(says, {640, 360}));
+  EXPECT_TRUE(writing.differs(hud(), {320, 360})) << "on a picture of another size";
+}
+
+TEST(Writing, AHintWiderThanThePictureBreaksIntoLinesAndLosesNoLetter) {
+  Writing wide, narrow;
+  wide.write(hud(), {1920, 720});
+  narrow.write(hud(), {480, 720});
+  ASSERT_EQ(wide.panels().size(), 2u);
+  ASSERT_EQ(narrow.panels().size(), 2u);
+  const Writing::Panel &one_line = wide.panels()[1], &broken = narrow.panels()[1];
+  EXPECT_LE(broken.box.lo.x + broken.box.size.x, 480);
+  EXPECT_GE(broken.box.lo.x, 0);
+  EXPECT_GT(broken.box.size.y, 2 * one_line.box.size.y);
+  EXPECT_NEAR(letters(broken), letters(one_line), 0.04 * letters(one_line));
+}
+
+TEST(Writing, FitsSmallPicturesWithLettersThatCanBeRead) {
+  for (const glm::ivec2 place : {glm::ivec2(640, 360), {320, 256}, {192, 216}, {160, 120}}) {
+    Writing writing;
+    writing.write(hud(), place);
+    for (const Writing::Panel& panel : writing.panels()) {
+      EXPECT_GE(panel.box.lo.x, 0);
+      EXPECT_LE(panel.box.lo.x + panel.box.size.x, place.x);
+      EXPECT_GE(panel.box.lo.y, 0);
+      EXPECT_LE(panel.box.lo.y + panel.box.size.y, place.y);
+    }
+    // Two lines; the first may be narrowed to fit the picture, but where there is room it is 13 pixels high.
+    if (place.x >= 320) {
+      EXPECT_GE(writing.panels()[0].box.size.y, 2 * 13) << place.x;
+    }
+  }
+}
+
+TEST(Writing, InAMirrorIsItsOwnReflection) {
+  constexpr glm::ivec2 kPlace{640, 360};
+  const auto drawn = [&](const glm::dmat2& upright) {
+    Writing writing;
+    Hud says = hud();
+    says.upright = upright;
+    writing.write(says, kPlace);
+    render::Picture picture{kPlace, std::vector<std::uint8_t>(4 * 640 * 360, 90)};
+    for (const Writing::Panel& panel : writing.panels())
+      Writing::lay_over(panel, picture.rgba.data(), 4 * 640, {0, 0}, false);
+    return picture;
+  };
+  const render::Picture plain = drawn(glm::dmat2(1));
+  for (const glm::dvec2 sign : {glm::dvec2(-1, 1), glm::dvec2(1, -1)}) {
+    const render::Picture turned = drawn(glm::dmat2(sign.x, 0, 0, sign.y));
+    render::Picture back = plain;
+    for (int y = 0; y < kPlace.y; ++y)
+      for (int x = 0; x < kPlace.x; ++x) {
+        const std::uint8_t* from = turned.at(sign.x < 0 ? kPlace.x - 1 - x : x, sign.y < 0 ? kPlace.y - 1 - y : y);
+        std::copy(from, from + 4, back.rgba.data() + 4 * (y * kPlace.x + x));
+      }
+    EXPECT_EQ(compare(plain, back, 2).pixels, 0);
+    EXPECT_GT(compare(plain, turned, 8).pixels, 100);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::test
