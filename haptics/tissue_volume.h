@@ -104,8 +104,8 @@ class TissueVolume {
   PerTissue take_out(const TissuePiece& piece);
 
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label and
-  /// hardness. Filled voxels get the label alone.
-  void paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
+  /// hardness. Filled voxels get the label alone. False where there was no tissue inside it.
+  bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
 
   // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
   // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.

@@ -306,9 +306,9 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   return volume;
 }
 
-void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
+bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
   Impl& v = *impl_;
-  v.graded = v.graded || hardness != kOwnHardness;
+  bool any = false;
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
@@ -330,10 +330,14 @@ void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
           accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
         else
           accessor.setValue(at, grid_value(label, hardness));
+        any = true;
       }
     }
   }
-  if (a.x <= b.x && a.y <= b.y && a.z <= b.z) insert_bricks(a, b, v.changed);
+  if (!any) return false;
+  v.graded = v.graded || hardness != kOwnHardness;
+  insert_bricks(a, b, v.changed);
+  return true;
 }
 
 void TissueVolume::Impl::complete_stroke() {

@@ -66,7 +66,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
       s_.colors[i] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
     }
     s_.tools.clear();
-    for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool));
+    for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
     s_.device = bench_->hand();
     s_.recording = bench_->recording();
     s_.score = {};
