@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 
@@ -70,17 +71,21 @@ struct ReadAxis {
     const double pixels = static_cast<double>(marks.front() - marks.back()) / static_cast<double>(marks.size() - 1);
     return (marks.front() - row) / pixels * step_Hz;
   }
-  /// The brightest row over these columns, as shares of the plot.
+  /// The brightest row of a column, in the middle over these columns (shares of the plot): a tone may go up and down.
   double brightest_row(double from, double to) const {
     const int wide = picture.size.x - left;
-    double best = 0, row = 0;
-    for (int y = marks.back(); y < marks.front(); ++y) {
-      double sum = 0;
-      for (int x = left + static_cast<int>(from * wide); x < left + static_cast<int>(to * wide); ++x)
-        sum += picture.at(x, y)[0] + picture.at(x, y)[1];
-      if (sum > best) best = sum, row = y + 0.5;
+    std::vector<double> rows;
+    for (int x = left + static_cast<int>(from * wide); x < left + static_cast<int>(to * wide); ++x) {
+      int best = -1;
+      double row = 0;
+      for (int y = marks.back(); y < marks.front(); ++y) {
+        const int light = picture.at(x, y)[0] + picture.at(x, y)[1] + picture.at(x, y)[2];
+        if (light > best) best = light, row = y + 0.5;
+      }
+      rows.push_back(row);
     }
-    return row;
+    std::nth_element(rows.begin(), rows.begin() + std::ssize(rows) / 2, rows.end());
+    return rows[rows.size() / 2];
   }
 };
 

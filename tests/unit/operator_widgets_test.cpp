@@ -1,4 +1,5 @@
 // What all pages of the operator's window share: keys that mean one thing, and writing that is not cut in mid-letter.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <string>
 
 #include "engine/app/operator/widgets.h"
+#include "engine/render/quality.h"
 
 namespace typodont {
 namespace {
@@ -65,6 +67,17 @@ TEST(Fitted, ATextThatIsTooLongEndsBetweenLettersWithAnEllipsisAndIsNeverWiderTh
     }
   }
   EXPECT_EQ(widgets::fitted(texts[0], 20, columns), "Prepare a class I…");
+}
+
+TEST(Keys, AndStepsOfQualityAreNamedInTheReadersLanguage) {
+  OperatorState s;
+  EXPECT_EQ(s.keys("Ctrl+Z"), "Ctrl+Z");
+  s.language = session::Language::kGerman;
+  EXPECT_EQ(s.keys("Ctrl+Z"), "Strg+Z");
+  EXPECT_EQ(s.keys("Space  Esc"), "Leertaste  Esc");
+  EXPECT_EQ(s.keys("F5"), "F5");
+  for (const render::Quality& step : render::kQualityLadder)
+    EXPECT_TRUE(session::has_text(fmt::format("op.quality.{}", step.name))) << step.name;
 }
 
 TEST(ShareColor, IsRedBelowThePassMarkAndNotAtIt) {

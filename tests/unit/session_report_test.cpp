@@ -226,6 +226,20 @@ TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
   EXPECT_THAT(chinese, HasSubstr("残余龋坏"));
 }
 
+TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
+  TemporaryFolder folder;
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(random_ticks(100, 1));
+    writer.event(1000, EventKind::kTool, "round_012");
+    writer.event(2000, EventKind::kFault, "stale_patch");
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string german = report_html(SessionReader(folder / "s.h5"), in_language(Language::kGerman));
+  EXPECT_THAT(german, HasSubstr("Werkzeug: Rundbohrer (round_012)"));
+  EXPECT_THAT(german, HasSubstr("Störung: Abtrag über 20 ms im Rückstand"));
+}
+
 TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
   TemporaryFolder folder;
   record(folder / "s.h5", 100, "<img src=x onerror=\"alert('1')\"> & more");
@@ -494,7 +508,7 @@ TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
   options.expert = expert;
   const std::string html = report_html(SessionReader(folder / "s.h5"), options);
   EXPECT_THAT(html, HasSubstr("Earlier sessions of this scene: 1"));
-  EXPECT_THAT(html, HasSubstr("<td>25 %</td><td>25 %</td><td>90 %</td></tr></tfoot>"));
+  EXPECT_THAT(html, HasSubstr("✗</span> 25.0</span></td><td>90.0</td></tr></tfoot>"));
 }
 
 TEST(ReportPicture, MustBeAPng) {

@@ -51,7 +51,9 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       if (item.full > 0) {
         ImGui::PushStyleColor(ImGuiCol_Text, share_color(item.points / item.full, s.outcome.score.pass));
-        ImGui::TextUnformatted(fmt::format("{} / {}", s.number(item.points, 1), s.number(item.full, 1)).c_str());
+        const char* cross = s.outcome.score.missed(item) ? "✗ " : "";  // for who does not see red
+        ImGui::TextUnformatted(
+            fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
         ImGui::PopStyleColor();
       } else {
         dim("–");
@@ -317,7 +319,7 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
     for (std::size_t i = 0; i < std::max(left.size(), right.size()); ++i) {
       const auto put = [&](const std::pair<std::string, const char*>& one, float at) {
         ImGui::SetCursorPosX(at);
-        ImGui::TextUnformatted(one.first.c_str());
+        ImGui::TextUnformatted(s.keys(one.first).c_str());
         ImGui::SameLine(at + 8 * u);
         dim(s.text(one.second));
       };
@@ -348,16 +350,17 @@ void draw_leaving(OperatorState& s, InterfaceWindow& w) {
   if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings)) return;
   ImGui::TextWrapped("%s", s.text("op.unsaved"));
   ImGui::Spacing();
-  const auto answer = [&](const char* text, Ask ask) {
-    if (ImGui::Button(fmt::format("  {}  ", s.text(text)).c_str())) s.ask(ask);
+  const auto answer = [&](Ask ask) {
+    s.ask(ask);
+    ImGui::CloseCurrentPopup();
   };
-  if (main_button(fmt::format("  {}  ", s.text("op.unsaved_keep")).c_str(), {0, 0})) s.ask(Ask::kLeaveKept);
+  const auto label = [&](const char* text) { return fmt::format("  {}  ", s.text(text)); };
+  if (main_button(label("op.unsaved_keep").c_str(), {0, 0})) answer(Ask::kLeaveKept);
   ImGui::SetItemDefaultFocus();
   ImGui::SameLine();
-  answer("op.unsaved_drop", Ask::kLeaveDropped);
+  if (ImGui::Button(label("op.unsaved_drop").c_str())) answer(Ask::kLeaveDropped);
   ImGui::SameLine();
-  answer("op.unsaved_stay", Ask::kStay);
-  if (ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kStay);
+  if (ImGui::Button(label("op.unsaved_stay").c_str()) || ImGui::IsKeyPressed(keys::kEscape, false)) answer(Ask::kStay);
   ImGui::EndPopup();
 }
 

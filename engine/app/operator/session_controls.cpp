@@ -141,11 +141,12 @@ std::string SessionControls::end_label() const {
 
 std::vector<Flow::Item> SessionControls::session_items() const {
   const auto& strokes = s_.status.tissue.strokes;
-  return {{fmt::format("{} ({})   Ctrl+Z", s_.text("op.undo"), strokes.done), false, strokes.done > 0},
-          {fmt::format("{} ({})   Ctrl+Y", s_.text("op.redo"), strokes.undone), false, strokes.undone > 0},
-          {fmt::format("{}   {}", s_.text(s_.held ? "op.go_on" : "op.hold"), s_.held ? "R" : "H"), s_.held},
-          {fmt::format("{}   Ctrl+R", s_.text("op.record")), s_.recording && s_.keep, s_.recording},
-          {fmt::format("{}   {}", s_.text("op.save_tissue"), shortcut(Ask::kSaveTissue).name)}};
+  return {
+      {fmt::format("{} ({})   {}", s_.text("op.undo"), strokes.done, s_.keys("Ctrl+Z")), false, strokes.done > 0},
+      {fmt::format("{} ({})   {}", s_.text("op.redo"), strokes.undone, s_.keys("Ctrl+Y")), false, strokes.undone > 0},
+      {fmt::format("{}   {}", s_.text(s_.held ? "op.go_on" : "op.hold"), s_.held ? "R" : "H"), s_.held},
+      {fmt::format("{}   {}", s_.text("op.record"), s_.keys("Ctrl+R")), s_.recording && s_.keep, s_.recording},
+      {fmt::format("{}   {}", s_.text("op.save_tissue"), s_.keys(std::string(shortcut(Ask::kSaveTissue).name)))}};
 }
 
 void SessionControls::act(int pressed) {

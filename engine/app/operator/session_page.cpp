@@ -324,7 +324,8 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.missed"), fmt::format("{}", t.misses), t.misses ? &kWarn : nullptr);
   row(s.text("op.frame"), fmt::format("{} ms", s.number(s.status.frame_ms, 1)));
   row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
-  row(s.text("op.quality"), std::string(s.status.quality));
+  if (const std::string step = fmt::format("op.quality.{}", s.status.quality); session::has_text(step))
+    row(s.text("op.quality"), s.text(step));
   // The same three that the report tells, in the same words.
   if (t.ticks > 0) {
     const LoopGranted& granted = s.status.granted;
@@ -367,7 +368,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   begin_column("right", {side, room.y});
   const float stop = 4 * u, timing = 15.2f * u, device = (s.author ? 15.5f : 13.5f) * u;
-  if (stop_button(fmt::format("{}   Space  Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) {
+  if (stop_button(fmt::format("{}   {}", s.text("op.emergency_stop"), s.keys("Space  Esc")).c_str(), {-1, stop})) {
     s.ask(Ask::kEmergencyStop);
   }
   const float tool = room.y - stop - timing - device - 3 * gap.y;

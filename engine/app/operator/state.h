@@ -239,6 +239,13 @@ struct OperatorState {
   std::string words(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);
   }
+  /// "Ctrl+Z" as it stands on the reader's keyboard: "Strg+Z".
+  std::string keys(std::string name) const {
+    for (const auto& [english, key] : {std::pair{"Ctrl", "op.control"}, std::pair{"Space", "op.space_bar"}})
+      if (const std::size_t at = name.find(english); at != std::string::npos)
+        name.replace(at, std::string_view(english).size(), text(key));
+    return name;
+  }
   /// With the language's decimal sign.
   std::string number(double value, int decimals) const { return session::number_text(value, decimals, language); }
 };

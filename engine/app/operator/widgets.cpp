@@ -129,7 +129,7 @@ bool pressed(const Shortcut& shortcut) {
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled,
                 bool main) {
   ImGui::BeginDisabled(!enabled);
-  const std::string label = fmt::format("  {}   {}  ", text, shortcut.name);
+  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(shortcut.name)));
   const bool clicked = main ? main_button(label.c_str(), size) : ImGui::Button(label.c_str(), size);
   ImGui::EndDisabled();
   if (enabled && (clicked || pressed(shortcut))) s.ask(ask);

@@ -86,12 +86,6 @@ void Page::gauge(double share, bool missed, double mark) {
   put("</div>");
 }
 
-std::string Page::points_text(const std::string& points, bool missed) const {
-  if (!missed) return points;
-  return fmt::format("<span class=\"missed\"><span role=\"img\" aria-label=\"{}\">✗</span> {}</span>",
-                     escaped(say("below_pass")), points);
-}
-
 void Page::technical_page() {
   put("<div id=\"technical\" role=\"region\" aria-labelledby=\"h-technical\">\n<h2 id=\"h-technical\">{}</h2>\n"
       "<p class=\"back\"><a href=\"#result\">{}</a></p>\n",
@@ -153,8 +147,7 @@ void Page::summary() {
     put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
         number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));
     gauge(score_.points / score_.full, missed, score_.pass.points / score_.full);
-    put("<p class=\"verdict\">{}</p><p class=\"soft\">{}</p>",
-        points_text(say(missed ? "not_passed" : "passed"), missed),
+    put("<p class=\"verdict\">{}</p><p class=\"soft\">{}</p>", marked(say(missed ? "not_passed" : "passed"), missed),
         say("pass_mark", number(score_.pass.points, 0), escaped(text(score_.pass.source, language))));
   }
   put("</div>\n<dl class=\"key\">");

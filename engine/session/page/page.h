@@ -38,8 +38,6 @@ class Page : private Words {
   }
   /// `mark`: the pass mark on it, as a share; negative: none.
   void gauge(double share, bool missed = false, double mark = -1);
-  /// Points in red, and with a cross for who does not see red, where the pass mark is missed.
-  std::string points_text(const std::string& points, bool missed) const;
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
   double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
@@ -75,6 +73,8 @@ class Page : private Words {
   void comparison();
   void volumes();
 
+  /// What happened, with tools and faults as the reader calls them.
+  std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);

@@ -271,7 +271,7 @@ void Page::items() {
     if (item->full > 0) {
       const bool missed = score_.missed(*item);
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
-          points_text(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
+          marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
       // The sources of the default rules are in the catalogue, by their English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
@@ -281,14 +281,14 @@ void Page::items() {
   }
   put("</tbody>\n");
   if (score_.counts()) {
-    const auto total = [&](const char* key, const std::string& value) {
+    const auto foot_row = [&](const char* key, const std::string& value) {
       put("<tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{}</td><td></td></tr>", say(key), value);
     };
     put("<tfoot>");
-    total("points_sum", fmt::format("{} / {}", number(sum, 1), number(score_.full, 0)));
-    total("completion", fmt::format("× {} %", number(100 * score_.completion, 0)));
-    total("score",
-          points_text(fmt::format("{} / {}", number(score_.points, 1), number(score_.full, 0)), !score_.passed()));
+    foot_row("points_sum", fmt::format("{} / {}", number(sum, 1), number(score_.full, 0)));
+    foot_row("completion", fmt::format("× {} %", number(100 * score_.completion, 0)));
+    foot_row("score",
+             marked(fmt::format("{} / {}", number(score_.points, 1), number(score_.full, 0)), !score_.passed()));
     put("</tfoot>\n");
   }
   put("</table></div>\n</section>\n");
@@ -327,17 +327,15 @@ void Page::comparison() {
     put("</tr>\n");
   }
   put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th>", say("score"));
-  for (const Column& c : columns)
-    put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
+  for (const Column& c : columns) put("<td>{}</td>", total(*c.score));
   put("</tr></tfoot>\n</table></div>\n");
   if (!options_.earlier.empty()) {
     std::vector<double> values;
-    for (const SessionSummary& s : options_.earlier)
-      values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
-    values.push_back(score_.full > 0 ? 100 * score_.points / score_.full : 0);
-    put("<figure>{}<figcaption>{} (%)</figcaption></figure>\n",
-        session_plot(values, 100.0,
-                     say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
+    for (const SessionSummary& s : options_.earlier) values.push_back(s.score.points);
+    values.push_back(score_.points);
+    put("<figure>{}<figcaption>{}</figcaption></figure>\n",
+        session_plot(values, score_.pass.points,
+                     say("curve_alt", say("score"), number(values.front(), 1), number(values.back(), 1)),
                      number_text()),
         say("score"));
   }
