@@ -354,13 +354,19 @@ void draw_leaving(OperatorState& s, InterfaceWindow& w) {
     s.ask(ask);
     ImGui::CloseCurrentPopup();
   };
-  const auto label = [&](const char* text) { return fmt::format("  {}  ", s.text(text)); };
-  if (main_button(label("op.unsaved_keep").c_str(), {0, 0})) answer(Ask::kLeaveKept);
-  ImGui::SetItemDefaultFocus();
+  const auto button = [&](const char* text, Ask ask, bool main) {
+    const std::string label = fmt::format("  {}  ", s.text(text));
+    const bool clicked = main ? main_button(label.c_str(), {0, 0}) : ImGui::Button(label.c_str());
+    if (main) ImGui::SetItemDefaultFocus();
+    const bool entered = ImGui::IsKeyPressed(keys::kEnter, false) || ImGui::IsKeyPressed(keys::kKeypadEnter, false);
+    if (clicked || (ImGui::IsItemFocused() && entered)) answer(ask);
+  };
+  button("op.unsaved_keep", Ask::kLeaveKept, true);
   ImGui::SameLine();
-  if (ImGui::Button(label("op.unsaved_drop").c_str())) answer(Ask::kLeaveDropped);
+  button("op.unsaved_drop", Ask::kLeaveDropped, false);
   ImGui::SameLine();
-  if (ImGui::Button(label("op.unsaved_stay").c_str()) || ImGui::IsKeyPressed(keys::kEscape, false)) answer(Ask::kStay);
+  button("op.unsaved_stay", Ask::kStay, false);
+  if (ImGui::IsKeyPressed(keys::kEscape, false)) answer(Ask::kStay);
   ImGui::EndPopup();
 }
 
