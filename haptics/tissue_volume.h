@@ -105,8 +105,8 @@ class TissueVolume {
   PerTissue take_out(const TissuePiece& piece);
 
   /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label and
-  /// hardness. Filled voxels get the label alone.
-  void paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
+  /// hardness. Filled voxels get the label alone. False where there was no tissue inside it.
+  bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
   /// How often that was done.
   std::uint64_t paints() const;
 

@@ -14,7 +14,7 @@ foreach(target acceptance_app acceptance_recordings acceptance_contact acceptanc
 endforeach()
 if(TYPODONT_WINDOW)
   target_compile_definitions(acceptance_work PRIVATE TYPODONT_WINDOW)
-  typodont_test(unit_operator KIND unit SOURCES unit/operator_steps_test.cpp unit/operator_exercise_test.cpp unit/operator_key_queue_test.cpp unit/operator_painter_test.cpp unit/stroke_book_test.cpp LIBS typodont_app PkgConfig::IMGUI)
+  typodont_test(unit_operator KIND unit SOURCES unit/operator_steps_test.cpp unit/operator_exercise_test.cpp unit/operator_key_queue_test.cpp unit/operator_painter_test.cpp unit/operator_widgets_test.cpp unit/stroke_book_test.cpp LIBS typodont_app PkgConfig::IMGUI)
   typodont_test(acceptance_operator KIND acceptance SOURCES acceptance/app_operator_test.cpp LIBS typodont_render SERIAL)
   target_compile_definitions(acceptance_operator PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(acceptance_operator typodont)

@@ -19,6 +19,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/session/packing_file.h"
+#include "engine/session/place.h"
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
 #include "haptics/import/mesh_tissue.h"
@@ -129,12 +130,11 @@ Scene parse_scene(const Json& json, const fs::path& file) {
 }
 
 Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& place) {
-  json.allow_only({"name",         "description",  "tissue",        "paint",           "tool",
-                   "tools",        "spindle_krpm", "spindle",       "coupling",        "materials",
-                   "parts",        "friction",     "cutting",       "passivity",       "boundary_walls",
-                   "force_filter", "vibration",    "score",         "sound",           "prepare",
-                   "paint_file",   "model",        "task",          "surroundings",    "mouth_mirror",
-                   "suction",      "resume",       "force_limit_N", "torque_limit_Nmm"});
+  json.allow_only({"name",         "description", "tissue",         "paint",         "tool",      "tools",
+                   "spindle_krpm", "spindle",     "coupling",       "materials",     "parts",     "friction",
+                   "cutting",      "passivity",   "boundary_walls", "force_filter",  "vibration", "score",
+                   "sound",        "prepare",     "paint_file",     "model",         "task",      "surroundings",
+                   "mouth_mirror", "suction",     "resume",         "force_limit_N", "tooth",     "torque_limit_Nmm"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -253,6 +253,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
     }
   }
+  (void)session::tooth_sides(json);  // the report reads it; a mistake in it is said now
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }

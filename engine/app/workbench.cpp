@@ -646,6 +646,7 @@ WorkbenchStatus Workbench::status() {
   s.motor_heat = loop.heat;
   s.bearable_force = loop.bearable_force;
   s.armed = loop.armed;
+  s.granted = {loop.fifo, loop.pinned, loop.memory_locked};
   s.real_time = loop.words();
   return s;
 }
@@ -662,7 +663,7 @@ session::Score Workbench::score_so_far() {
   }
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
-  return session::score(input, session::rules_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input));
+  return session::score_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input);
 }
 FinishedHand Workbench::take_hand() {
   Impl& m = *impl_;

@@ -46,6 +46,11 @@ struct WorkbenchOptions {
   gpu::Device* device = nullptr;  // the operator's; null: one of its own
 };
 
+/// What a report tells of the loop that feels, as LoopReport has it.
+struct LoopGranted {
+  bool fifo = false, pinned = false, memory_locked = false;
+};
+
 /// How a session stands, for who watches it.
 struct WorkbenchStatus {
   double seconds = 0;
@@ -63,7 +68,8 @@ struct WorkbenchStatus {
   double motor_heat = 0;                   // 1: all the device's motors bear
   double bearable_force = 0;               // N, while they are so warm; 0: the device does not say
   bool armed = true;                       // force may flow: the hand has been free of contact
-  std::string_view real_time;              // what the system did not grant; empty: all is granted
+  LoopGranted granted;                     // what the system granted the loop that feels
+  std::string_view real_time;              // what it did not, in words; empty: all is granted
 };
 
 struct WorkbenchSummary {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "display_font.h"
+#include "text_font.h"
 
 namespace typodont::display {
 

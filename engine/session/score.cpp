@@ -422,13 +422,21 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
 
 }  // namespace
 
+PassMark pass_mark(const Json& block) {
+  const auto pass = block.find("pass");
+  if (!pass) return {};
+  pass->allow_only({"points", "source"});
+  return {(*pass)["points"].number(0, 100), (*pass)["source"].string()};
+}
+
 void check_rules(const Json& block) {
   (void)block.boolean_or("defaults", true);
+  (void)pass_mark(block);
   if (const auto list = block.find("rules")) read_rules(*list, block.has("ideal"), nullptr);
 }
 
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input) {
-  block.allow_only({"rules", "defaults"});
+  block.allow_only({"rules", "defaults", "pass"});
   return task_rules(block, input);
 }
 
@@ -460,9 +468,11 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   return rules;
 }
 
-Score score(const ScoreInput& input, std::span<const ScoreRule> rules) {
+Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass) {
   Score total;
   total.completion = completion(input);
+  total.pass = pass;
+  double weights = 0;
   for (const ScoreRule& rule : rules) {
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
@@ -485,12 +495,18 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules) {
       item.place_W = input.cavity->under.p_W;
     }
     // Hyperbolic, so that however bad a value is, a worse one still costs something.
-    const double credit = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;
-    item.points = rule.weight * credit * total.completion;
-    total.points += item.points;
-    total.full += rule.weight;
+    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // of its full points
+    weights += rule.weight;
     total.items.push_back(std::move(item));
   }
+  double sum = 0;
+  for (ScoreItem& item : total.items) {
+    item.full = weights > 0 ? 100 * item.weight / weights : 0;
+    item.points *= item.full;
+    sum += item.points;
+  }
+  total.full = weights > 0 ? 100 : 0;
+  total.points = std::min(total.full, total.completion * sum);  // the sum may round to a little more than 100
   return total;
 }
 

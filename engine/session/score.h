@@ -82,6 +82,10 @@ struct ScoreInput {
   std::optional<DamageMeasures> damage;        // where the scene has surroundings
 };
 
+/// The pass mark where a scene names none, with its source (an entry of the catalogue of texts).
+inline constexpr std::string_view kUsualPassSource =
+    "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
+
 /// Which side of the target costs points.
 enum class Best { kAtMost, kAtLeast, kNear };
 
@@ -90,7 +94,7 @@ struct ScoreRule {
   std::string name;  // one of known_score_names()
   double target = 0;
   double tolerance = 1;
-  double weight = 0;  // points for a perfect value; 0: shown, not counted
+  double weight = 0;  // its share of the hundred points, beside the other rules' weights; 0: shown, not counted
   Best best = Best::kAtMost;
   std::string source;  // where target and tolerance come from
   bool asked = false;  // named by the task: where there is nothing to measure (no floor …), it earns nothing
@@ -104,15 +108,29 @@ struct ScoreItem {
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
-  double points = 0;  // 0 .. weight
+  double points = 0;  // 0 .. full
+  double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
+};
+
+/// From how many of the hundred points on a session counts as passed.
+struct PassMark {
+  double points = 75;
+  std::string source = std::string(kUsualPassSource);
 };
 
 struct Score {
   std::vector<ScoreItem> items;
-  double points = 0, full = 0;
+  double points = 0;      // 0 .. full: the sum of the items' points, times the share of the task done
+  double full = 0;        // 100; 0 where nothing counts
   double completion = 1;  // share of the task done (of what the ideal changes, of the lesions found and the surface
-                          // explored, of the caries, else whether anything was cut or filled); scales every item,
-                          // so that doing nothing carefully earns nothing
+                          // explored, of the caries, else whether anything was cut or filled); scales the sum, so
+                          // that doing nothing carefully earns nothing, and a perfect item shows its full points
+  PassMark pass;
+
+  bool counts() const { return full > 0; }
+  bool passed() const { return points >= pass.points; }
+  /// An item that earned a smaller share of its points than the pass mark is of the hundred.
+  bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 
 std::vector<std::string> known_score_names();
@@ -132,9 +150,12 @@ std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
 /// The checks that need no session: names, kinds, ranges. Throws Error.
 void check_rules(const Json& block);
+/// The "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}; the usual one where there is none.
+/// Throws Error.
+PassMark pass_mark(const Json& block);
 
 /// Items whose value cannot be known (no ideal, no caries, no pulp distance) are left out, and so is their weight;
 /// unless the task asks for them.
-Score score(const ScoreInput& input, std::span<const ScoreRule> rules);
+Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include "engine/session/page/catalogue.h"
+#include "engine/session/score.h"
 
 namespace typodont::session {
 
@@ -25,15 +27,26 @@ constexpr Entry kCatalogue[] = {
     {"result", {"Result", "Ergebnis", "结果"}},
     {"score", {"Score", "Punktzahl", "得分"}},
     {"points_of", {"{} of {} points", "{} von {} Punkten", "{} 分（满分 {} 分）"}},
+    {"points_sum", {"Sum of the items", "Summe der Posten", "各项合计"}},
+    {"passed", {"Passed", "Bestanden", "合格"}},
+    {"not_passed", {"Not passed", "Nicht bestanden", "不合格"}},
+    {"below_pass", {"below the pass mark", "unter der Bestehensgrenze", "低于合格线"}},
+    {"pass_mark", {"Pass mark: {} ({})", "Bestehensgrenze: {} ({})", "合格线：{} 分（{}）"}},
+    {"technical", {"Timing and files", "Zeitverhalten und Dateien", "时序与文件"}},
+    {"back_to_result", {"Back to the result", "Zurück zum Ergebnis", "返回结果"}},
     {"completion", {"Share of the task done", "Anteil der erledigten Aufgabe", "任务完成比例"}},
-    {"completion_note",
-     {"Every item counts in proportion to the share of the task that was done: doing nothing, however carefully, earns "
-      "nothing. One tolerance beyond the target leaves half of an item's points, two leave a third.",
-      "Jeder Posten zählt im Verhältnis zum erledigten Anteil der Aufgabe: Nichts zu tun, und sei es noch so "
-      "sorgfältig, "
-      "bringt keine Punkte. Eine Toleranz jenseits des Ziels lässt die Hälfte der Punkte, zwei lassen ein Drittel.",
-      "每一项得分按任务完成比例折算：什么都不做，再小心也不得分。超出目标一个容差，该项得一半分；超出两个容差，得三分之"
-      "一。"}},
+    {"items_note",
+     {"All items together have 100 points. Their sum counts in proportion to the share of the task that was done: "
+      "doing "
+      "nothing, however carefully, earns nothing. One tolerance beyond the target leaves half of an item's points, two "
+      "leave a third. Red with a cross: a smaller share than the pass mark.",
+      "Alle Posten zusammen haben 100 Punkte. Ihre Summe zählt im Verhältnis zum erledigten Anteil der Aufgabe: Nichts "
+      "zu tun, und sei es noch so sorgfältig, bringt keine Punkte. Eine Toleranz jenseits des Ziels lässt die Hälfte "
+      "der "
+      "Punkte eines Postens, zwei lassen ein Drittel. Rot mit Kreuz: ein kleinerer Anteil als die Bestehensgrenze.",
+      "各项满分合计 100 "
+      "分，其总和按任务完成比例折算：什么都不做，再小心也不得分。超出目标一个容差，该项得一半分；超出两"
+      "个容差，得三分之一。红色并带叉号：得分比例低于合格线。"}},
     {"items", {"Score, item by item", "Bewertung im Einzelnen", "逐项评分"}},
     {"item", {"Item", "Posten", "项目"}},
     {"value", {"Value", "Wert", "数值"}},
@@ -65,17 +78,38 @@ constexpr Entry kCatalogue[] = {
       "Farben der Abweichung: rot einen halben Millimeter zu tief, grau wie es sein soll, blau einen halben Millimeter "
       "zu viel.",
       "差异颜色：红色为过深半毫米，灰色为正确，蓝色为残留半毫米。"}},
-    {"worst_over",
-     {"Cut too deep by {} at most, at x {}, y {}, z {} mm.", "Höchstens {} zu tief, bei x {}, y {}, z {} mm.",
-      "最大过切 {}，位置 x {}、y {}、z {} mm。"}},
-    {"worst_under",
-     {"Left standing by {} at most, at x {}, y {}, z {} mm.", "Höchstens {} stehen gelassen, bei x {}, y {}, z {} mm.",
-      "最大残留 {}，位置 x {}、y {}、z {} mm。"}},
+    {"worst_over", {"Cut too deep by {} at most: {}.", "Höchstens {} zu tief: {}.", "最大过切 {}：{}。"}},
+    {"worst_under", {"Left standing by {} at most: {}.", "Höchstens {} stehen gelassen: {}.", "最大残留 {}：{}。"}},
+    {"place.coordinates", {"at x {}, y {}, z {} mm", "bei x {}, y {}, z {} mm", "位置 x {}、y {}、z {} mm"}},
+    {"place.part_and_side", {"{side} {part}", "{part}, {side}", "{side}{part}"}},
+    {"place.and_third", {"{}, {}", "{}, {}", "{}，{}"}},
+    {"place.part.floor", {"floor", "Boden", "洞底"}},
+    {"place.part.wall", {"wall", "Wand", "洞壁"}},
+    {"place.part.occlusal", {"occlusal surface", "Okklusalfläche", "咬合面"}},
+    {"place.part.axial", {"axial wall", "axiale Wand", "轴壁"}},
+    {"place.part.shoulder", {"shoulder", "Stufe", "肩台"}},
+    {"place.side.mesial", {"mesial", "mesial", "近中"}},
+    {"place.side.mesiobuccal", {"mesiobuccal", "mesiobukkal", "近中颊侧"}},
+    {"place.side.buccal", {"buccal", "bukkal", "颊侧"}},
+    {"place.side.distobuccal", {"distobuccal", "distobukkal", "远中颊侧"}},
+    {"place.side.distal", {"distal", "distal", "远中"}},
+    {"place.side.distolingual", {"distolingual", "distolingual", "远中舌侧"}},
+    {"place.side.lingual", {"lingual", "lingual", "舌侧"}},
+    {"place.side.mesiolingual", {"mesiolingual", "mesiolingual", "近中舌侧"}},
+    {"place.side.central", {"central", "zentral", "中央"}},
+    {"place.third.occlusal", {"occlusal third", "okklusales Drittel", "咬合侧三分之一"}},
+    {"place.third.middle", {"middle third", "mittleres Drittel", "中三分之一"}},
+    {"place.third.cervical", {"cervical third", "zervikales Drittel", "颈侧三分之一"}},
     {"view", {"View", "Ansicht", "视图"}},
     {"view.above", {"From above", "Von oben", "俯视"}},
     {"view.front", {"From the front", "Von vorn", "正面"}},
     {"view.side", {"From the side", "Von der Seite", "侧面"}},
     {"view.angled", {"At an angle", "Schräg", "斜视"}},
+    {"view.occlusal", {"Occlusal view", "Okklusalansicht", "咬合面观"}},
+    {"view.mesial", {"Mesial view", "Mesialansicht", "近中面观"}},
+    {"view.distal", {"Distal view", "Distalansicht", "远中面观"}},
+    {"view.buccal", {"Buccal view", "Bukkalansicht", "颊面观"}},
+    {"view.lingual", {"Lingual view", "Lingualansicht", "舌面观"}},
     {"turn", {"To turn", "Zum Drehen", "可旋转视图"}},
     {"show", {"Show", "Zeigen", "显示"}},
     {"reset", {"Reset", "Zurücksetzen", "重置"}},
@@ -322,6 +356,10 @@ constexpr Entry kCatalogue[] = {
     {"free", {"free", "frei", "未接触"}},
     {"other", {"other", "andere", "其他"}},
 
+    {kUsualPassSource,
+     {kUsualPassSource,
+      "75 von 100, wie in der zahnärztlichen Zulassungsprüfung ADEX; Vorgabe von Typodont, in der Szene einstellbar",
+      "75 分（满分 100），同 ADEX 牙医执业资格考试；Typodont 默认值，可在场景中设定"}},
     {"Typodont's default; set it in the scene",
      {"Typodont's default; set it in the scene", "Vorgabe von Typodont; in der Szene einstellbar",
       "Typodont 默认值；可在场景中设定"}},
@@ -362,6 +400,27 @@ constexpr Entry kCatalogue[] = {
     {"tissue.gingiva", {"Gingiva", "Gingiva", "牙龈"}},
     {"tissue.amalgam", {"Amalgam", "Amalgam", "银汞合金"}},
     {"tissue.composite", {"Composite", "Komposit", "复合树脂"}},
+
+    {"tool.carrier_amalgam", {"Amalgam carrier", "Amalgampistole", "银汞合金输送器"}},
+    {"tool.carver_cleoid", {"Cleoid carver", "Schnitzinstrument (Cleoid)", "爪形雕刻器"}},
+    {"tool.carver_discoid", {"Discoid carver", "Schnitzinstrument (Discoid)", "盘形雕刻器"}},
+    {"tool.condenser_amalgam", {"Amalgam condenser", "Amalgamstopfer", "银汞合金充填器"}},
+    {"tool.condenser_composite", {"Composite condenser", "Kompositstopfer", "树脂充填器"}},
+    {"tool.cone", {"Cone bur", "Kegelbohrer", "锥形钻"}},
+    {"tool.cylinder", {"Cylinder bur", "Zylinderbohrer", "柱形钻"}},
+    {"tool.end_guarded_cylinder", {"Cylinder bur with safe end", "Zylinderbohrer mit Schutzspitze", "端部防护柱形钻"}},
+    {"tool.excavator_spoon", {"Spoon excavator", "Löffelexkavator", "挖匙"}},
+    {"tool.explorer", {"Explorer", "Sonde", "探针"}},
+    {"tool.flame", {"Flame bur", "Flammenbohrer", "火焰形钻"}},
+    {"tool.gauge", {"Gauge", "Messlehre", "量规"}},
+    {"tool.implant_drill", {"Implant drill", "Implantatbohrer", "种植钻"}},
+    {"tool.implant_round", {"Implant round bur", "Implantat-Rundbohrer", "种植球钻"}},
+    {"tool.inverted_cone", {"Inverted cone bur", "Umgekehrter Kegelbohrer", "倒锥钻"}},
+    {"tool.pear", {"Pear bur", "Birnenbohrer", "梨形钻"}},
+    {"tool.probe_ball", {"Ball probe", "Kugelsonde", "球形探针"}},
+    {"tool.probe_who", {"WHO probe", "WHO-Sonde", "WHO 探针"}},
+    {"tool.round", {"Round bur", "Rundbohrer", "球钻"}},
+    {"tool.round_end_cylinder", {"Round-end cylinder bur", "Zylinderbohrer mit runder Stirn", "圆头柱形钻"}},
 
     {"score.residual_caries_mm3", {"Residual caries, volume", "Restkaries, Volumen", "残余龋坏体积"}},
     {"score.residual_caries_percent", {"Residual caries, share", "Restkaries, Anteil", "残余龋坏比例"}},
@@ -444,6 +503,17 @@ std::string_view text(std::string_view key, Language language) noexcept {
 
 bool has_text(std::string_view key) noexcept {
   return find(key) != nullptr;
+}
+
+std::string tool_text(std::string_view name, Language language) {
+  const std::string_view kind = name.substr(0, name.find_last_not_of("_0123456789") + 1);
+  const std::string key = fmt::format("tool.{}", kind);
+  if (has_text(key)) return std::string(text(key, language));
+  std::string plain(kind.empty() ? name : kind);
+  std::replace(plain.begin(), plain.end(), '_', ' ');
+  std::replace(plain.begin(), plain.end(), '-', ' ');
+  if (!plain.empty()) plain[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(plain[0])));
+  return plain;
 }
 
 std::vector<std::string_view> catalogue_keys() {

@@ -27,6 +27,9 @@ std::string number_text(double v, Language language);
 /// With its unit, not to be parted from it at the end of a line; without a unit it is a count. NaN, nothing to
 /// measure: a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
+/// "round_012" → "Round bur": what kind of tool it is, without the number at its end. Tools that are not shipped are
+/// called as they are.
+std::string tool_text(std::string_view name, Language language);
 std::vector<std::string_view> catalogue_keys();
 
 }  // namespace typodont::session

@@ -44,7 +44,7 @@ TaskText read_task_text(const Json& json) {
 }
 
 Task read_task(const Json& json) {
-  json.allow_only({"title", "goal", "steps", "axis", "ideal", "explore", "protect", "rules", "defaults"});
+  json.allow_only({"title", "goal", "steps", "axis", "ideal", "explore", "protect", "rules", "defaults", "pass"});
   Task task;
   if (const auto title = json.find("title")) task.title = read_task_text(*title);
   task.goal = read_task_text(json["goal"]);
@@ -72,6 +72,11 @@ std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input
   if (const auto task = scene.find("task")) return task_rules(*task, input);
   if (const auto block = scene.find("score")) return rules_from(*block, input);
   return default_rules(input);
+}
+
+Score score_of_scene(const Json& scene, const ScoreInput& input) {
+  const auto task = scene.find("task"), block = task ? task : scene.find("score");
+  return score(input, rules_of_scene(scene, input), block ? pass_mark(*block) : PassMark{});
 }
 
 }  // namespace typodont::session

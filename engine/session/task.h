@@ -44,5 +44,7 @@ Task read_task(const Json& json);
 
 /// The rules of a scene: its task's, else its "score" block's, else the defaults.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
+/// By these rules and the scene's pass mark.
+Score score_of_scene(const Json& scene, const ScoreInput& input);
 
 }  // namespace typodont::session

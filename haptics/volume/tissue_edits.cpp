@@ -307,10 +307,9 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   return volume;
 }
 
-void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
+bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness) {
   Impl& v = *impl_;
-  ++v.paints;
-  v.graded = v.graded || hardness != kOwnHardness;
+  bool any = false;
   const openvdb::CoordBBox tissue = v.tissue->evalActiveVoxelBoundingBox();
   dvec3 lo, hi;
   solid.bounds(lo, hi);
@@ -332,18 +331,26 @@ void TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
           accessor.setValue(at, (was & ~std::int32_t{kShown}) | static_cast<std::int32_t>(label));
         else
           accessor.setValue(at, grid_value(label, hardness));
+        any = true;
       }
     }
   }
-  if (a.x <= b.x && a.y <= b.y && a.z <= b.z) insert_bricks(a, b, v.changed);
-  if (!v.mesh) return;
+  if (any) {
+    ++v.paints;
+    v.graded = v.graded || hardness != kOwnHardness;
+    insert_bricks(a, b, v.changed);
+  }
+  if (!v.mesh) return any;
   auto mesh = std::make_shared<TissueMesh>(*v.mesh);
   for (std::size_t i = 0; i < mesh->triangles.size(); ++i) {
     const glm::uvec3& t = mesh->triangles[i];
     const dvec3 center = (mesh->vertices[t.x] + mesh->vertices[t.y] + mesh->vertices[t.z]) / 3.0;
-    if (solid.distance(center) <= 0) mesh->tissue[i] = label;
+    if (solid.distance(center) > 0) continue;
+    mesh->tissue[i] = label;
+    any = true;
   }
   v.mesh = std::move(mesh);
+  return any;
 }
 
 void TissueVolume::Impl::complete_stroke() {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <set>
 #include <sstream>
@@ -360,7 +361,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   program.wait_for("report written: ");
   press("F10");
   press("F7");
-  press("F7");
+  press("ctrl+s");
   const std::string surface = program.wait_for("surface written: ");
   EXPECT_GT(std::filesystem::file_size(surface), 10'000u);
   // That surface is a mesh like any other.
@@ -368,7 +369,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   type(surface);
   press("Tab");
   type("my tooth");
-  press("F9");
+  press("ctrl+b");
   const std::string scene = program.wait_for("imported: ");
   const Ran drawn = folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "drawn"));
   EXPECT_EQ(drawn.status, 0) << drawn.err;
@@ -394,7 +395,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   press("ctrl+a");
   type("1000");
   press("Tab");
-  press("F9");
+  press("ctrl+b");
   program.wait_for("home/scenes/cube.json");
   const Ran measured =
       folder.run("mesh '" + (folder / "home/scenes/cube.vdb") + "' --json --out " + (folder / "cube.stl"));
@@ -433,6 +434,83 @@ TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProg
   }
 }
 
+TEST_F(OperatorWindow, WhoLeavesWhatHeDrilledUnsavedIsAskedAndItIsKeptOrDroppedAsHeSays) {
+  let_the_hand_rest();
+  Program program(folder);
+  open(program);
+  ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
+  press("F10");
+  program.wait_for("session ended");
+  std::this_thread::sleep_for(1s);
+  press("F10");     // away …
+  press("Escape");  // … not yet
+  press("F10");
+  press("F5");  // waits for the answer
+  press("Return");
+  const std::string kept = program.wait_for("kept as an exercise: ");
+  EXPECT_NE(read_text(kept).find("-ideal.vdb"), std::string::npos) << read_text(kept);
+  EXPECT_EQ(program.said().find("session started: ", program.said().find("session ended")), std::string::npos);
+  // Once more, and dropped.
+  press("F5");
+  ASSERT_TRUE(eventually([&] { return program.said().rfind("session started: ") > program.said().find("kept as"); }));
+  Desktop::xdotool("keydown p");
+  std::this_thread::sleep_for(3s);
+  Desktop::xdotool("keyup p");
+  press("F10");
+  ASSERT_TRUE(
+      eventually([&] { return program.said().rfind("session ended") > program.said().rfind("session started"); }));
+  std::this_thread::sleep_for(1s);
+  press("F10");
+  press("Right");
+  press("Return");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+  EXPECT_EQ(program.said().find("kept as an exercise: ", program.said().find("kept as an exercise: ") + 1),
+            std::string::npos)
+      << program.said();
+}
+
+TEST_F(OperatorWindow, AReportThatNoProgramOpensIsSaidAndSoIsOneThatTheDesktopRefuses) {
+  std::filesystem::create_directories(folder / "bin");
+  folder.write("bin/xdg-open", "#!/bin/sh\nexit 3\n");
+  std::filesystem::permissions(folder / "bin/xdg-open", std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", ((folder / "bin") + ":" + path).c_str(), 1);
+  Program program(folder);
+  setenv("PATH", path.c_str(), 1);
+  open(program);
+  choose_block_and_script();
+  press("F5");
+  const std::string report = program.wait_for("report written: ");
+  std::this_thread::sleep_for(500ms);
+  press("F2");
+  EXPECT_EQ(program.wait_for("No program on this computer opens "), report);
+  press("F10");
+  press("F7");
+  // Its score is in the list, worked out with the report.
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
+TEST_F(OperatorWindow, TheListOfSessionsWorksOutScoresThatItDoesNotKnow) {
+  std::filesystem::create_directories(folder / "home/sessions/guest");
+  const Ran made =
+      folder.run(fmt::format("servo {} --hand {} --out {}", folder / "home/scenes/zz_block.json", folder / "hand.csv",
+                             folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5"));
+  ASSERT_EQ(made.status, 0) << made.err;
+  const Ran scored = folder.run(fmt::format(
+      "report {} --json --out {}", folder / "home/sessions/guest/2025-01-01_10-00-00_block.h5", folder / "r.html"));
+  ASSERT_EQ(scored.status, 0) << scored.err;
+  Program program(folder);
+  open(program);
+  press("F7");
+  const std::string said = program.wait_for("score of 2025-01-01_10-00-00_block.h5: ");
+  EXPECT_NEAR(std::stod(said), Json::parse(scored.out, "report")["points"].number(), 0.051);
+  press("F10");
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
 TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
   write_hand({{0, 18.5, 0},
               {0.5, 17.6, 0},
@@ -452,7 +530,7 @@ TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
   program.wait_for("session ended");
   press("F10");
   press("F7");
-  press("F5");
+  press("F6");
   EXPECT_EQ(program.wait_for("going on from "), saved);
   press("Escape");
   expect_exact_replay(program.wait_for("report written: "));
@@ -469,11 +547,11 @@ TEST_F(OperatorWindow, OfARecordingAFilmAndALearningCurveAreMadeByKeysAndWhatIsC
   press("F7");
   const auto files = [&] { return std::distance(std::filesystem::directory_iterator(report.parent_path()), {}); };
   const auto before = files();
-  press("F4");
+  press("ctrl+f");
   press("Escape");
   std::this_thread::sleep_for(2s);
   EXPECT_TRUE(eventually([&] { return files() == before; })) << "a cancelled film left something";
-  press("F4");
+  press("ctrl+f");
   EXPECT_EQ(program.wait_for("film written: "), film.string());
   EXPECT_GT(std::filesystem::file_size(film), 10'000u);
   press("F3");

@@ -4,12 +4,16 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 
 #include "audio/ar/rotor.h"
 #include "audio/compare.h"
+#include "audio/sound_file.h"
 #include "engine/base/json.h"
+#include "engine/base/units.h"
+#include "engine/render/picture.h"
 #include "tests/support/audio_signals.h"
 
 namespace typodont::audio {
@@ -45,6 +49,72 @@ class SoundCommand : public ::testing::Test {
 };
 
 const std::string kMicromotor = "assets/sounds/micromotor_steady.wav";
+
+/// Reads the axis of a picture as an eye does: the marks left of the plot, from 0 Hz up.
+struct ReadAxis {
+  render::Picture picture;
+  int left = 0;            // the plot's first column
+  std::vector<int> marks;  // rows, from below
+
+  explicit ReadAxis(const std::filesystem::path& file) : picture(render::read_png(file)) {
+    // The longest dark line left of the plot is none: marks are a few pixels wide, letters are not straight lines.
+    const auto dark = [&](int x, int y) { return picture.at(x, y)[0] < 100 && picture.at(x, y)[1] < 100; };
+    while (left < picture.size.x && !dark(left, picture.size.y / 2 + 15)) ++left;
+    if (left < 5 || left == picture.size.x) return;  // no axis
+    for (int y = picture.size.y - 1; y >= 0; --y) {
+      bool mark = true;
+      for (int x = left - 5; x < left; ++x) mark &= dark(x, y);
+      if (mark) marks.push_back(y);
+    }
+  }
+  double frequency(double row, double step_Hz) const {
+    const double pixels = static_cast<double>(marks.front() - marks.back()) / static_cast<double>(marks.size() - 1);
+    return (marks.front() - row) / pixels * step_Hz;
+  }
+  /// The brightest row of a column, in the middle over these columns (shares of the plot): a tone may go up and down.
+  double brightest_row(double from, double to) const {
+    const int wide = picture.size.x - left;
+    std::vector<double> rows;
+    for (int x = left + static_cast<int>(from * wide); x < left + static_cast<int>(to * wide); ++x) {
+      int best = -1;
+      double row = 0;
+      for (int y = marks.back(); y < marks.front(); ++y) {
+        const int light = picture.at(x, y)[0] + picture.at(x, y)[1] + picture.at(x, y)[2];
+        if (light > best) best = light, row = y + 0.5;
+      }
+      rows.push_back(row);
+    }
+    std::nth_element(rows.begin(), rows.begin() + std::ssize(rows) / 2, rows.end());
+    return rows[rows.size() / 2];
+  }
+};
+
+TEST_F(SoundCommand, APictureShowsAToneAtItsFrequencyOnItsAxis) {
+  for (const double tone : {1000.0, 5833.3, 9500.0}) {
+    const double rate = 48000;
+    std::vector<float> sound;
+    for (int i = 0; i < 2 * 48000; ++i) sound.push_back(static_cast<float>(0.3 * std::sin(2 * kPi * tone * i / rate)));
+    WavWriter wav(path("tone.wav"), rate);
+    wav.write(sound);
+    wav.finish();
+    const auto drawn = run("picture " + path("tone.wav") + " --out " + path("tone.png") + " --json");
+    ASSERT_EQ(drawn.status, 0) << drawn.err;
+    const ReadAxis axis(path("tone.png"));
+    EXPECT_EQ(axis.left, static_cast<int>(Json::parse(drawn.out, "out")["plot_px"].items().at(0).number()));
+    ASSERT_EQ(axis.marks.size(), 7u) << "0 to 12 kHz in steps of 2";
+    EXPECT_NEAR(axis.frequency(axis.brightest_row(0.1, 0.9), 2000), tone, 50);
+  }
+  EXPECT_EQ(run("picture " + path("tone.wav") + " --up-to-hz 30000 --out " + path("x.png")).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(path("x.png")));
+}
+
+TEST_F(SoundCommand, TheReadmesPictureShowsTheTurbineAtItsSpeed) {
+  const ReadAxis axis("docs/pictures/drill_spectrogram.png");
+  ASSERT_EQ(axis.marks.size(), 7u);
+  const double free_Hz = Json::load("assets/motors/air_turbine.json")["free_speed_krpm"].number() * 1000 / 60;
+  // Free it turns at that speed, loaded a little slower.
+  EXPECT_NEAR(axis.frequency(axis.brightest_row(0.4, 0.8), 2000), 0.97 * free_Hz, 0.04 * free_Hz);
+}
 
 TEST_F(SoundCommand, FitsARecordingAndTheModelSoundsLikeIt) {
   const auto fit = run("fit " + kMicromotor + " --out " + path("m.json") + " --json");

@@ -205,6 +205,14 @@ def check(browser, page, language, pictures):
         browser.ask("Emulation.setEmulatedMedia", media="screen", features=[{"name": "prefers-color-scheme", "value": scheme}])
         problems += [f"{scheme}: contrast {bad}" for bad in browser.run(CONTRAST)]
         problems += [f"{scheme}: contrast {bad}" for bad in browser.run(DATA_CONTRAST)]
+        # A part that is a page of its own shows itself, and the rest not, once its link was followed.
+        if browser.run("!!document.getElementById('technical')"):
+            shown = "[...document.querySelectorAll('#report, #technical')].filter(e => e.getClientRects().length).map(e => e.id).join(' ')"
+            for place, wanted in (("#technical", "technical"), ("#details", "technical"), ("#result", "report")):
+                browser.run(f"location.hash = '{place}'")
+                if browser.run(shown) != wanted:
+                    problems.append(f"at {place} the page shows {browser.run(shown)}, not {wanted}")
+                problems += [f"{scheme}: {place}: contrast {bad}" for bad in browser.run(CONTRAST)]
         if pictures:
             shot = browser.ask("Page.captureScreenshot", captureBeyondViewport=True, clip={
                 "x": 0, "y": 0, "width": 1000, "height": browser.run("document.documentElement.scrollHeight"), "scale": 1})

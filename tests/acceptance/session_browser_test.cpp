@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <sstream>
+
+#include "engine/session/page/model_colors.h"
 #include "engine/session/recorder.h"
 #include "engine/session/report.h"
 #include "tests/support/cavity_fixture.h"
@@ -38,11 +42,23 @@ class ReportInABrowser : public testing::Test {
     options.preparation = preparation;
     page_ = browser_.write("report.html", report_html(SessionReader(browser_ / "s.h5"), options));
   }
-  typodont::test::Ran browse(const std::string& arguments) const {
+  typodont::test::Ran browse(const std::string& arguments) const { return browse(arguments, page_); }
+  typodont::test::Ran browse(const std::string& arguments, const std::string& page) const {
     return browser_.run(fmt::format("--no-sandbox --disable-gpu --virtual-time-budget=4000 --window-size=900,2600 "
                                     "--user-data-dir={} --enable-logging=stderr {} file://{}",
-                                    browser_ / "profile", arguments, page_),
+                                    browser_ / "profile", arguments, page),
                         "timeout 120");
+  }
+  /// What a script says of the page, after it has drawn: the text it puts into document.body.dataset.seen.
+  std::string told_by(const std::string& script) const {
+    std::string html = report_html(SessionReader(browser_ / "s.h5"), options_);
+    html.insert(html.rfind("</body>"), "<script>" + script + "</script>");
+    const typodont::test::Ran ran = browse("--dump-dom", browser_.write("told.html", html));
+    EXPECT_THAT(ran.err, Not(HasSubstr("Uncaught")));
+    const std::string begin = "data-seen=\"";
+    const std::size_t at = ran.out.find(begin);
+    if (at == std::string::npos) return "";
+    return ran.out.substr(at + begin.size(), ran.out.find('"', at + begin.size()) - at - begin.size());
   }
   ReportOptions options_;
   typodont::test::ProgramFolder browser_;
@@ -57,6 +73,78 @@ TEST_F(ReportInABrowser, DrawsTheResultWithItsScriptAndComplainsOfNothing) {
   EXPECT_THAT(ran.out, HasSubstr("data-mode=\"difference\" aria-pressed=\"true\""));
   EXPECT_THAT(ran.err, Not(HasSubstr("Uncaught")));
   EXPECT_THAT(ran.err, Not(HasSubstr("Refused to")));
+}
+
+/// A box about the origin with this half size, and the tissue inside it.
+template <class TissueAt>
+ResultModel box(const glm::vec3& half, TissueAt tissue_at) {
+  ResultModel model;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-1.0f, 1.0f}) {
+      const auto first = static_cast<std::uint32_t>(model.vertices.size());
+      for (const auto& [a, b] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+        glm::vec3 p, n(0);
+        p[axis] = side * half[axis];
+        p[(axis + 1) % 3] = static_cast<float>(a) * half[(axis + 1) % 3];
+        p[(axis + 2) % 3] = static_cast<float>(b) * half[(axis + 2) % 3];
+        n[axis] = side;
+        model.vertices.push_back({p, n, Tissue::kEnamel, 0});
+      }
+      if (side > 0)
+        model.triangles.insert(model.triangles.end(), {{first, first + 1, first + 2}, {first, first + 2, first + 3}});
+      else
+        model.triangles.insert(model.triangles.end(), {{first, first + 2, first + 1}, {first, first + 3, first + 2}});
+    }
+  model.labels.frame = {dvec3(-half), 0.2e-3};
+  model.labels.size = glm::ivec3(2.0f * half / 0.2e-3f + 1.5f);
+  for (int x = 0; x < model.labels.size.x; ++x)
+    for (int y = 0; y < model.labels.size.y; ++y)
+      for (int z = 0; z < model.labels.size.z; ++z)
+        model.labels.tissue.push_back(tissue_at(model.labels.frame.to_world(dvec3(x, y, z))));
+  return model;
+}
+
+TEST_F(ReportInABrowser, ACutSolidShowsOnItsFaceTheTissuesThatLieThere) {
+  options_.result = box(glm::vec3(2e-3f), [](const dvec3& p) { return p.x < 0 ? Tissue::kDentin : Tissue::kPulp; });
+  options_.ideal.reset();
+  options_.preparation.reset();
+  // Cut in the middle and seen from the front: the colours left and right of the middle.
+  const std::string seen = told_by(
+      "{const v = document.getElementById('viewer'), c = v.querySelector('canvas'), s = v.querySelector('[name=cut]');"
+      "v.querySelector('[data-look=front]').click(); s.value = 50; s.dispatchEvent(new Event('input'));"
+      "setTimeout(() => { const p = k => [...c.getContext('2d').getImageData(c.width * k, c.height / 2, 1, 1).data];"
+      "document.body.dataset.seen = [...p(0.45), ...p(0.55)].join(' '); }, 500);}");
+  std::array<double, 8> c{};
+  std::istringstream numbers(seen);
+  for (double& v : c) numbers >> v;
+  ASSERT_TRUE(numbers) << seen;
+  const auto& dentin = kTissueColors[static_cast<std::size_t>(Tissue::kDentin)];
+  const auto& pulp = kTissueColors[static_cast<std::size_t>(Tissue::kPulp)];
+  EXPECT_NEAR(c[1] / c[0], static_cast<double>(dentin[1]) / dentin[0], 0.02) << seen;
+  EXPECT_NEAR(c[5] / c[4], static_cast<double>(pulp[1]) / pulp[0], 0.02) << seen;
+  EXPECT_GT(c[0], 0.4 * dentin[0]) << "dark: " << seen;
+}
+
+TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVertical) {
+  options_.result = box({0.1e-3f, 0.1e-3f, 3e-3f}, [](const dvec3&) { return Tissue::kEnamel; });
+  options_.ideal.reset();
+  options_.preparation.reset();
+  // From whatever side, tilted as it is, an upright rod stays upright in the picture.
+  const std::string seen = told_by(
+      "{const v = document.getElementById('viewer'), c = v.querySelector('canvas'); c.setPointerCapture = () => {};"
+      "const at = (kind, x) => c.dispatchEvent(new PointerEvent(kind, {clientX: x, clientY: 200, pointerId: 1}));"
+      "const before = c.toDataURL(); at('pointerdown', 300); at('pointermove', 395); at('pointerup', 395);"
+      "setTimeout(() => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let l = 1e9, r = 0, "
+      "t = "
+      "1e9, b = 0;"
+      "for (let i = 0; i < d.length / 4; ++i) if (d[4 * i + 3]) { const x = i % c.width, y = Math.floor(i / c.width);"
+      "l = Math.min(l, x); r = Math.max(r, x); t = Math.min(t, y); b = Math.max(b, y); }"
+      "document.body.dataset.seen = [r - l + 1, b - t + 1, before === c.toDataURL() ? 0 : 1].join(' '); }, 500);}");
+  double width = 0, height = 0, turned = 0;
+  std::istringstream(seen) >> width >> height >> turned;
+  EXPECT_GT(height, 50) << seen;
+  EXPECT_LT(width, 0.2 * height) << seen;
+  EXPECT_EQ(turned, 1) << seen;
 }
 
 TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {

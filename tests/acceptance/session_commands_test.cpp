@@ -53,9 +53,12 @@ TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   const Json json = Json::parse(ran.out, "out");
   EXPECT_EQ(json["ticks"].integer(), 2500);
   EXPECT_FALSE(json["truncated"].boolean());
-  double sum = 0;
-  for (const Json& item : json["items"].items()) sum += item["points"].number();
-  EXPECT_NEAR(sum, json["points"].number(), 1e-9);
+  double sum = 0, full = 0;
+  for (const Json& item : json["items"].items()) sum += item["points"].number(), full += item["full"].number();
+  EXPECT_NEAR(sum * json["completion"].number(), json["points"].number(), 1e-9);
+  EXPECT_NEAR(full, 100, 1e-9);
+  EXPECT_EQ(json["full"].number(), 100);
+  EXPECT_EQ(json["passed"].boolean(), json["points"].number() >= json["pass_mark"].number());
   EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("<html lang=\"de\">"));
 }
 

@@ -89,7 +89,7 @@ TEST(ScoreLaws, EveryWorseningLowersTheScoreFromAnyState) {
   }
 }
 
-TEST(ScoreLaws, PointsStayBetweenNothingAndTheirWeightAndAddUp) {
+TEST(ScoreLaws, PointsStayBetweenNothingAndFullAddUpToAHundredAndTheirSumCountsByTheShareDone) {
   Random random(3);
   for (int i = 0; i < 500; ++i) {
     ScoreInput in;
@@ -104,13 +104,16 @@ TEST(ScoreLaws, PointsStayBetweenNothingAndTheirWeightAndAddUp) {
     in.hand.force_max = std::abs(random.number(100));
     in.hand.time = std::abs(random.number(1e5));
     const Score s = score(in, default_rules(in));
-    double sum = 0;
+    double sum = 0, full = 0;
     for (const ScoreItem& item : s.items) {
       ASSERT_GE(item.points, 0);
-      ASSERT_LE(item.points, item.weight);
+      ASSERT_LE(item.points, item.full);
       sum += item.points;
+      full += item.full;
     }
-    ASSERT_DOUBLE_EQ(sum, s.points);
+    ASSERT_NEAR(full, 100, 1e-9);
+    ASSERT_NEAR(s.completion * sum, s.points, 1e-9);
+    ASSERT_LE(s.points, s.full);
   }
 }
 

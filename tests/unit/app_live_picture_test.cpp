@@ -288,6 +288,23 @@ TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAg
   EXPECT_TRUE(all);
 }
 
+TEST(CarverThread, WhatIsPaintedInTheAirIsNoStrokeAndNoPartOfAnExercise) {
+  Carved carved;
+  LiveSession& s = carved.session;
+  carved.start();
+  const dvec3 air(0, 0, 5.0_mm), surface(0, 0, 2.0_mm);
+  s.wiring.paint_to_carver.push({{Tissue::kCaries, air, air, 0.5_mm}, true});
+  ASSERT_TRUE(carved.paint({Tissue::kCaries, surface, surface, 0.5_mm}));
+  s.wiring.paint_to_carver.push({{Tissue::kCaries, air, air, 0.5_mm}, true});
+  ASSERT_TRUE(carved.paint({Tissue::kCaries, -surface, -surface, 0.5_mm}));
+  s.wiring.tissue_to_render.fetch();
+  EXPECT_EQ(s.wiring.tissue_to_render.front().painted, 2u);
+  EXPECT_EQ(s.wiring.tissue_to_render.front().strokes.done, 2u);
+  s.wiring.stop = true;
+  carved.carver.join();
+  EXPECT_EQ(s.book.paint(s.carver.volume()).size(), 2u);
+}
+
 TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
   const std::string folder = testing::TempDir() + fmt::format("typodont_save_{}", ::getpid());
   std::filesystem::create_directories(folder);

@@ -110,6 +110,44 @@ TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
   for (const RuleChoice& rule : again) EXPECT_EQ(rule.counts, rule.name == "residual_caries_mm3");
 }
 
+TEST_F(Exercise, ARuleThatCannotBeKeptIsNamedAsTheTeacherKnowsItAndNothingIsWritten) {
+  const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  const auto refused = [&](const char* rule, const auto& set, const haptics::TissueVolume* ideal) {
+    NewExercise made{.name = "Refused", .goal = "g", .base = &base, .ideal = ideal};
+    made.rules = rule_choices(base);
+    for (RuleChoice& choice : *made.rules)
+      if (choice.name == rule || choice.name == "time_s") {
+        choice.counts = true;
+        choice.from_ideal = false;
+        if (choice.name == rule) set(choice);
+      }
+    try {
+      saved(made);
+    } catch (const RuleRefused& e) {
+      EXPECT_FALSE(std::filesystem::exists(folder / "scenes/refused.json"));
+      return e.rule + (e.no_target ? " without a target" : " out of range");
+    }
+    return std::string("not refused");
+  };
+  const haptics::TissueVolume untouched = load_tissue(base);
+  EXPECT_EQ(refused(
+                "floor_depth_mm", [](RuleChoice& c) { c.from_ideal = true; }, &untouched),
+            "floor_depth_mm without a target")
+      << "the ideal has no floor";
+  EXPECT_EQ(refused(
+                "taper_deg", [](RuleChoice& c) { c.from_ideal = true; }, nullptr),
+            "taper_deg without a target");
+  EXPECT_EQ(refused(
+                "taper_deg", [](RuleChoice& c) { c.weight = -1; }, nullptr),
+            "taper_deg out of range");
+  EXPECT_EQ(refused(
+                "taper_deg", [](RuleChoice& c) { c.target = 6; }, nullptr),
+            "not refused");
+  for (const session::Language language : {session::Language::kGerman, session::Language::kChinese})
+    EXPECT_NE(session::text("op.rule_no_target", language),
+              session::text("op.rule_no_target", session::Language::kEnglish));
+}
+
 TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   // The block with its top taken down to 2 mm.

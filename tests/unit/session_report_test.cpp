@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/session/film.h"
 #include "engine/session/page/plot.h"
+#include "engine/session/place.h"
 #include "engine/session/recorder.h"
 #include "engine/session/report.h"
 #include "engine/session/session_data.h"
@@ -224,6 +226,20 @@ TEST(Report, IsInTheLanguageAskedForWithItsDecimalComma) {
   EXPECT_THAT(chinese, HasSubstr("残余龋坏"));
 }
 
+TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
+  TemporaryFolder folder;
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(random_ticks(100, 1));
+    writer.event(1000, EventKind::kTool, "round_012");
+    writer.event(2000, EventKind::kFault, "stale_patch");
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string german = report_html(SessionReader(folder / "s.h5"), in_language(Language::kGerman));
+  EXPECT_THAT(german, HasSubstr("Werkzeug: Rundbohrer (round_012)"));
+  EXPECT_THAT(german, HasSubstr("Störung: Abtrag über 20 ms im Rückstand"));
+}
+
 TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
   TemporaryFolder folder;
   record(folder / "s.h5", 100, "<img src=x onerror=\"alert('1')\"> & more");
@@ -356,6 +372,130 @@ TEST(Report, OfAResultHasItsPicturesTheTurnableViewSectionsAndWorstPlaces) {
   EXPECT_THAT(html, Not(HasSubstr(">nan")));
 }
 
+TEST(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
+  TemporaryFolder folder;
+  record(folder / "s.h5", 500);
+  ReportOptions options = with_result();
+  Score& s = *options.score;
+  const auto page = [&](double points) {
+    s.points = points;
+    return report_html(SessionReader(folder / "s.h5"), options);
+  };
+  const std::string missed = page(74.96), met = page(75);
+  EXPECT_THAT(missed, HasSubstr("<p class=\"big missed\">74.9<small> / 100</small></p>"));
+  EXPECT_THAT(missed, HasSubstr("Not passed"));
+  EXPECT_THAT(missed, HasSubstr("Pass mark: 75 (75 of 100, as in the ADEX licensure examination"));
+  EXPECT_THAT(met, HasSubstr("<p class=\"big\">75.0<small> / 100</small></p>"));
+  EXPECT_THAT(met, Not(HasSubstr("Not passed")));
+}
+
+TEST(Report, TellsTheWorstPlacesInADentistsWordsWhereTheSceneSaysHowTheToothStands) {
+  TemporaryFolder folder;
+  SessionHeader header = some_header();
+  header.scene_json = R"({"name": "n", "tooth": {"mesial": [1, 0, 0], "buccal": [0, 1, 0]}})";
+  {
+    SessionWriter writer(folder / "s.h5", header);
+    writer.append(random_ticks(100, 1));
+    ASSERT_TRUE(writer.finish({}));
+  }
+  ReportOptions options = with_result();
+  Preparation& p = *options.preparation;
+  options.input->cavity->over = {0.3e-3, kMiddle + dvec3(0.9e-3, 0, -1.6e-3)};
+  const auto page = [&](Language language) {
+    options.language = language;
+    return report_html(SessionReader(folder / "s.h5"), options);
+  };
+  EXPECT_THAT(page(Language::kEnglish), HasSubstr("Cut too deep by 0.300\u00a0mm at most: mesial floor."));
+  EXPECT_THAT(page(Language::kGerman), HasSubstr("zu tief: Boden, mesial."));
+  EXPECT_THAT(page(Language::kChinese), HasSubstr("近中洞底"));
+  EXPECT_EQ(place_name(p, {}, kMiddle + dvec3(0, -0.8e-3, -0.2e-3)).side, "lingual");
+  EXPECT_THAT(page(Language::kEnglish), HasSubstr("Difference from the ideal: Lingual view"));
+  EXPECT_THAT(page(Language::kEnglish), HasSubstr("Difference from the ideal: Mesial view"));
+  EXPECT_THAT(page(Language::kEnglish), HasSubstr(">Occlusal view</button>"));
+}
+
+TEST(Places, AreNamedByPartSideAndThirdForEveryDirectionAndDepth) {
+  // A square cavity, and the stump of a crown: floor and walls of the one, shoulder, axial walls and top of the other.
+  Preparation cavity = a_block();
+  cavity.after = cavity.ideal = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
+  const ToothSides tooth{{0, 1, 0}, {-1, 0, 0}};  // turned a quarter
+  const auto wall = [&](double x, double y, double deep) {
+    const PlaceName name = place_name(cavity, tooth, kMiddle + dvec3(x, y, -deep));
+    return fmt::format("{} {} {}", name.part, name.side, name.third);
+  };
+  EXPECT_EQ(wall(0, 1e-3, 0.2e-3), "wall mesial occlusal");
+  EXPECT_EQ(wall(0, -1e-3, 0.75e-3), "wall distal middle");
+  EXPECT_EQ(wall(-1e-3, 0, 1.2e-3), "wall buccal cervical");
+  EXPECT_EQ(wall(1e-3, 0, 0.75e-3), "wall lingual middle");
+  EXPECT_EQ(wall(-1e-3, 0.9e-3, 0.75e-3), "wall mesiobuccal middle");
+  EXPECT_EQ(wall(1e-3, -0.9e-3, 0.75e-3), "wall distolingual middle");
+  EXPECT_EQ(wall(0, 0, 1.5e-3), "floor central ");
+  EXPECT_EQ(wall(0.7e-3, 0.7e-3, 1.5e-3), "floor mesiolingual ");
+  Preparation crown = a_block();
+  crown.after = crown.ideal = sampled(kBlock, [](const dvec3& p) {
+    const double stump = std::max(
+                     {std::abs(p.x - kMiddle.x) - 1e-3, std::abs(p.y - kMiddle.y) - 1e-3, p.z - (kTop - 0.5e-3)}),
+                 outside = std::max({std::abs(p.x - kMiddle.x) - 2e-3, std::abs(p.y - kMiddle.y) - 2e-3});
+    const double prepared = std::min(stump, std::max(p.z - (kTop - 1.5e-3), -1.0));
+    return outside < 0 ? std::max(block(p), prepared) : block(p);
+  });
+  const auto on_crown = [&](double x, double y, double deep) {
+    const PlaceName name = place_name(crown, tooth, kMiddle + dvec3(x, y, -deep));
+    return fmt::format("{} {} {}", name.part, name.side, name.third);
+  };
+  EXPECT_EQ(on_crown(0, 0, 0.5e-3), "occlusal central ");
+  EXPECT_EQ(on_crown(0, 1e-3, 0.8e-3), "axial mesial middle");
+  EXPECT_EQ(on_crown(0, -1.5e-3, 1.5e-3), "shoulder distal ");
+}
+
+TEST(Places, TheSidesOfAToothAreReadAndMistakesNamed) {
+  const auto sides = [](const std::string& tooth) {
+    return tooth_sides(Json::parse(R"({"tooth": )" + tooth + "}", "scene.json"));
+  };
+  EXPECT_FALSE(tooth_sides(Json::parse("{}", "s")));
+  const auto lean = sides(R"({"mesial": [2, 0, 0], "buccal": [0.02, 1, 0]})");
+  ASSERT_TRUE(lean);
+  EXPECT_NEAR(glm::dot(lean->mesial_W, lean->buccal_W), 0, 1e-12);
+  EXPECT_NEAR(glm::length(lean->buccal_W), 1, 1e-12);
+  EXPECT_THROW(sides(R"({"mesial": [1, 0, 0]})"), Error);
+  EXPECT_THROW(sides(R"({"mesial": [1, 0, 0], "buccal": [1, 1, 0]})"), Error);
+  EXPECT_THROW(sides(R"({"mesial": [0, 0, 0], "buccal": [0, 1, 0]})"), Error);
+}
+
+TEST(Report, HasTimingFaultsAndHashesOnAPageOfTheirOwn) {
+  TemporaryFolder folder;
+  {
+    SessionWriter writer(folder / "s.h5", some_header());
+    writer.append(random_ticks(500, 1));
+    writer.loop(some_loop());
+    ASSERT_TRUE(writer.finish({}));
+  }
+  const std::string html = report_html(SessionReader(folder / "s.h5"), with_result());
+  const std::size_t page = html.find("<div id=\"technical\"");
+  ASSERT_NE(page, std::string::npos);
+  for (const char* text : {"id=\"timing\"", "id=\"faults\"", "id=\"details\"", "fnv1a64:", "Real-time priority"}) {
+    EXPECT_GT(html.find(text), page) << text;
+    EXPECT_NE(html.find(text), std::string::npos) << text;
+  }
+  EXPECT_LT(html.find("id=\"items\""), page);
+  EXPECT_THAT(html, HasSubstr("<a href=\"#technical\">"));
+}
+
+TEST(Catalogue, NamesEveryShippedToolInEveryLanguage) {
+  int tools = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
+    const std::string name = entry.path().stem().string();
+    const std::string english = tool_text(name, Language::kEnglish);
+    EXPECT_NE(english, tool_text(name, Language::kGerman)) << name;
+    EXPECT_NE(english, tool_text(name, Language::kChinese)) << name;
+    ++tools;
+  }
+  EXPECT_GT(tools, 40);
+  EXPECT_EQ(tool_text("round_012", Language::kGerman), "Rundbohrer");
+  EXPECT_EQ(tool_text("my_own-tool_7", Language::kGerman), "My own tool");
+  EXPECT_EQ(tool_text("123", Language::kEnglish), "123");
+}
+
 TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
   TemporaryFolder folder;
   record(folder / "s.h5", 500);
@@ -368,7 +508,7 @@ TEST(Report, ComparesWithEarlierSessionsAndTheExpert) {
   options.expert = expert;
   const std::string html = report_html(SessionReader(folder / "s.h5"), options);
   EXPECT_THAT(html, HasSubstr("Earlier sessions of this scene: 1"));
-  EXPECT_THAT(html, HasSubstr("<td>25 %</td><td>25 %</td><td>90 %</td></tr></tfoot>"));
+  EXPECT_THAT(html, HasSubstr("✗</span> 25.0</span></td><td>90.0</td></tr></tfoot>"));
 }
 
 TEST(ReportPicture, MustBeAPng) {

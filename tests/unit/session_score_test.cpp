@@ -5,6 +5,7 @@
 #include "engine/base/units.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"
+#include "engine/session/task.h"
 #include "tests/support/session_fixture.h"
 
 namespace typodont::session {
@@ -175,11 +176,64 @@ TEST(Score, OneToleranceBeyondTheTargetLeavesHalfTwoAThird) {
   in.after[3] = 0;
   in.hand.force_max = 3;
   const ScoreRule rule{"force_max_N", 3, 2, 10, Best::kAtMost, ""};
-  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 10);
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 100);
   in.hand.force_max = 5;
-  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 5);
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 50);
   in.hand.force_max = 7;
-  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 10.0 / 3);
+  EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 100.0 / 3);
+}
+
+TEST(Score, HasAHundredPointsWhateverTheWeightsAndDividesThemByTheWeights) {
+  ScoreInput in = carious();
+  in.after[3] = 0;
+  in.hand.force_max = 5;
+  const std::vector<ScoreRule> rules = {{"force_max_N", 3, 2, 30, Best::kAtMost, ""},
+                                        {"residual_caries_percent", 0, 10, 90, Best::kAtMost, ""},
+                                        {"strokes", 0, 10, 0, Best::kAtMost, ""}};
+  const Score s = score(in, rules);
+  EXPECT_DOUBLE_EQ(s.full, 100);
+  EXPECT_DOUBLE_EQ(s.items[0].full, 25);
+  EXPECT_DOUBLE_EQ(s.items[0].points, 12.5);
+  EXPECT_DOUBLE_EQ(s.items[1].points, 75);
+  EXPECT_DOUBLE_EQ(s.items[2].full, 0);
+  EXPECT_DOUBLE_EQ(s.points, 87.5);
+  EXPECT_FALSE(score(in, {&rules[2], 1}).counts());
+}
+
+TEST(Score, AHalfDoneTaskShowsPerfectItemsInFullAndCountsHalfOfTheirSum) {
+  ScoreInput in = carious();
+  in.after[3] = 0.5 * in.before[3];
+  const std::vector<ScoreRule> rules = {{"pulp_removed_mm3", 0, 1, 1, Best::kAtMost, ""},
+                                        {"force_max_N", 3, 2, 1, Best::kAtMost, ""}};
+  const Score s = score(in, rules);
+  EXPECT_DOUBLE_EQ(s.completion, 0.5);
+  for (const ScoreItem& item : s.items) EXPECT_DOUBLE_EQ(item.points, item.full) << item.name;
+  EXPECT_DOUBLE_EQ(s.points, 50);
+}
+
+TEST(PassMark, IsTheScenesWithItsSourceElseTheUsualOneAndIsMissedBelowNotAtIt) {
+  ScoreInput in = carious();
+  in.after[3] = 0;
+  in.hand.force_max = 5;  // half of its points
+  const auto scored = [&](const std::string& pass) {
+    return score_of_scene(
+        Json::parse(R"({"task": {"goal": "g", "defaults": false, )" + pass +
+                        R"("rules": [{"name": "force_max_N", "target": 3, "tolerance": 2, "weight": 1}]}})",
+                    "s"),
+        in);
+  };
+  const Score usual = scored("");
+  EXPECT_EQ(usual.pass.points, 75);
+  EXPECT_THAT(usual.pass.source, HasSubstr("ADEX"));
+  EXPECT_TRUE(has_text(usual.pass.source));
+  EXPECT_FALSE(usual.passed());
+  EXPECT_TRUE(usual.missed(usual.items[0]));
+  const Score own = scored(R"("pass": {"points": 50, "source": "Course 3"}, )");
+  EXPECT_EQ(own.pass.source, "Course 3");
+  EXPECT_TRUE(own.passed());
+  EXPECT_FALSE(own.missed(own.items[0]));
+  EXPECT_THROW(scored(R"("pass": {"points": 101, "source": "x"}, )"), Error);
+  EXPECT_THROW(scored(R"("pass": {"points": 50}, )"), Error);
 }
 
 TEST(Score, WhatCannotBeKnownIsLeftOutWithItsWeight) {
@@ -192,9 +246,9 @@ TEST(Score, WhatCannotBeKnownIsLeftOutWithItsWeight) {
     EXPECT_THAT(item.name, testing::Not(HasSubstr("pulp")));
     EXPECT_THAT(item.name, testing::Not(HasSubstr("_cut_")));
   }
-  double weights = 0;
-  for (const ScoreItem& item : s.items) weights += item.weight;
-  EXPECT_DOUBLE_EQ(weights, s.full);
+  double full = 0;
+  for (const ScoreItem& item : s.items) full += item.full;
+  EXPECT_DOUBLE_EQ(full, s.full);
 }
 
 TEST(Score, OverAndUnderCutAreCountedAgainstTheIdealTissueByTissue) {

@@ -17,6 +17,7 @@
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
+#include "engine/session/place.h"
 
 namespace typodont {
 
@@ -55,7 +56,8 @@ void run_folder(const Options& options, session::Language language) {
                       {"scene", s.scene},
                       {"truncated", s.truncated},
                       {"points", s.score.points},
-                      {"full", s.score.full}});
+                      {"full", s.score.full},
+                      {"passed", s.score.counts() && s.score.passed()}});
     }
     const nlohmann::json result = {{"report", options.out}, {"sessions", list}};
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -106,6 +108,8 @@ void run(const Options& options) {
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();
+    const std::string& scene = reader.header().scene_json;
+    const auto tooth = scene.empty() ? std::nullopt : tooth_sides(Json::parse(scene, options.session));
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
                        {"value", item.value},  // null: nothing there to measure
@@ -114,10 +118,15 @@ void run(const Options& options) {
                        {"tolerance", item.tolerance},
                        {"weight", item.weight},
                        {"points", item.points},
+                       {"full", item.full},
                        {"source", item.source}});
       if (item.place_W) {
         const dvec3 mm = *item.place_W * 1e3;
         items.back()["worst_at_mm"] = {mm.x, mm.y, mm.z};
+        if (tooth && report.preparation) {
+          const PlaceName place = place_name(*report.preparation, *tooth, *item.place_W);
+          items.back()["worst_at"] = {{"part", place.part}, {"side", place.side}, {"third", place.third}};
+        }
       }
     }
     nlohmann::json result = {{"report", options.out},
@@ -126,6 +135,9 @@ void run(const Options& options) {
                              {"points", report.score->points},
                              {"full", report.score->full},
                              {"completion", report.score->completion},
+                             {"pass_mark", report.score->pass.points},
+                             {"pass_source", report.score->pass.source},
+                             {"passed", report.score->counts() && report.score->passed()},
                              {"items", items}};
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt) {
       for (int t = 1; t < kTissueCount; ++t) {
@@ -135,7 +147,11 @@ void run(const Options& options) {
     }
     fmt::print("{}\n", result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    fmt::print("{}: {:.1f} of {:.0f} points, {} ticks{}\n", options.out, report.score->points, report.score->full,
+    const Score& score = *report.score;
+    fmt::print("{}: {:.1f} of {:.0f} points{}, {} ticks{}\n", options.out, score.points, score.full,
+               !score.counts()  ? ""
+               : score.passed() ? ", passed"
+                                : ", not passed",
                reader.tick_count(), reader.truncated() ? ", cut off before its end" : "");
   }
   if (report.verification.state == Verification::State::kDiffers)

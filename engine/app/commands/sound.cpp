@@ -14,6 +14,7 @@
 #include "audio/sound_file.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/sound_picture.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -257,6 +258,28 @@ void run_compare(const CompareCommand& c) {
   }
 }
 
+struct PictureCommand {
+  std::string input, out;
+  double up_to = 12000;
+  bool json = false;
+};
+
+void run_picture(const PictureCommand& c) {
+  check_range("--up-to-hz", c.up_to, 200, 200000);
+  const SoundPicture made = picture_of_sound(c.input, c.up_to, {1200, 420});
+  render::write_png(c.out, made.picture);
+  if (!c.json) {
+    fmt::print("{}: {:.2f} s, 0 to {:.0f} Hz\n", c.out, made.seconds, made.to);
+    return;
+  }
+  ordered_json j;
+  j["picture"] = c.out;
+  j["seconds"] = made.seconds;
+  j["up_to_Hz"] = made.to;
+  j["plot_px"] = {made.plot_lo.x, made.plot_lo.y, made.plot_size.x, made.plot_size.y};
+  fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
+}
+
 }  // namespace
 
 void add_sound_command(cli::Command& app) {
@@ -324,6 +347,15 @@ void add_sound_command(cli::Command& app) {
   p->add_flag("--json", compare->json, "Print the comparison as JSON");
   p->footer("Example:\n  typodont sound compare recording.wav model.wav --at-most-db 1");
   p->callback([compare] { run_compare(*compare); });
+
+  auto picture = std::make_shared<PictureCommand>();
+  cli::Command* d = sound->add_command("picture", "Draw a sound: its spectrum over time");
+  d->add_option("input", picture->input, "Sound file (WAV, FLAC, OGG, AIFF)")->required();
+  d->add_option("--out", picture->out, "Picture to write (.png)")->required()->check(cli::writes({FileKind::kPicture}));
+  d->add_option("--up-to-hz", picture->up_to, "Highest frequency shown")->show_default();
+  d->add_flag("--json", picture->json, "Print where in the picture the plot lies as JSON");
+  d->footer("Example:\n  typodont sound picture demo/drill.wav --out drill.png");
+  d->callback([picture] { run_picture(*picture); });
 }
 
 }  // namespace typodont

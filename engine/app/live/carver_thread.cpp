@@ -87,14 +87,16 @@ bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   return true;
 }
 
-/// The brush's stroke is one that can be taken back.
-void brush(LiveSession& s, const BrushMove& move) {
+/// The brush's stroke is one that can be taken back. False where it met no tissue: what is painted in the air counts
+/// for nothing and is not part of an exercise.
+bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
     s.carver.volume().begin_stroke();
   }
-  paint(s.carver.volume(), {move.stroke});
+  if (!paint(s.carver.volume(), {move.stroke})) return false;
   s.book.painted(move.stroke, s.carver.volume());
+  return true;
 }
 
 }  // namespace
@@ -156,8 +158,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   BrushMove move;
   bool painted = false;
   while (wiring.paint_to_carver.pop(move)) {
-    brush(s, move);
-    painted = true;
+    painted |= brush(s, move);
   }
   if (done.worked || painted) {
     const TissueState state = s.book.state(s.carver.volume());

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/session_scores.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
@@ -111,6 +112,7 @@ std::vector<SessionEntry> find_sessions() {
       }
       session.megabytes = static_cast<double>(entry.file_size(code)) * 1e-6;
       session.report = fs::exists(fs::path(entry.path()).replace_extension(".html"), code);
+      if (session.recorded) session.score = kept_score(session.file);
       sessions.push_back(std::move(session));
     }
   }

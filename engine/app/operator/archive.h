@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,17 @@
 
 namespace typodont {
 
+/// What a session scored, as it is kept beside it from the time it was worked out.
+struct KnownScore {
+  double points = 0;  // of a hundred
+  bool counts = false, passed = false;
+};
+
 struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // as the file's name has them
+  std::string title;                 // of the exercise in the reader's language; empty: not known
+  std::optional<KnownScore> score;   // nothing: not worked out yet, or a preparation without its course
   double megabytes = 0;
   bool report = false;   // there is one beside it
   bool recorded = true;  // else a preparation as it was saved, without its course

@@ -1,6 +1,9 @@
 // Recorded sessions and what can be made of them; teeth from scans and meshes.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/app/operator/widgets.h"
 #include "engine/display/keys.h"
 
@@ -10,6 +13,19 @@ namespace {
 
 using namespace widgets;
 namespace keys = display::keys;
+
+/// Points of a hundred, red where the pass mark is missed.
+void draw_known_score(const OperatorState& s, const SessionEntry& one) {
+  if (!one.score) return dim(one.recorded ? "…" : "–");
+  if (!one.score->counts) return dim("–");
+  const float room = ImGui::GetContentRegionAvail().x;
+  const std::string points = s.number(std::floor(one.score->points * 10) / 10, 1);
+  ImGui::PushStyleColor(ImGuiCol_Text, one.score->passed ? kGood : kBad);
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(room - ImGui::CalcTextSize(points.c_str()).x, 0.0f));
+  ImGui::TextUnformatted(points.c_str());
+  ImGui::PopStyleColor();
+  if (!one.score->passed && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.text("not_passed"));
+}
 
 void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("sessions", s.text("op.sessions"), size, w);
@@ -21,11 +37,13 @@ void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     moved = true;
   }
   if (s.sessions.empty()) dim_wrapped(s.text("op.no_sessions"));
-  if (count > 0 && ImGui::BeginTable("sessions", 4, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
-    ImGui::TableSetupColumn("date", 0, 1.3f);
-    ImGui::TableSetupColumn("scene", 0, 1.6f);
-    ImGui::TableSetupColumn("trainee", 0, 1);
-    ImGui::TableSetupColumn("size", 0, 0.7f);
+  if (count > 0 && ImGui::BeginTable("sessions", 5, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn(s.text("date"), 0, 1.3f);
+    ImGui::TableSetupColumn(s.text("op.exercise"), 0, 1.6f);
+    ImGui::TableSetupColumn(s.text("trainee"), 0, 1);
+    ImGui::TableSetupColumn(s.text("score"), 0, 0.6f);
+    ImGui::TableSetupColumn(s.text("op.size"), 0, 0.7f);
+    ImGui::TableHeadersRow();
     for (int i = 0; i < count; ++i) {
       const SessionEntry& one = s.sessions[static_cast<std::size_t>(i)];
       ImGui::TableNextRow();
@@ -37,55 +55,38 @@ void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       if (moved && i == s.session) ImGui::SetScrollHereY(0.5f);
       ImGui::PopID();
       ImGui::TableNextColumn();
-      ImGui::TextUnformatted(one.scene.c_str());
+      one_line(one.title.empty() ? one.scene : one.title, ImGui::GetContentRegionAvail().x);
       ImGui::TableNextColumn();
-      ImGui::TextUnformatted(one.trainee.c_str());
+      one_line(one.trainee, ImGui::GetContentRegionAvail().x);
       ImGui::TableNextColumn();
-      dim(one.recorded ? fmt::format("{:.1f} MB", one.megabytes) : s.text("op.saved_state"));
+      draw_known_score(s, one);
+      ImGui::TableNextColumn();
+      dim(one.recorded ? fmt::format("{} MB", s.number(one.megabytes, 1)) : s.text("op.saved_state"));
     }
     ImGui::EndTable();
   }
   end_panel();
 }
 
-/// A button across the panel, and its key.
-bool action(const char* text, const char* name, int code) {
-  return ImGui::Button(fmt::format("{}   {}", text, name).c_str(), {-1, 0}) || key(code);
-}
-
 void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("actions", s.text("op.of_session"), size, w);
   const bool any = s.session >= 0 && s.session < static_cast<int>(s.sessions.size());
   const bool course = any && s.sessions[static_cast<std::size_t>(s.session)].recorded;
-  ImGui::BeginDisabled(!course || s.busy);
-  const bool report = action(s.text("op.open_report"), "F2", keys::kF1 + 1);
-  const bool curve = action(s.text("op.learning_curve"), "F3", keys::kF1 + 2);
-  const bool film = action(s.text("op.make_film"), "F4", keys::kF1 + 3);
-  const bool watch = action(s.text("op.watch"), "F6", keys::kF1 + 5);
-  const bool expert = action(s.text("op.make_expert"), "F8", keys::kF1 + 7);
-  ImGui::EndDisabled();
-  ImGui::BeginDisabled(!any || s.busy);
+  const bool can_course = course && !s.busy, can_any = any && !s.busy;
+  const ImVec2 across{-1, 0};
+  ask_button(s, Ask::kSessionReport, shortcut(Ask::kSessionReport), s.text("op.open_report"), across, can_course);
+  ask_button(s, Ask::kLearningCurve, shortcut(Ask::kLearningCurve), s.text("op.learning_curve"), across, can_course);
+  ask_button(s, Ask::kFilm, shortcut(Ask::kFilm), s.text("op.make_film"), across, can_course);
+  ask_button(s, Ask::kWatch, shortcut(Ask::kWatch), s.text("op.watch"), across, can_course);
+  ask_button(s, Ask::kExpert, shortcut(Ask::kExpert), s.text("op.make_expert"), across, can_course);
   constexpr std::array kFormats = {"STL", "PLY", "OBJ"};
   const float format = 6 * w.style().unit;
-  const bool mesh = ImGui::Button(fmt::format("{}   F7", s.text("op.export_mesh")).c_str(),
-                                  {ImGui::GetContentRegionAvail().x - format - ImGui::GetStyle().ItemSpacing.x, 0}) ||
-                    key(keys::kF1 + 6);
+  ask_button(s, Ask::kExportMesh, shortcut(Ask::kExportMesh), s.text("op.export_mesh"),
+             {ImGui::GetContentRegionAvail().x - format - ImGui::GetStyle().ItemSpacing.x, 0}, can_any);
   ImGui::SameLine();
   ImGui::SetNextItemWidth(format);
   ImGui::Combo("##format", &s.mesh_format, kFormats.data(), static_cast<int>(kFormats.size()));
-  const bool go_on = action(s.text("op.go_on_from"), "F5", keys::kF1 + 4);
-  ImGui::EndDisabled();
-  if (course && !s.busy) {
-    if (report) s.ask(Ask::kSessionReport);
-    if (curve) s.ask(Ask::kLearningCurve);
-    if (film) s.ask(Ask::kFilm);
-    if (watch) s.ask(Ask::kWatch);
-    if (expert) s.ask(Ask::kExpert);
-  }
-  if (any && !s.busy) {
-    if (mesh) s.ask(Ask::kExportMesh);
-    if (go_on) s.ask(Ask::kGoOnFrom);
-  }
+  ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), across, can_any);
   if (ImGui::Button(s.text("op.open_folder"), {-1, 0})) s.ask(Ask::kOpenFolder);
   end_panel();
 }
@@ -122,11 +123,8 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.text("op.unit_help"));
   ImGui::SameLine();
   length("##spacing", f.spacing_mm, "op.spacing", "op.spacing_of_file");
-  ImGui::BeginDisabled(s.busy || f.file[0] == 0 || f.name[0] == 0);
-  const bool pressed = main_button(fmt::format("{}   F9", s.text("op.import_do")).c_str(), {-1, 0});
-  ImGui::EndDisabled();
-  if ((pressed || ImGui::IsKeyPressed(keys::kF1 + 8, false)) && !s.busy && f.file[0] != 0 && f.name[0] != 0)
-    s.ask(Ask::kImport);
+  ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
+             !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
   end_panel();
 }
 
@@ -144,7 +142,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {room.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 21.5f * u;
+  const float actions = 20 * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();
@@ -154,12 +152,9 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   else
     message_line(s);
   ImGui::EndChild();
-  if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), {0, foot - 0.4f * u}) ||
-      key(keys::kF1 + 9))
-    s.ask(Ask::kToStart);
+  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
   if (s.busy && ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kCancel);
-  if (key(keys::kF1)) s.help = true;
-  if (key('Q', true)) s.ask(Ask::kQuit);
+  page_shortcuts(s);
   end_page();
 }
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -46,20 +47,6 @@ double share_in(const std::string& messages) {
 std::string last_line(std::string messages) {
   while (!messages.empty() && messages.back() == '\n') messages.pop_back();
   return messages.substr(messages.rfind('\n') + 1);
-}
-
-/// The grandchild is nobody's to wait for.
-void start(std::vector<std::string> words) {
-  const std::vector<char*> line = pointers(words);
-  const pid_t first = fork();
-  if (first == 0) {
-    if (fork() == 0) {
-      execvp(line[0], line.data());
-      _exit(127);
-    }
-    _exit(0);
-  }
-  if (first > 0) waitpid(first, nullptr, 0);
 }
 
 }  // namespace
@@ -122,12 +109,45 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   throw RunFailure(last_line(said[1]));
 }
 
-void start_self(const std::vector<std::string>& arguments) {
-  start(self_with(arguments));
+void Started::start(std::vector<std::string> words, const std::string& file) {
+  const std::vector<char*> line = pointers(words);
+  const int said = memfd_create("messages", MFD_CLOEXEC);  // no pipe: it may outlive this program
+  const pid_t child = fork();
+  if (child == 0) {
+    if (said >= 0) dup2(said, STDERR_FILENO);
+    execvp(line[0], line.data());
+    _exit(127);
+  }
+  if (child > 0)
+    running_.push_back({child, said, file});
+  else if (said >= 0)
+    close(said);
 }
 
-void open_with_desktop(const std::string& file) {
-  start({"xdg-open", file});
+void Started::open(const std::string& file) {
+  start({"xdg-open", file}, file);
+}
+
+void Started::self(const std::vector<std::string>& arguments) {
+  start(self_with(arguments), "");
+}
+
+std::optional<Started::Failed> Started::look() {
+  for (auto one = running_.begin(); one != running_.end(); ++one) {
+    int status = 0;
+    if (waitpid(one->process, &status, WNOHANG) == 0) continue;
+    Failed failed{one->file, ""};
+    std::array<char, 4096> last{};
+    const off_t size = one->said >= 0 ? lseek(one->said, 0, SEEK_END) : 0;
+    const off_t from = std::max<off_t>(0, size - static_cast<off_t>(last.size()));
+    const ssize_t n = size > 0 ? pread(one->said, last.data(), last.size(), from) : 0;
+    if (n > 0) failed.words = last_line(std::string(last.data(), static_cast<std::size_t>(n)));
+    if (one->said >= 0) close(one->said);
+    running_.erase(one);
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
+    return std::nullopt;  // the others at the next look
+  }
+  return std::nullopt;
 }
 
 }  // namespace typodont

@@ -1,6 +1,7 @@
 // This program once more, beside the window: what must not take the window with it when it fails.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,10 +14,29 @@ namespace typodont {
 /// with its own last words where it fails without an answer.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Starts `typodont ARGUMENTS`, which goes on by itself.
-void start_self(const std::vector<std::string>& arguments);
+/// Programs that were started and go on by themselves; of one that fails it is known. Main thread.
+class Started {
+ public:
+  /// Opens a file or folder with what the desktop has for it.
+  void open(const std::string& file);
+  /// Starts `typodont ARGUMENTS`.
+  void self(const std::vector<std::string>& arguments);
 
-/// Opens a file or folder with what the desktop has for it. Returns at once.
-void open_with_desktop(const std::string& file);
+  struct Failed {
+    std::string file;   // that could not be opened; empty: it was this program
+    std::string words;  // the last it said
+  };
+  /// One that has ended with a failure since the last look.
+  std::optional<Failed> look();
+
+ private:
+  struct One {
+    int process = -1;
+    int said = -1;  // its messages, in memory
+    std::string file;
+  };
+  void start(std::vector<std::string> words, const std::string& file);
+  std::vector<One> running_;
+};
 
 }  // namespace typodont

@@ -152,13 +152,28 @@ namespace {
 /// Error.
 void try_out(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
+  const auto try_rules = [&](const auto& read) {  // one by one, so that the one at fault is known
+    const auto task = json.find("task");
+    const auto rules = task ? task->find("rules") : std::nullopt;
+    if (!rules) return;
+    for (const Json& rule : rules->items()) {
+      Text alone = {{"defaults", false}, {"rules", Text::array({Text::parse(rule.text())})}};
+      if (task->has("ideal")) alone["ideal"] = true;
+      try {
+        read(Json::parse(alone.dump(), file.filename().string()));
+      } catch (const Error& e) {
+        throw RuleRefused(e, rule["name"].string(), !rule.has("target"));
+      }
+    }
+  };
+  try_rules([](const Json& alone) { session::check_rules(alone); });
   const Scene scene = parse_scene(json, file);
   const haptics::TissueVolume start = load_tissue(scene);
   session::ScoreInput input;
   input.before = input.after = start.volumes();
   TaskJudge(scene, start).judge(start, input);
   if (const auto meter = damage_meter(scene)) input.damage = meter->result();
-  (void)session::rules_of_scene(json, input);
+  try_rules([&](const Json& alone) { (void)session::task_rules(alone, input); });
 }
 
 }  // namespace

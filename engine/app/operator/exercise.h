@@ -11,6 +11,7 @@
 #include "engine/app/operator/state.h"
 #include "engine/app/scene.h"
 #include "engine/app/wiring.h"
+#include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "haptics/tissue_volume.h"
 
@@ -34,6 +35,16 @@ struct NewExercise {
   std::optional<std::vector<RuleChoice>> rules;  // what counts, and nothing else; nothing: as the base has it
 };
 
+/// An exercise that no session could use: one of its rules cannot be kept. Throws as Error does; who knows the reader's
+/// language says it in his words.
+class RuleRefused : public Error {
+ public:
+  RuleRefused(const Error& why, std::string name, bool without_target)
+      : Error(why), rule(std::move(name)), no_target(without_target) {}
+  std::string rule;  // its name, see session::known_score_names()
+  bool no_target;    // none was given, and the ideal has nothing of this kind; else its numbers are out of range
+};
+
 /// What can count, as the base has it or, where it has none, as is usual.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
@@ -41,8 +52,8 @@ std::vector<RuleChoice> rule_choices(const Scene& base);
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
 /// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, once both were tried out as a session
-/// would use them. An exercise of that name is replaced. Returns the scene file. Throws Error, Cancelled: then nothing
-/// has changed.
+/// would use them. An exercise of that name is replaced. Returns the scene file. Throws Error (RuleRefused), Cancelled:
+/// then nothing has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

@@ -49,11 +49,10 @@ fs::path memory_file() {
 
 }  // namespace
 
-std::string tool_title(const haptics::Tool& tool) {
-  std::string name = tool.name;
-  while (!name.empty() && (std::isdigit(static_cast<unsigned char>(name.back())) || name.back() == '_'))
-    name.pop_back();
-  return fmt::format("{} {:.2g} mm", title_of(name), tool.diameter / kMillimetre);
+std::string tool_title(const haptics::Tool& tool, session::Language language) {
+  std::string size = fmt::format("{:.2g}", tool.diameter / kMillimetre);
+  if (language == session::Language::kGerman) std::replace(size.begin(), size.end(), '.', ',');
+  return fmt::format("{} {} mm", session::tool_text(tool.name, language), size);
 }
 
 std::string file_name_of(const std::string& text) {

@@ -16,8 +16,8 @@ std::filesystem::path made_picture(const std::filesystem::path& scene);
 /// Shipped scenes, then the user's, by name. A scene that cannot be read is listed with its fault. `pictures[i]` is the
 /// picture beside scene i (NAME.png), or the one made of it, or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
-/// "round_012" → "Round 1.2 mm".
-std::string tool_title(const haptics::Tool& tool);
+/// "round_012" → "Round bur 1.2 mm", in this language.
+std::string tool_title(const haptics::Tool& tool, session::Language language);
 
 /// A name as a folder's or file's.
 std::string file_name_of(const std::string& text);

@@ -3,17 +3,22 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/long_work.h"
+#include "engine/app/operator/result_picture.h"
 #include "engine/app/operator/scene_works.h"
 #include "engine/app/operator/session_desk.h"
+#include "engine/app/operator/session_scores.h"
 #include "engine/app/operator/session_works.h"
 #include "engine/app/operator/state.h"
 #include "engine/app/recording/replay.h"
@@ -79,7 +84,7 @@ class Operator {
       return;
     }
     const bool drew = desk_.running() && step_session();
-    const bool finished = work_.look() || look_around();
+    const bool finished = work_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
       draw();
       carry_out();
@@ -95,8 +100,18 @@ class Operator {
 
   /// While one chooses: scenes' pictures, and what is plugged in.
   bool look_around() {
-    if (desk_.running() || work_.under_way() || s_.page != Page::kStart) return false;
-    return choices_.pictures().look() || choices_.look_at_devices();
+    if (desk_.running() || work_.under_way()) return false;
+    if (s_.page == Page::kArchive) return scores_.look();
+    return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
+  }
+
+  /// Files are opened, and who could not open them is told of.
+  bool look_at_started() {
+    for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
+    const auto failed = started_.look();
+    if (!failed) return false;
+    s_.fail(failed->file.empty() ? failed->words : s_.words("op.not_opened", failed->file));
+    return true;
   }
 
   /// Everything that was on the GPU, on a new one; the session goes on meanwhile. A device that is lost again at once
@@ -108,12 +123,14 @@ class Operator {
     s_.live = nullptr;
     desk_.drop_picture();
     choices_.pictures().destroy();
+    result_picture_.destroy();
     window_.make_anew();
     choices_.rescan();
     desk_.make_picture();
   }
 
   void draw() {
+    result_picture_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
       case Page::kStart:
@@ -136,6 +153,7 @@ class Operator {
         break;
     }
     draw_help(s_, window_);
+    draw_leaving(s_, window_);
     window_.end();
   }
 
@@ -143,7 +161,13 @@ class Operator {
     const std::vector<Request> asked = std::exchange(s_.asked, {});
     for (const Request& r : asked) {
       try {
-        if (!desk_.carry_out(r)) carry_out(r);
+        if (s_.leaving) {
+          answer(r.ask);
+        } else if (leads_away(r.ask) && unsaved()) {
+          s_.leaving = r;
+        } else if (!desk_.carry_out(r)) {
+          carry_out(r);
+        }
       } catch (const gpu::DeviceLost&) {
         throw;
       } catch (const std::exception& e) {
@@ -151,6 +175,33 @@ class Operator {
         if (s_.page == Page::kLoading) s_.page = Page::kStart;
       }
     }
+  }
+
+  /// What an author made and has not saved would be gone.
+  static bool leads_away(Ask ask) {
+    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial,
+                                  Ask::kArchive, Ask::kDoctor, Ask::kGoOnFrom, Ask::kQuit};
+    return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
+  }
+  bool unsaved() {
+    const Authored* made = desk_.authored();
+    return made && made->unsaved && !desk_.running();
+  }
+
+  /// To what was asked because something is not saved. Anything else waits until that is answered.
+  void answer(Ask ask) {
+    if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
+    const Request wanted = *std::exchange(s_.leaving, {});
+    if (ask == Ask::kStay) return;
+    std::string kept;
+    if (ask == Ask::kLeaveKept) {
+      kept = keep_exercise(s_, *desk_.authored()).string();
+      log::info("kept as an exercise: {}", kept);
+    }
+    desk_.forget_authored();
+    if (!kept.empty()) choices_.rescan();
+    carry_out(wanted);
+    if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
   /// What is no running session's.
@@ -195,10 +246,10 @@ class Operator {
         look_at_computer();
         break;
       case Ask::kOpenReport:
-        if (!s_.outcome.report.empty()) open_with_desktop(s_.outcome.report.string());
+        if (!s_.outcome.report.empty()) s_.to_open.push_back(s_.outcome.report.string());
         break;
       case Ask::kOpenFolder:
-        open_with_desktop(user_folder().string());
+        s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
         work_.drop();  // a report of it may be in the making
@@ -223,11 +274,11 @@ class Operator {
         make_film(s_, work_, chosen_session());
         break;
       case Ask::kWatch:
-        start_self({"replay", chosen_session().file.string(), "--show"});
+        started_.self({"replay", chosen_session().file.string(), "--show"});
         break;
       case Ask::kExpert:
         make_expert(chosen_session().file);
-        s_.sessions = find_sessions();
+        list_sessions(s_);
         s_.say(s_.text("op.is_expert"));
         break;
       case Ask::kExportMesh:
@@ -259,6 +310,7 @@ class Operator {
     choices_.remember();
     work_.drop();
     choices_.pictures().drop();  // the session wants the computer for itself
+    scores_.drop();
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
     s_.scene_goal = from.empty() ? choice.description : "";
@@ -299,7 +351,7 @@ class Operator {
 
   void open_archive() {
     s_.page = Page::kArchive;
-    s_.sessions = find_sessions();
+    list_sessions(s_);
     s_.session = std::clamp(s_.session, 0, std::max(static_cast<int>(s_.sessions.size()) - 1, 0));
     s_.say("");
   }
@@ -328,6 +380,9 @@ class Operator {
   OperatorState s_;
   Choices choices_{s_, window_};
   SessionDesk desk_{s_, window_};
+  ResultPicture result_picture_{s_, window_};
+  SessionScores scores_{s_};
+  Started started_;
   LongWork work_{s_};  // last: it may still be at what the others hold
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;

@@ -1,7 +1,10 @@
 // After a session: the score explained item by item, the report, once more.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
@@ -44,14 +47,13 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(session::quantity_text(item.value, item.unit, s.language).c_str());
       ImGui::TableNextColumn();
-      dim(item.weight > 0 ? target_text(s, item) : s.text("not_counted"));
+      dim(item.full > 0 ? target_text(s, item) : s.text("not_counted"));
       ImGui::TableNextColumn();
-      if (item.weight > 0) {
-        const double open = item.weight * s.outcome.score.completion;
-        const double share = open > 0 ? item.points / open : 0;
-        const ImVec4 color = share > 0.8 ? kGood : share > 0.45 ? kWarn : kBad;
-        ImGui::PushStyleColor(ImGuiCol_Text, color);
-        ImGui::TextUnformatted(fmt::format("{:.1f} / {:.0f}", item.points, item.weight).c_str());
+      if (item.full > 0) {
+        ImGui::PushStyleColor(ImGuiCol_Text, share_color(item.points / item.full, s.outcome.score.pass));
+        const char* cross = s.outcome.score.missed(item) ? "✗ " : "";  // for who does not see red
+        ImGui::TextUnformatted(
+            fmt::format("{}{} / {}", cross, s.number(item.points, 1), s.number(item.full, 1)).c_str());
         ImGui::PopStyleColor();
       } else {
         dim("–");
@@ -128,7 +130,7 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::TableSetupColumn(s.text("op.counts"), 0, 3);
     ImGui::TableSetupColumn(s.text("target"), 0, 1.5f);
     ImGui::TableSetupColumn(s.text("op.tolerance"), 0, 0.9f);
-    ImGui::TableSetupColumn(s.text("points"), 0, 0.9f);
+    ImGui::TableSetupColumn(s.text("op.weight"), 0, 0.9f);
     ImGui::TableSetupColumn("", 0, 0.5f);
     ImGui::TableHeadersRow();
     ImGui::PushFont(w.style().small);
@@ -137,12 +139,27 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::EndTable();
   }
   const bool can = !s.busy && f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
-  ImGui::BeginDisabled(!can);
-  if (main_button(fmt::format("  {}   F4  ", s.text("op.save_exercise")).c_str(), {0, 0}) ||
-      (can && ImGui::IsKeyPressed(keys::kF1 + 3, false)))
-    s.ask(Ask::kSaveExercise);
-  ImGui::EndDisabled();
+  ask_button(s, Ask::kSaveExercise, shortcut(Ask::kSaveExercise), s.text("op.save_exercise"), {0, 0}, can, true);
   end_panel();
+}
+
+/// What was left, as wide as the panel or as high as it has room.
+void draw_result_picture(OperatorState& s, InterfaceWindow& w) {
+  if (!s.result_picture) return;
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const float caption = 1.4f * w.style().unit;
+  const auto pixels = s.result_picture->options.size;
+  const float aspect = static_cast<float>(pixels.width) / static_cast<float>(pixels.height);
+  const float width = std::min(room.x, (room.y - caption) * aspect);
+  if (width < 6 * w.style().unit) return;
+  ImGui::Image(w.texture(*s.result_picture), {width, width / aspect});
+  ImGui::PushFont(w.style().small);
+  const std::string what = s.outcome.compared ? fmt::format("{}: {}", s.text("difference"), s.text("op.red_and_blue"))
+                                              : std::string(s.text("form"));
+  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
+  one_line(what, room.x);
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
 }
 
 void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
@@ -151,18 +168,30 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PushFont(w.style().large);
   const bool scored = s.outcome.scored && s.outcome.score.full > 0;
   if (!s.outcome.scored && s.busy && !s.author) ImGui::TextUnformatted("…");
-  if (scored)
-    ImGui::TextUnformatted(fmt::format(fmt::runtime(s.text("points_of")), fmt::format("{:.1f}", s.outcome.score.points),
-                                       fmt::format("{:.0f}", s.outcome.score.full))
-                               .c_str());
+  const session::Score& score = s.outcome.score;
+  if (scored) {
+    ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
+    // Not rounded up to a mark that was missed.
+    ImGui::TextUnformatted(
+        s.words("points_of", s.number(std::floor(score.points * 10) / 10, 1), s.number(score.full, 0)).c_str());
+    ImGui::PopStyleColor();
+  }
   ImGui::PopFont();
-  if (scored) row(s.text("completion"), fmt::format("{:.0f} %", 100 * s.outcome.score.completion));
+  if (scored) {
+    ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
+    ImGui::TextUnformatted(s.text(score.passed() ? "passed" : "not_passed"));
+    ImGui::PopStyleColor();
+    ImGui::PushFont(w.style().small);
+    dim_wrapped(s.words("pass_mark", s.number(score.pass.points, 0), s.text(score.pass.source)));
+    ImGui::PopFont();
+    row(s.text("completion"), fmt::format("{:.0f} %", 100 * score.completion));
+  }
   ImGui::Separator();
-  row(s.text("duration"), fmt::format("{:.1f} s", r.seconds));
+  row(s.text("duration"), fmt::format("{} s", s.number(r.seconds, 1)));
   double removed = 0;
   for (const double v : s.status.tissue.removed) removed += v;  // not what was taken back
-  row(s.text("volumes"), fmt::format("{:.2f} mm³", removed / kCubicMillimetre));
-  row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", r.tick_us_p999));
+  row(s.text("volumes"), fmt::format("{} mm³", s.number(removed / kCubicMillimetre, 2)));
+  row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));
   row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
   ImGui::Separator();
   if (!s.outcome.failure.empty()) {
@@ -176,6 +205,7 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (!s.outcome.report.empty()) dim_wrapped(s.outcome.report.string());
     ImGui::PopFont();
   }
+  draw_result_picture(s, w);
   end_panel();
 }
 
@@ -204,30 +234,22 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::EndChild();
 
   const ImVec2 button{0, foot - 0.4f * u};
-  const bool report = !s.outcome.report.empty();
-  ImGui::BeginDisabled(!report);
-  if (main_button(fmt::format("  {}   F2  ", s.text("op.open_report")).c_str(), button) ||
-      (report && key(keys::kF1 + 1)))
-    s.ask(Ask::kOpenReport);
-  ImGui::EndDisabled();
+  ask_button(s, Ask::kOpenReport, shortcut(Ask::kOpenReport), s.text("op.open_report"), button,
+             !s.outcome.report.empty(), true);
   ImGui::SameLine();
-  if (ImGui::Button(fmt::format("  {}   F5  ", s.text("op.again")).c_str(), button) || key(keys::kF1 + 4))
-    s.ask(Ask::kAgain);
+  ask_button(s, Ask::kAgain, shortcut(Ask::kAgain), s.text("op.again"), button);
   ImGui::SameLine();
   if (!s.outcome.recording.empty()) {
-    if (ImGui::Button(fmt::format("  {}   F6  ", s.text("op.go_on_from")).c_str(), button) || key(keys::kF1 + 5))
-      s.ask(Ask::kGoOnFrom);
+    ask_button(s, Ask::kGoOnFrom, shortcut(Ask::kGoOnFrom), s.text("op.go_on_from"), button);
     ImGui::SameLine();
   }
-  if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), button) || key(keys::kF1 + 9))
-    s.ask(Ask::kToStart);
+  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), button);
   if (!s.outcome.recording.empty()) {
     const char* text = s.text("op.delete_recording");
     ImGui::SameLine(ImGui::GetWindowWidth() - ImGui::CalcTextSize(text).x - 3 * u);
     if (ImGui::Button(text, button)) s.ask(Ask::kDeleteRecording);
   }
-  if (key(keys::kF1)) s.help = true;
-  if (key('Q', true)) s.ask(Ask::kQuit);
+  page_shortcuts(s);
   end_page();
 }
 
@@ -263,9 +285,9 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
     ImGui::EndTable();
   }
   end_panel();
-  if (ImGui::Button(fmt::format("  {}   F10  ", s.text("op.to_start")).c_str(), {0, foot - 0.4f * u}) ||
-      key(keys::kF1 + 9) || key(keys::kEscape))
-    s.ask(Ask::kToStart);
+  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
+  if (key(keys::kEscape)) s.ask(Ask::kToStart);
+  page_shortcuts(s);
   end_page();
 }
 
@@ -278,32 +300,32 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
     constexpr std::array kChoosing = {
-        std::pair{"F5", "op.key_start"},          std::pair{"Ctrl ↑ ↓", "op.key_exercise"},
-        std::pair{"Ctrl D  H", "op.key_hand"},    std::pair{"Ctrl P  M", "op.key_rig"},
-        std::pair{"Ctrl T  R", "op.key_trainee"}, std::pair{"Ctrl E", "op.key_author"},
-        std::pair{"Ctrl L", "op.key_language"},   std::pair{"F7", "op.key_archive"},
-        std::pair{"F8", "op.key_doctor"},         std::pair{"F9", "op.key_tutorial"},
-        std::pair{"F2", "op.key_report"},         std::pair{"F6", "op.key_go_on"},
-        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"},
-        std::pair{"Ctrl Q", "op.key_quit"}};
-    constexpr std::array kWorking = {std::pair{"Space  Esc", "op.key_stop"}, std::pair{"F10", "op.key_end"},
-                                     std::pair{"H  R", "op.key_hold"},       std::pair{"1 … 9", "op.key_tools"},
-                                     std::pair{"+  −", "op.key_speed"},      std::pair{"[  ]", "op.key_force"},
-                                     std::pair{"Ctrl Z  Y", "op.key_undo"},  std::pair{"Ctrl R  S", "op.key_keep"},
-                                     std::pair{"N  B", "op.key_steps"},      std::pair{"F C X D", "op.key_views"},
-                                     std::pair{",  .", "op.key_plane"},      std::pair{"Ctrl 1 … 9", "op.key_shown"},
-                                     std::pair{"V", "op.key_own_view"},      std::pair{"I J K L  U O", "op.key_turn"},
-                                     std::pair{"P", "op.key_paint"}};
-    for (std::size_t i = 0; i < kChoosing.size(); ++i) {
-      const auto put = [&](const std::pair<const char*, const char*>& one, float at) {
+        std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"Ctrl D  H", "op.key_hand"},
+        std::pair{"Ctrl P  M", "op.key_rig"},     std::pair{"Ctrl T  R", "op.key_trainee"},
+        std::pair{"Ctrl E", "op.key_author"},     std::pair{"Ctrl L", "op.key_language"},
+        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"}};
+    constexpr std::array kWorking = {std::pair{"Space  Esc", "op.key_stop"},   std::pair{"H  R", "op.key_hold"},
+                                     std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
+                                     std::pair{"[  ]", "op.key_force"},        std::pair{"Ctrl Z  Y", "op.key_undo"},
+                                     std::pair{"Ctrl R", "op.key_keep"},       std::pair{"N  B", "op.key_steps"},
+                                     std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
+                                     std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
+                                     std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
+    // What is the same on every page, what one chooses with, what one works with.
+    std::vector<std::pair<std::string, const char*>> left, right;
+    for (const Shortcut& one : kShortcuts) left.emplace_back(one.name, one.help.data());
+    for (const auto& [name, help] : kWorking) right.emplace_back(name, help);
+    for (const auto& [name, help] : kChoosing) (left.size() <= right.size() ? left : right).emplace_back(name, help);
+    for (std::size_t i = 0; i < std::max(left.size(), right.size()); ++i) {
+      const auto put = [&](const std::pair<std::string, const char*>& one, float at) {
         ImGui::SetCursorPosX(at);
-        ImGui::TextUnformatted(one.first);
+        ImGui::TextUnformatted(s.keys(one.first).c_str());
         ImGui::SameLine(at + 8 * u);
         dim(s.text(one.second));
       };
-      put(kChoosing[i], u);
-      ImGui::SameLine();
-      put(kWorking[i], 31 * u);
+      if (i < left.size()) put(left[i], u);
+      if (i < left.size() && i < right.size()) ImGui::SameLine();
+      if (i < right.size()) put(right[i], 31 * u);
       ImGui::SameLine();
       ImGui::Dummy({u, 0});
     }
@@ -315,6 +337,37 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
     if (!s.help) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
   }
+}
+
+void draw_leaving(OperatorState& s, InterfaceWindow& w) {
+  if (!s.leaving) return;
+  const float u = w.style().unit;
+  const char* title = s.text("op.unsaved_title");
+  ImGui::OpenPopup(title);
+  const display::ivec2 size = w.size();
+  ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
+  ImGui::SetNextWindowSize({34 * u, 0});
+  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoSavedSettings)) return;
+  ImGui::TextWrapped("%s", s.text("op.unsaved"));
+  ImGui::Spacing();
+  const auto answer = [&](Ask ask) {
+    s.ask(ask);
+    ImGui::CloseCurrentPopup();
+  };
+  const auto button = [&](const char* text, Ask ask, bool main) {
+    const std::string label = fmt::format("  {}  ", s.text(text));
+    const bool clicked = main ? main_button(label.c_str(), {0, 0}) : ImGui::Button(label.c_str());
+    if (main) ImGui::SetItemDefaultFocus();
+    const bool entered = ImGui::IsKeyPressed(keys::kEnter, false) || ImGui::IsKeyPressed(keys::kKeypadEnter, false);
+    if (clicked || (ImGui::IsItemFocused() && entered)) answer(ask);
+  };
+  button("op.unsaved_keep", Ask::kLeaveKept, true);
+  ImGui::SameLine();
+  button("op.unsaved_drop", Ask::kLeaveDropped, false);
+  ImGui::SameLine();
+  button("op.unsaved_stay", Ask::kStay, false);
+  if (ImGui::IsKeyPressed(keys::kEscape, false)) answer(Ask::kStay);
+  ImGui::EndPopup();
 }
 
 }  // namespace typodont

@@ -9,6 +9,7 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
+#include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 
@@ -59,14 +60,24 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
 void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
-  work.begin([make = std::move(make), file](Progress& progress) { *file = make(progress); },
-             [&s, &choices, text, words, file, then = std::move(then)] {
-               if (then) then();
-               choices.rescan();
-               choices.choose_scene(*file);
-               s.say(fmt::format("{} {}", s.text(text), file->string()));
-               log::info("{}: {}", words, file->string());
-             });
+  work.begin(
+      [make = std::move(make), file, language = s.language](Progress& progress) {
+        try {
+          *file = make(progress);
+        } catch (const RuleRefused& refused) {  // a teacher knows the rule by its name on the page, not by its key
+          const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
+          throw Error(fmt::format(
+              fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
+              name));
+        }
+      },
+      [&s, &choices, text, words, file, then = std::move(then)] {
+        if (then) then();
+        choices.rescan();
+        choices.choose_scene(*file);
+        s.say(fmt::format("{} {}", s.text(text), file->string()));
+        log::info("{}: {}", words, file->string());
+      });
 }
 
 }  // namespace

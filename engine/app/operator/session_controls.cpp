@@ -125,31 +125,28 @@ void SessionControls::draw_clock() {
   if (!s_.message.empty()) {
     ImGui::SameLine(0, 1.5f * u);
     ImGui::PushStyleColor(ImGuiCol_Text, s_.message_is_error ? kBad : kGood);
-    const ImVec2 from = ImGui::GetCursorScreenPos();
     const std::string end = end_label();
-    const float room = width_ - ImGui::GetCursorPosX() - ImGui::CalcTextSize(end.c_str()).x - 2 * u;
-    ImGui::PushClipRect(from, {from.x + std::max(room, 0.0f), from.y + 3 * u}, true);
-    ImGui::TextUnformatted(s_.message.c_str());
-    ImGui::PopClipRect();
+    one_line(s_.message, width_ - ImGui::GetCursorPosX() - ImGui::CalcTextSize(end.c_str()).x - 2 * u);
     ImGui::PopStyleColor();
   }
   const std::string end = end_label();
   const float wide = ImGui::CalcTextSize(end.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x;
   ImGui::SameLine(ImGui::GetWindowWidth() - wide - ImGui::GetStyle().WindowPadding.x);
-  if (ImGui::Button(end.c_str()) || key(keys::kF1 + 9)) s_.ask(Ask::kEndSession);
+  if (ImGui::Button(end.c_str()) || pressed(shortcut(Ask::kEndSession))) s_.ask(Ask::kEndSession);
 }
 
 std::string SessionControls::end_label() const {
-  return fmt::format("{}   F10", s_.text("op.end_session"));
+  return fmt::format("{}   {}", s_.text("op.end_session"), shortcut(Ask::kEndSession).name);
 }
 
 std::vector<Flow::Item> SessionControls::session_items() const {
   const auto& strokes = s_.status.tissue.strokes;
-  return {{fmt::format("{} ({})   Ctrl+Z", s_.text("op.undo"), strokes.done), false, strokes.done > 0},
-          {fmt::format("{} ({})   Ctrl+Y", s_.text("op.redo"), strokes.undone), false, strokes.undone > 0},
-          {fmt::format("{}   {}", s_.text(s_.held ? "op.go_on" : "op.hold"), s_.held ? "R" : "H"), s_.held},
-          {fmt::format("{}   Ctrl+R", s_.text("op.record")), s_.recording && s_.keep, s_.recording},
-          {fmt::format("{}   Ctrl+S", s_.text("op.save_tissue"))}};
+  return {
+      {fmt::format("{} ({})   {}", s_.text("op.undo"), strokes.done, s_.keys("Ctrl+Z")), false, strokes.done > 0},
+      {fmt::format("{} ({})   {}", s_.text("op.redo"), strokes.undone, s_.keys("Ctrl+Y")), false, strokes.undone > 0},
+      {fmt::format("{}   {}", s_.text(s_.held ? "op.go_on" : "op.hold"), s_.held ? "R" : "H"), s_.held},
+      {fmt::format("{}   {}", s_.text("op.record"), s_.keys("Ctrl+R")), s_.recording && s_.keep, s_.recording},
+      {fmt::format("{}   {}", s_.text("op.save_tissue"), s_.keys(std::string(shortcut(Ask::kSaveTissue).name)))}};
 }
 
 void SessionControls::act(int pressed) {
@@ -234,7 +231,7 @@ void SessionControls::show(int pressed) {
 void SessionControls::keys() {
   if (key('Z', true) || key('Z')) s_.ask(Ask::kUndo);
   if (key('Y', true) || key('Y')) s_.ask(Ask::kRedo);
-  if (key('S', true)) s_.ask(Ask::kSaveTissue);
+  if (pressed(shortcut(Ask::kSaveTissue))) s_.ask(Ask::kSaveTissue);
   if (key('R', true) && s_.recording) s_.ask(Ask::kKeep, s_.keep ? 0 : 1);
   if (!s_.held && key('H')) s_.ask(Ask::kHold, 1);
   if (s_.held && key('R')) s_.ask(Ask::kHold, 0);

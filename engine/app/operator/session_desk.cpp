@@ -66,8 +66,9 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
       s_.colors[i] = {static_cast<float>(c.x), static_cast<float>(c.y), static_cast<float>(c.z)};
     }
     s_.tools.clear();
-    for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool));
+    for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) s_.tools.push_back(tool_title(tool, s_.language));
     s_.device = bench_->hand();
+    if (s_.device.address == "mouse:") s_.device.model = s_.text("op.mouse");
     s_.recording = bench_->recording();
     s_.score = {};
     s_.score_known = s_.score_current = false;

@@ -1,5 +1,6 @@
 // A session as the instructor watches and steers it: the trainee's picture, what is held and how, and the way to stop.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +65,7 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   if (s.score.full > 0) {
     ImGui::PushFont(w.style().large);
-    ImGui::TextUnformatted(fmt::format("{:.0f}", s.score.points).c_str());
+    ImGui::TextUnformatted(s.number(s.score.points, 0).c_str());
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
@@ -72,14 +73,12 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // What was earned of what this share of the task could earn.
-    const double open = item.weight * s.score.completion;
-    const float share = open > 0.05 * item.weight ? static_cast<float>(item.points / open) : -1;
+    // Nothing is right or wrong yet while hardly anything is done.
+    constexpr double kBegun = 0.05;
+    const float share = item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
     ImGui::PushFont(w.style().small);
-    const ImVec4 color = share < 0       ? ImGui::GetStyleColorVec4(ImGuiCol_Text)
-                         : share > 0.8f  ? kGood
-                         : share > 0.45f ? kWarn
-                                         : kBad;
+    const ImVec4 color =
+        share < 0 ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : share_color(static_cast<double>(share), s.score.pass);
     row(s.text(fmt::format("score.{}", item.name)), session::quantity_text(item.value, item.unit, s.language), &color);
     ImGui::PopFont();
     if (share < 0) continue;
@@ -102,7 +101,7 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (std::abs(mm3) < 5e-4) continue;
     any = true;
     const bool alarm = static_cast<Tissue>(i) == Tissue::kPulp;
-    row(s.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i)))), fmt::format("{:.3f} mm³", mm3),
+    row(s.text(fmt::format("tissue.{}", name_of(static_cast<Tissue>(i)))), fmt::format("{} mm³", s.number(mm3, 3)),
         alarm ? &kBad : nullptr);
   }
   if (!any) dim("–");
@@ -206,8 +205,10 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   for (std::size_t i = 0; i < s.tools.size(); ++i) {
     const bool held = s.status.tick.tool == i;
     const std::string label = i < 9 ? fmt::format("{}   {}", i + 1, s.tools[i]) : s.tools[i];
+    const float room = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetStyle().FramePadding.x;
     ImGui::PushID(static_cast<int>(i));
-    if (toggle_button(label.c_str(), held, {-1, 0})) s.ask(Ask::kTool, static_cast<int>(i));
+    if (toggle_button(fitted(label, room).c_str(), held, {-1, 0})) s.ask(Ask::kTool, static_cast<int>(i));
+    if (ImGui::IsItemHovered() && fitted(label, room) != label) ImGui::SetTooltip("%s", s.tools[i].c_str());
     ImGui::PopID();
   }
   row(s.text("op.speed_now"), fmt::format("{:.0f} krpm", s.status.tick.spindle / kKrpm));
@@ -285,7 +286,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PopTextWrapPos();
   const double force = glm::length(s.status.tick.f_T_W);
   const double limit = s.device.force_limit > 0 ? s.device.force_limit : 3;
-  row(s.text("force"), fmt::format("{:.2f} N", force));
+  row(s.text("force"), fmt::format("{} N", s.number(force, 2)));
   const ImVec4 color = force > 0.9 * limit ? kBad : force > 0.6 * limit ? kWarn : kGood;
   ImGui::PushStyleColor(ImGuiCol_PlotHistogram, color);
   ImGui::ProgressBar(static_cast<float>(std::min(force / limit, 1.0)), {-1, 0.4f * u}, "");
@@ -293,7 +294,8 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PlotLines("##forces", s.forces.data(), static_cast<int>(s.forces.size()), s.curve_at, nullptr, 0,
                    static_cast<float>(limit), {ImGui::GetContentRegionAvail().x, 2.6f * u});
   if (s.status.bearable_force > 0)
-    row(s.text("op.motors"), fmt::format("{:.0f} %, {:.1f} N", 100 * s.status.motor_heat, s.status.bearable_force),
+    row(s.text("op.motors"),
+        fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
   // What is wrong, in words, or that all is well.
   bool any = false;
@@ -322,19 +324,25 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("timing", s.text("op.timing"), size, w);
   const LoopTiming& t = s.status.timing;
   ImGui::PushFont(w.style().small);
-  row(s.text("op.servo_tick"), fmt::format("{:.1f} µs", t.work.quantile(0.5) * 1e-3));
-  row(s.text("op.servo_p999"), fmt::format("{:.1f} µs", t.work.quantile(0.999) * 1e-3));
+  row(s.text("op.servo_tick"), fmt::format("{} µs", s.number(t.work.quantile(0.5) * 1e-3, 1)));
+  row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(t.work.quantile(0.999) * 1e-3, 1)));
   row(s.text("op.servo_jitter"), fmt::format("{:.0f} µs", t.jitter.quantile(0.99) * 1e-3));
   row(s.text("op.missed"), fmt::format("{}", t.misses), t.misses ? &kWarn : nullptr);
-  row(s.text("op.frame"), fmt::format("{:.1f} ms", s.status.frame_ms));
+  row(s.text("op.frame"), fmt::format("{} ms", s.number(s.status.frame_ms, 1)));
   row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
-  row(s.text("op.quality"), std::string(s.status.quality));
-  if (!s.status.real_time.empty()) {
-    ImGui::PushStyleColor(ImGuiCol_Text, kWarn);
-    ImGui::TextWrapped("%s", s.text("op.no_real_time"));
-    if (ImGui::IsItemHovered())
+  if (const std::string step = fmt::format("op.quality.{}", s.status.quality); session::has_text(step))
+    row(s.text("op.quality"), s.text(step));
+  // The same three that the report tells, in the same words.
+  if (t.ticks > 0) {
+    const LoopGranted& granted = s.status.granted;
+    row(s.text("realtime.fifo"), s.text(granted.fifo ? "realtime.yes" : "op.not_granted"),
+        granted.fifo ? nullptr : &kWarn);
+    std::vector<std::string> refused;
+    if (!granted.pinned) refused.emplace_back(s.text("realtime.pinned"));
+    if (!granted.memory_locked) refused.emplace_back(s.text("realtime.locked"));
+    if (!refused.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.not_granted"), fmt::join(refused, ", ")));
+    if (!s.status.real_time.empty() && ImGui::IsItemHovered())
       ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
-    ImGui::PopStyleColor();
   }
   ImGui::PopFont();
   end_panel();
@@ -365,8 +373,8 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
 
   ImGui::SameLine();
   begin_column("right", {side, room.y});
-  const float stop = 4 * u, timing = 13.5f * u, device = (s.author ? 15.5f : 13.5f) * u;
-  if (stop_button(fmt::format("{}   Space  Esc", s.text("op.emergency_stop")).c_str(), {-1, stop})) {
+  const float stop = 4 * u, timing = 15.2f * u, device = (s.author ? 15.5f : 13.5f) * u;
+  if (stop_button(fmt::format("{}   {}", s.text("op.emergency_stop"), s.keys("Space  Esc")).c_str(), {-1, stop})) {
     s.ask(Ask::kEmergencyStop);
   }
   const float tool = room.y - stop - timing - device - 3 * gap.y;

@@ -8,6 +8,8 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/result_picture.h"
+#include "engine/app/operator/session_scores.h"
 #include "engine/app/review/session_report.h"
 #include "engine/base/log.h"
 #include "engine/session/report.h"
@@ -19,6 +21,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What the result page shows of a session that has ended.
+struct Made {
+  session::Score score;
+  render::Picture picture;
+  bool compared = false;  // against the ideal
+};
+void show(OperatorState& s, Made& made) {
+  s.outcome.score = made.score;
+  s.outcome.picture = std::move(made.picture);
+  s.outcome.compared = made.compared;
+  s.outcome.scored = true;
+}
+
 void written(OperatorState& s, const char* what, const fs::path& file) {
   s.say(fmt::format("{} {}", s.text("op.written"), file.string()));
   log::info("{} written: {}", what, file.string());
@@ -26,11 +41,18 @@ void written(OperatorState& s, const char* what, const fs::path& file) {
 
 }  // namespace
 
+void list_sessions(OperatorState& s) {
+  s.sessions = find_sessions();
+  for (SessionEntry& entry : s.sessions)
+    for (const SceneChoice& choice : s.scenes)
+      if (file_name_of(choice.name) == entry.scene) entry.title = choice.title;
+}
+
 void make_report(OperatorState& s, LongWork& work, const fs::path& recording, std::function<void()> then) {
   const fs::path report = fs::path(recording).replace_extension(".html");
-  const auto score = std::make_shared<session::Score>();
+  const auto made = std::make_shared<Made>();
   work.begin(
-      [recording, report, language = s.language, score](Progress& progress) {
+      [recording, report, language = s.language, made](Progress& progress) {
         progress.stage("op.making_report", 0, 0.6);
         session::repair_session(recording);
         const session::SessionReader reader(recording);
@@ -38,7 +60,10 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
         session::ReportOptions options = report_of(reader);
         options.language = language;
         if (!options.score) options.score = session::score_session(reader);
-        *score = *options.score;
+        made->score = *options.score;
+        made->picture = picture_of_result(options);
+        made->compared = options.ideal.has_value();
+        keep_score(recording, known(made->score));
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);
@@ -46,10 +71,9 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
         write_file_atomically(report, session::report_html(reader, options), FileKind::kPage);
         progress.at(1);
       },
-      [&s, report, score, then = std::move(then)] {
+      [&s, report, made, then = std::move(then)] {
         s.outcome.report = report;
-        s.outcome.score = *score;
-        s.outcome.scored = true;
+        show(s, *made);
         s.say(s.text("op.report_ready"));
         log::info("report written: {}", report.string());
         if (then) then();
@@ -57,28 +81,31 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
 }
 
 void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of) {
-  const auto score = std::make_shared<session::Score>();
+  const auto made = std::make_shared<Made>();
   work.begin(
-      [of = std::move(of), score](Progress& progress) {
-        progress.stage("op.scoring", 0, 1);
-        *score = final_score(of->scene, of->tissue, of->hand);
+      [of = std::move(of), made](Progress& progress) {
+        progress.stage("op.scoring", 0, 0.6);
+        made->score = final_score(of->scene, of->tissue, of->hand);
+        progress.stage("op.scoring", 0.6, 1);
+        const session::ReportOptions result = result_of(of->scene, of->tissue);
+        made->picture = picture_of_result(result);
+        made->compared = result.ideal.has_value();
         progress.at(1);
       },
-      [&s, score] {
-        s.outcome.score = *score;
-        s.outcome.scored = true;
-        log::info("scored: {:.1f} of {:.0f}", score->points, score->full);
+      [&s, made] {
+        show(s, *made);
+        log::info("scored: {:.1f} of {:.0f}", made->score.points, made->score.full);
       });
 }
 
 void show_report(OperatorState& s, LongWork& work, const SessionEntry& of) {
   const fs::path report = fs::path(of.file).replace_extension(".html");
-  if (of.report) return open_with_desktop(report.string());
+  if (of.report) return s.to_open.push_back(report.string());
   s.outcome = {};
   s.outcome.recording = of.file;
   make_report(s, work, of.file, [&s, report] {
-    s.sessions = find_sessions();
-    open_with_desktop(report.string());
+    list_sessions(s);
+    s.to_open.push_back(report.string());
   });
 }
 
@@ -88,7 +115,7 @@ void make_curve(OperatorState& s, LongWork& work, const SessionEntry& of) {
   work.begin([=](Progress& progress) { write_learning_curve(folder, page, language, progress); },
              [&s, page] {
                written(s, "learning curve", page);
-               open_with_desktop(page.string());
+               s.to_open.push_back(page.string());
              });
 }
 
@@ -101,7 +128,7 @@ void make_film(OperatorState& s, LongWork& work, const SessionEntry& of) {
       },
       [&s, film] {
         written(s, "film", film);
-        open_with_desktop(film.string());
+        s.to_open.push_back(film.string());
       });
 }
 

@@ -11,6 +11,9 @@
 
 namespace typodont {
 
+/// Recorded sessions and saved preparations anew, by the names their exercises have in this language.
+void list_sessions(OperatorState& s);
+
 /// Of a recording that ended just now, or was found; written beside it, into the state's outcome. `then`: afterwards.
 void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});

@@ -23,7 +23,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   dim(s.text("op.subtitle"));
 
   const char* doctor = s.text("op.check_computer");
-  const std::string archive = fmt::format("{}   F7", s.text("op.archive"));
+  const std::string archive = fmt::format("{}   {}", s.text("op.archive"), shortcut(Ask::kArchive).name);
   const float right = ImGui::CalcTextSize(doctor).x + ImGui::CalcTextSize(s.text("op.keys")).x +
                       ImGui::CalcTextSize(archive.c_str()).x + 18 * u;
   ImGui::SameLine(ImGui::GetWindowWidth() - right);
@@ -91,7 +91,9 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     }
     const ImVec2 after = ImGui::GetCursorPos();
     ImGui::SetCursorPos({at.x + 0.6f * u, at.y + 0.45f * u});
-    ImGui::TextUnformatted(scene.title.c_str());
+    const float room = ImGui::GetContentRegionAvail().x - 0.4f * u;
+    const float own = scene.own ? ImGui::CalcTextSize(s.text("op.own")).x + ImGui::GetStyle().ItemSpacing.x : 0;
+    one_line(scene.title, room - own);
     if (scene.own) {
       ImGui::SameLine();
       dim(s.text("op.own"));
@@ -100,10 +102,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PushFont(w.style().small);
     const std::string& line = scene.fault.empty() ? scene.description : scene.fault;
     ImGui::PushStyleColor(ImGuiCol_Text, scene.fault.empty() ? kDim : kBad);
-    const ImVec2 from = ImGui::GetCursorScreenPos();  // cut at the panel's edge, not wrapped
-    ImGui::PushClipRect(from, {from.x + ImGui::GetContentRegionAvail().x - 0.4f * u, from.y + 2 * u}, true);
-    ImGui::TextUnformatted(line.c_str());
-    ImGui::PopClipRect();
+    ImGui::TextUnformatted(fitted(line, room).c_str());
     ImGui::PopStyleColor();
     ImGui::PopFont();
     ImGui::SetCursorPos(after);
@@ -222,9 +221,12 @@ void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_panel("first_run", nullptr, {0, 4.9f * u}, w);
   ImGui::TextWrapped("%s", s.text("op.first_run"));
-  if (main_button(fmt::format("  {}   F8  ", s.text("op.check_computer")).c_str(), {0, 0})) s.ask(Ask::kDoctor);
+  const auto offer = [&](const char* text, Ask ask, const Shortcut& key) {
+    if (main_button(fmt::format("  {}   {}  ", s.text(text), key.name).c_str(), {0, 0})) s.ask(ask);
+  };
+  offer("op.check_computer", Ask::kDoctor, shortcut(Ask::kDoctor));
   ImGui::SameLine();
-  if (main_button(fmt::format("  {}   F9  ", s.text("op.start_tutorial")).c_str(), {0, 0})) s.ask(Ask::kTutorial);
+  offer("op.start_tutorial", Ask::kTutorial, shortcut(Ask::kTutorial));
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.not_now"))) s.ask(Ask::kWelcomed);
   end_panel();
@@ -255,17 +257,9 @@ void draw_start_page(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   const bool can = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
                    s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
-  ImGui::BeginDisabled(!can);
-  const bool pressed = main_button(fmt::format("{}   F5", s.text("op.start")).c_str(), button);
-  ImGui::EndDisabled();
-  // F5 also while a name is being typed.
-  if (can && (pressed || ImGui::IsKeyPressed(keys::kF1 + 4, false))) s.ask(Ask::kStart);
+  ask_button(s, Ask::kStart, shortcut(Ask::kStart), s.text("op.start"), button, can, true);
   follow_keys(s);
-  if (key(keys::kF1 + 6)) s.ask(Ask::kArchive);
-  if (key(keys::kF1 + 7)) s.ask(Ask::kDoctor);
-  if (key(keys::kF1 + 8)) s.ask(Ask::kTutorial);
-  if (key(keys::kF1)) s.help = true;
-  if (key('Q', true)) s.ask(Ask::kQuit);
+  page_shortcuts(s);
   end_page();
 }
 

@@ -2,9 +2,13 @@
 // Operator carries them out between two frames. Main thread.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/app/operator/archive.h"
@@ -14,6 +18,7 @@
 #include "engine/app/picture/look.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
+#include "engine/render/picture.h"
 #include "engine/session/score.h"
 #include "engine/session/strings.h"
 
@@ -59,6 +64,9 @@ enum class Ask {
   kTutorial,         // chosen and started
   kWelcomed,         // the first look around is over
   kCancel,           // the long work that is under way
+  kLeaveKept,        // what is not saved is kept as an exercise; then OperatorState::leaving goes on
+  kLeaveDropped,     // it is given up; then the same
+  kStay,             // it does not go on
   kQuit,
 };
 struct Request {
@@ -125,7 +133,9 @@ struct Outcome {
   WorkbenchSummary summary;
   std::filesystem::path recording, report;  // empty: there is none
   session::Score score;
-  bool scored = false;  // the score is final; until then none is shown
+  bool scored = false;      // the score is final; until then none is shown
+  render::Picture picture;  // of what was left, against the ideal where there is one; none: no pixels
+  bool compared = false;    // it is against the ideal
   std::string failure;
 };
 
@@ -137,7 +147,9 @@ struct OperatorState {
   bool help = false;    // the list of keys is open
   std::string message;  // one line that matters now: an error, a hint
   bool message_is_error = false;
-  std::vector<Request> asked;  // by the pages, this frame
+  std::vector<Request> asked;        // by the pages, this frame
+  std::vector<std::string> to_open;  // files and folders for the desktop to open
+  std::optional<Request> leaving;    // what was asked for while something is not saved: the user is asked first
 
   // Start.
   std::vector<SceneChoice> scenes;
@@ -195,6 +207,7 @@ struct OperatorState {
 
   // Result.
   Outcome outcome;
+  const gpu::Image* result_picture = nullptr;  // the outcome's
   ExerciseForm exercise;
 
   // Archive.
@@ -221,6 +234,20 @@ struct OperatorState {
     log::error("{}", message);
   }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
+  /// A text of the catalogue with its gaps filled.
+  template <class... Args>
+  std::string words(std::string_view key, Args&&... args) const {
+    return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);
+  }
+  /// "Ctrl+Z" as it stands on the reader's keyboard: "Strg+Z".
+  std::string keys(std::string name) const {
+    for (const auto& [english, key] : {std::pair{"Ctrl", "op.control"}, std::pair{"Space", "op.space_bar"}})
+      if (const std::size_t at = name.find(english); at != std::string::npos)
+        name.replace(at, std::string_view(english).size(), text(key));
+    return name;
+  }
+  /// With the language's decimal sign.
+  std::string number(double value, int decimals) const { return session::number_text(value, decimals, language); }
 };
 
 // The pages, each between InterfaceWindow::begin() and end().
@@ -231,5 +258,7 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
+/// Asks what is to become of what is not saved, while OperatorState::leaving waits.
+void draw_leaving(OperatorState& s, InterfaceWindow& w);
 
 }  // namespace typodont

@@ -1,5 +1,7 @@
 #include "engine/app/operator/widgets.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "engine/display/keys.h"
@@ -54,18 +56,39 @@ void dim_wrapped(const std::string& text) {
   ImGui::PopTextWrapPos();
   ImGui::PopStyleColor();
 }
+std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width) {
+  if (width(text) <= room) return text;
+  constexpr std::string_view kEllipsis = "…";
+  const float left = room - width(kEllipsis);
+  std::size_t fits = 0, words = 0;  // bytes that fit, and those of whole words
+  for (std::size_t end = 0; end < text.size();) {
+    std::size_t next = end + 1;
+    while (next < text.size() && (static_cast<unsigned char>(text[next]) & 0xc0) == 0x80) ++next;
+    if (width(std::string_view(text).substr(0, next)) > left) break;
+    if (text[end] == ' ') words = end;
+    fits = end = next;
+    if (end < text.size() && text[end] == ' ') words = end;
+  }
+  // Chinese has no spaces, and a single long word must not vanish.
+  const std::size_t keep = words > fits / 2 ? words : fits;
+  return text.substr(0, keep) + std::string(kEllipsis);
+}
+std::string fitted(const std::string& text, float room) {
+  return fitted(text, room,
+                [](std::string_view part) { return ImGui::CalcTextSize(part.data(), part.data() + part.size()).x; });
+}
+void one_line(const std::string& text, float room) {
+  const std::string shown = fitted(text, room);
+  ImGui::TextUnformatted(shown.c_str());
+  if (shown.size() != text.size() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", text.c_str());
+}
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
   // The value is always whole; a name that is too long ends before it.
-  const ImVec2 from = ImGui::GetCursorScreenPos();
-  const float most = std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f);
-  ImGui::PushClipRect(from, {from.x + most, from.y + ImGui::GetTextLineHeight()}, true);
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  ImGui::TextUnformatted(name);
+  one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
-  ImGui::PopClipRect();
-  if (ImGui::CalcTextSize(name).x > most && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", name);
   ImGui::SameLine();
   ImGui::SetCursorPosX(left + std::max(room - width, 0.0f));
   if (color) ImGui::PushStyleColor(ImGuiCol_Text, *color);
@@ -93,6 +116,30 @@ bool stop_button(const char* text, ImVec2 size) {
 bool toggle_button(const char* text, bool on, ImVec2 size) {
   if (!on) return ImGui::Button(text, size);
   return colored_button(text, size, {0.18f, 0.38f, 0.44f, 1}, {0.22f, 0.44f, 0.51f, 1}, {0.24f, 0.50f, 0.58f, 1});
+}
+
+ImVec4 share_color(double share, const session::PassMark& pass) {
+  const double mark = pass.points / 100;
+  return share < mark ? kBad : share < (1 + mark) / 2 ? kWarn : kGood;
+}
+
+bool pressed(const Shortcut& shortcut) {
+  return key(shortcut.code, shortcut.control);
+}
+void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled,
+                bool main) {
+  ImGui::BeginDisabled(!enabled);
+  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(shortcut.name)));
+  const bool clicked = main ? main_button(label.c_str(), size) : ImGui::Button(label.c_str(), size);
+  ImGui::EndDisabled();
+  if (enabled && (clicked || pressed(shortcut))) s.ask(ask);
+}
+void page_shortcuts(OperatorState& s) {
+  if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
+  if (s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
+  if (pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
+  if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
+  if (key(display::keys::kF1)) s.help = true;
 }
 
 bool key(int code, bool control) {

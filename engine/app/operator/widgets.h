@@ -3,10 +3,12 @@
 
 #include <imgui.h>
 
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "engine/app/operator/shortcuts.h"
 #include "engine/app/operator/state.h"
 
 namespace typodont::widgets {
@@ -27,6 +29,13 @@ void end_panel();
 void heading(const char* text, InterfaceWindow& w);
 void dim(const std::string& text);
 void dim_wrapped(const std::string& text);
+/// The beginning of a text that is no wider than `room`, between words where it can and never inside a letter, with an
+/// ellipsis; the whole where that fits. `width`: of a text.
+std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
+/// The same of the writing as it is now.
+std::string fitted(const std::string& text, float room);
+/// One line; where it does not fit, its beginning, and all of it for the pointer that rests on it.
+void one_line(const std::string& text, float room);
 /// Name at the left, value at the panel's right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
@@ -36,6 +45,17 @@ bool main_button(const char* text, ImVec2 size);
 bool stop_button(const char* text, ImVec2 size);
 /// A button that is held down while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);
+
+/// The colour of what earned this share of its points; red where the pass mark is missed.
+ImVec4 share_color(double share, const session::PassMark& pass);
+
+/// A button that names its shortcut, and the shortcut itself: either asks for it. `main`: the one thing to do.
+void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
+                bool main = false);
+/// The shortcut alone, pressed in this frame.
+bool pressed(const Shortcut& shortcut);
+/// The shortcuts that every page has but a running session's.
+void page_shortcuts(OperatorState& s);
 
 /// Pressed in this frame. While somebody is typing, keys that write are theirs, and with Ctrl those that edit.
 bool key(int code, bool control = false);

@@ -17,6 +17,22 @@ namespace {
 
 constexpr float kTolerance = 0.3f;  // voxels that the report's triangles may lie off the surface
 
+constexpr int kMostLabels = 200;  // samples of the tissue along the longest side: some hundred kilobytes of a page
+
+/// Every n-th voxel's label, so that no side has more than kMostLabels.
+session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
+  const DenseCopy all = dense_copy(volume);
+  const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
+  const int every = (longest + kMostLabels - 1) / kMostLabels;
+  session::TissueLabels labels;
+  labels.frame = {all.frame.origin, every * all.frame.voxel};
+  labels.size = (all.field.size - 1) / every + 1;
+  for (int x = 0; x < all.field.size.x; x += every)
+    for (int y = 0; y < all.field.size.y; y += every)
+      for (int z = 0; z < all.field.size.z; z += every) labels.tissue.push_back(all.tissue[all.field.at(x, y, z)]);
+  return labels;
+}
+
 /// `ideal`: redistanced; empty: every point is where it should be.
 session::ResultModel model_of(const haptics::TissueVolume& volume, const DenseCopy* ideal) {
   const surface::WholeMesh mesh = whole_surface(volume, kTolerance);
@@ -27,23 +43,35 @@ session::ResultModel model_of(const haptics::TissueVolume& volume, const DenseCo
     model.vertices.push_back({glm::vec3(p_W), v.normal, v.tissue, static_cast<float>(off)});
   }
   model.triangles = mesh.triangles;
+  model.labels = labels_of(volume);
   return model;
 }
 
+void show(const haptics::TissueVolume& after, const haptics::TissueVolume* ideal, session::ReportOptions& report) {
+  if (!ideal) {
+    report.result = model_of(after, nullptr);
+    return;
+  }
+  DenseCopy copy = dense_copy(*ideal);
+  copy.field = session::redistanced(copy.field);
+  report.result = model_of(after, &copy);
+  report.ideal = model_of(*ideal, nullptr);
+}
+
 }  // namespace
+
+session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after) {
+  session::ReportOptions report;
+  const auto ideal = ideal_tissue(scene, load_untouched(scene));
+  show(after, ideal ? &*ideal : nullptr, report);
+  return report;
+}
 
 session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     JudgedSession judged = judge_session(session);
-    if (judged.ideal) {
-      DenseCopy ideal = dense_copy(*judged.ideal);
-      ideal.field = session::redistanced(ideal.field);
-      report.result = model_of(judged.after, &ideal);
-      report.ideal = model_of(*judged.ideal, nullptr);
-    } else {
-      report.result = model_of(judged.after, nullptr);
-    }
+    show(judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);
     report.score = std::move(judged.score);
     report.input = std::move(judged.input);

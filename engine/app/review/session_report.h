@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "engine/app/scene.h"
 #include "engine/session/report.h"
+#include "haptics/tissue_volume.h"
 
 namespace typodont {
 
@@ -14,6 +16,10 @@ class Progress;
 /// Everything the report shows beyond the file itself. Where the tissue is not at hand, the volumes in the file are
 /// all, and a message says so.
 session::ReportOptions report_of(const session::SessionReader& session);
+
+/// The surface of a result, and how far it is off the task's ideal, without a recording. Throws Error where the scene's
+/// tissue or its ideal cannot be made.
+session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
 /// The score as report_of has it, without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);

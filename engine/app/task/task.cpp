@@ -299,7 +299,7 @@ std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, co
 }
 
 session::Score score_of(const Scene& scene, const session::ScoreInput& input) {
-  return session::score(input, session::rules_of_scene(Json::parse(scene.text, scene.file.string()), input));
+  return session::score_of_scene(Json::parse(scene.text, scene.file.string()), input);
 }
 
 }  // namespace

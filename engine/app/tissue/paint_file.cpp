@@ -26,9 +26,11 @@ std::vector<PaintStroke> read_paint(const std::filesystem::path& file) {
   return strokes;
 }
 
-void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
+bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes) {
+  bool any = false;
   for (const PaintStroke& s : strokes)
-    volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius), haptics::hardness_byte(s.hardness));
+    any |= volume.paint(s.tissue, *haptics::capsule(s.a_W, s.b_W, s.radius), haptics::hardness_byte(s.hardness));
+  return any;
 }
 
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue) {

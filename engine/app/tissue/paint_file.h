@@ -28,8 +28,8 @@ struct PaintStroke {
 /// Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// In their order: later strokes cover earlier ones.
-void paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
+/// In their order: later strokes cover earlier ones. False where none met tissue.
+bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
 /// A tissue has one stiffness wherever it is: the mean of its strokes' factors, by their volume. 1 where none painted
 /// it.

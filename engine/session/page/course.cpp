@@ -109,8 +109,7 @@ ScoreInput input_of(const SessionReader& session, const Course& course) {
 
 Score score_of(const SessionReader& session, const ScoreInput& input) {
   if (session.header().scene_json.empty()) return score(input, default_rules(input));
-  return score(input,
-               rules_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input));
+  return score_of_scene(Json::parse(session.header().scene_json, session.file().string() + ": scene"), input);
 }
 
 std::string scene_name_of(const SessionReader& session) {

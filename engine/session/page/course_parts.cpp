@@ -29,12 +29,18 @@ void Page::frame_row(const FrameStream& frames, const char* key, std::string_vie
   put("<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td></tr>\n", say(key), at(0.5), at(0.99), at(1));
 }
 
+std::string Page::event_text(const SessionEvent& event) const {
+  if (event.kind == EventKind::kTool) return fmt::format("{} ({})", tool_text(event.text, language), event.text);
+  const std::string fault = "fault." + event.text;
+  return event.kind == EventKind::kFault && has_text(fault) ? say(fault) : event.text;
+}
+
 std::vector<TimePlot::Mark> Page::marks() const {
   std::vector<TimePlot::Mark> result;
   for (const SessionEvent& e : session_.events()) {
     if (result.size() == kMostEvents) break;
     const std::string kind(name_of(e.kind));
-    result.push_back({to_seconds(e.t), fmt::format("{}: {}", say("event." + kind), e.text), kind});
+    result.push_back({to_seconds(e.t), fmt::format("{}: {}", say("event." + kind), event_text(e)), kind});
   }
   for (std::size_t i = 0; i < course_.faults.size(); ++i) {
     if (course_.faults[i].ticks == 0) continue;
@@ -321,7 +327,7 @@ void Page::events() {
       say("events"), say("when"), say("what"));
   for (std::size_t i = 0; i < std::min(all.size(), kMostEvents); ++i) {
     put("<tr><th scope=\"row\">{}</th><td class=\"text\">{}: {}</td></tr>\n", number(to_seconds(all[i].t), 2),
-        say(fmt::format("event.{}", name_of(all[i].kind))), escaped(all[i].text));
+        say(fmt::format("event.{}", name_of(all[i].kind))), escaped(event_text(all[i])));
   }
   put("</tbody></table></div>\n");
   if (all.size() > kMostEvents) put("<p class=\"soft\">{}</p>\n", say("more_events", all.size() - kMostEvents));

@@ -42,8 +42,19 @@ std::vector<std::uint8_t> png_of(const std::vector<std::uint8_t>& rgb, glm::ivec
 
 }  // namespace
 
+ModelView angled_view(const dvec3& axis_W) {
+  const dvec3 other = std::abs(axis_W.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
+  const dvec3 right = glm::normalize(other - glm::dot(other, axis_W) * axis_W), away = glm::cross(axis_W, right);
+  return {glm::normalize(-0.75 * axis_W + 0.6 * away - 0.3 * right), axis_W};
+}
+
 std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
                                      bool difference) {
+  return png_of(draw_model_pixels(model, view, pixels, difference, glm::vec3(255)), pixels);
+}
+
+std::vector<std::uint8_t> draw_model_pixels(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
+                                            bool difference, const glm::vec3& ground) {
   const dvec3 back = -glm::normalize(view.look_W);
   const dvec3 right = glm::normalize(glm::cross(view.up_W, back)), up = glm::cross(back, right);
   struct Point {
@@ -78,7 +89,7 @@ std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& 
 
   std::vector<float> depth(static_cast<std::size_t>(fine.x) * static_cast<std::size_t>(fine.y),
                            -std::numeric_limits<float>::infinity());
-  std::vector<glm::vec3> color(depth.size(), glm::vec3(255));
+  std::vector<glm::vec3> color(depth.size(), ground);
   for (const auto& triangle : model.triangles) {
     const Point &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
     const float area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
@@ -119,7 +130,7 @@ std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& 
       }
     }
   }
-  return png_of(rgb, pixels);
+  return rgb;
 }
 
 }  // namespace typodont::session

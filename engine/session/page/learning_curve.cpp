@@ -56,10 +56,13 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
                        words.number_text()),
           title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
-    curve(words.say("score"), "%", 100.0, [](const SessionSummary& s) -> std::optional<double> {
-      if (s.score.full <= 0) return std::nullopt;
-      return 100 * s.score.points / s.score.full;
-    });
+    // Against the pass mark.
+    const Score& newest = mine.back()->score;
+    curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
+          [](const SessionSummary& s) -> std::optional<double> {
+            if (!s.score.counts()) return std::nullopt;
+            return s.score.points;
+          });
     for (const ScoreItem& item : mine.back()->score.items) {
       if (item.weight <= 0) continue;
       curve(words.name_of_item(item.name), item.unit, item.target,
@@ -79,9 +82,8 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
     }
     put("</tr></thead>\n<tbody>\n");
     for (const SessionSummary* s : mine) {
-      put("<tr><th scope=\"row\">{}{}</th><td>{}</td><td>{}\u00a0%</td>", escaped(s->file),
-          s->truncated ? " (" + words.say("cut_off") + ")" : std::string(), words.date(s->date),
-          words.number(s->score.full > 0 ? 100 * s->score.points / s->score.full : 0, 0));
+      put("<tr><th scope=\"row\">{}{}</th><td>{}</td><td>{}</td>", escaped(s->file),
+          s->truncated ? " (" + words.say("cut_off") + ")" : std::string(), words.date(s->date), words.total(s->score));
       for (const ScoreItem& item : mine.back()->score.items) {
         if (item.weight <= 0) continue;
         const auto& items = s->score.items;

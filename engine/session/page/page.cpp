@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "engine/base/json.h"
@@ -31,6 +32,7 @@ Page::Page(const SessionReader& session, const ReportOptions& options)
   if (!session.header().scene_json.empty()) {
     const Json scene = Json::parse(session.header().scene_json, session.file().string() + ": scene");
     if (const auto task = scene.find("task")) task_ = read_task(*task);
+    tooth_ = tooth_sides(scene);
   }
 }
 
@@ -38,7 +40,7 @@ std::string Page::html() {
   out_ = page_head(language, title());
   put("<a class=\"skip\" href=\"#result\">{}</a>\n", say("skip"));
   head();
-  put("<main>\n");
+  put("<main>\n<div id=\"report\">\n");
   warnings();
   summary();
   task();
@@ -48,12 +50,9 @@ std::string Page::html() {
   comparison();
   volumes();
   over_time();
-  faults();
-  timing();
-  headset();
-  picture();
   events();
-  details();
+  put("</div>\n");
+  technical_page();
   put("</main>\n<footer><p>{}</p></footer>\n</body>\n</html>\n",
       say("made_by", escaped(session_.header().program_version)));
   return std::move(out_);
@@ -80,9 +79,23 @@ double Page::healthy_removed() const {
   return s.items.empty() ? 0 : s.items.front().value;
 }
 
-void Page::gauge(double share) {
-  put("<div class=\"gauge\" aria-hidden=\"true\"><i style=\"width:{:.1f}%\"></i></div>",
+void Page::gauge(double share, bool missed, double mark) {
+  put("<div class=\"gauge{}\" aria-hidden=\"true\"><i style=\"width:{:.1f}%\"></i>", missed ? " missed" : "",
       100 * std::clamp(share, 0.0, 1.0));
+  if (mark >= 0) put("<b style=\"left:{:.1f}%\"></b>", 100 * std::clamp(mark, 0.0, 1.0));
+  put("</div>");
+}
+
+void Page::technical_page() {
+  put("<div id=\"technical\" role=\"region\" aria-labelledby=\"h-technical\">\n<h2 id=\"h-technical\">{}</h2>\n"
+      "<p class=\"back\"><a href=\"#result\">{}</a></p>\n",
+      say("technical"), say("back_to_result"));
+  faults();
+  timing();
+  headset();
+  picture();
+  details();
+  put("</div>\n");
 }
 
 void Page::head() {
@@ -101,15 +114,9 @@ void Page::head() {
   link("items", "items");
   if (compares()) link("comparison", "comparison");
   link("volumes", "volumes");
-  if (course_.count > 0) {
-    link("course", "course");
-    link("faults", "faults");
-  }
-  if (!course_.cpu_us.empty() || session_.loop()) link("timing", "timing");
-  if (frames_of(session_, "headset")) link("headset", "headset");
-  if (frames_of(session_, "picture")) link("picture", "picture");
+  if (course_.count > 0) link("course", "course");
   if (!session_.events().empty()) link("events", "events");
-  link("details", "details");
+  link("technical", "technical");
   put("</ul></nav>\n");
 }
 
@@ -134,11 +141,14 @@ void Page::warnings() {
 void Page::summary() {
   put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
       say("result"));
-  if (score_.full > 0) {
-    const double share = score_.points / score_.full;
-    put("<p class=\"big\" style=\"margin:0\">{}<small> %</small></p>", number(100 * share, 0));
-    gauge(share);
-    put("<p class=\"soft\">{}</p>", say("points_of", number(score_.points, 1), number(score_.full, 0)));
+  if (score_.counts()) {
+    // Not rounded up to a mark that was missed.
+    const bool missed = !score_.passed();
+    put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
+        number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));
+    gauge(score_.points / score_.full, missed, score_.pass.points / score_.full);
+    put("<p class=\"verdict\">{}</p><p class=\"soft\">{}</p>", marked(say(missed ? "not_passed" : "passed"), missed),
+        say("pass_mark", number(score_.pass.points, 0), escaped(text(score_.pass.source, language))));
   }
   put("</div>\n<dl class=\"key\">");
   const auto fact = [&](const std::string& name, const std::string& value) {
@@ -182,7 +192,8 @@ void Page::details() {
   entry("scene", escaped(scene_name_));
   entry("hand", escaped(h.hand));
   std::vector<std::string> texts;
-  for (const auto& tool : h.tools) texts.push_back(escaped(tool));
+  for (const auto& tool : h.tools)
+    texts.push_back(fmt::format("{} ({})", escaped(tool_text(tool, language)), escaped(tool)));
   entry("tools", fmt::format("{}", fmt::join(texts, ", ")));
   entry("servo_rate", fmt::format("{} Hz", number(h.servo_rate, 0)));
   if (h.voxel > 0) entry("voxel", fmt::format("{} mm", number(h.voxel * 1e3, 3)));

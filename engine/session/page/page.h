@@ -15,6 +15,7 @@
 #include "engine/session/page/frame_stream.h"
 #include "engine/session/page/plot.h"
 #include "engine/session/page/words.h"
+#include "engine/session/place.h"
 #include "engine/session/report.h"
 #include "engine/session/task.h"
 
@@ -35,7 +36,8 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  void gauge(double share);
+  /// `mark`: the pass mark on it, as a share; negative: none.
+  void gauge(double share, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
   double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
@@ -55,6 +57,8 @@ class Page : private Words {
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
+  /// "From the buccal side" where the scene says how the tooth stands, else "From the front"; `name`: above, front, …
+  std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
@@ -69,6 +73,8 @@ class Page : private Words {
   void comparison();
   void volumes();
 
+  /// What happened, with tools and faults as the reader calls them.
+  std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
@@ -91,6 +97,9 @@ class Page : private Words {
 
   void events();
   void details();
+  /// What is about the program and not about the preparation: a page of its own, on the screen and on paper.
+  void technical_page();
+  bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 
   const SessionReader& session_;
   const ReportOptions& options_;
@@ -99,6 +108,7 @@ class Page : private Words {
   Score score_;
   std::string scene_name_;
   std::optional<Task> task_;
+  std::optional<ToothSides> tooth_;
   std::string out_;
 };
 

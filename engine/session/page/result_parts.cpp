@@ -18,6 +18,20 @@ int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
 
+/// Runs of equal labels: the label in the upper four bits, how many in the lower twelve.
+std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
+  constexpr std::size_t kLongest = 4095;
+  static_assert(kTissueCount <= 16);
+  std::vector<std::uint16_t> runs;
+  for (std::size_t i = 0; i < labels.size();) {
+    std::size_t end = i + 1;
+    while (end < labels.size() && labels[end] == labels[i] && end - i < kLongest) ++end;
+    runs.push_back(static_cast<std::uint16_t>(static_cast<std::size_t>(labels[i]) << 12 | (end - i)));
+    i = end;
+  }
+  return runs;
+}
+
 const ScoreItem* item_of(const Score& score, const std::string& name) {
   const auto it =
       std::find_if(score.items.begin(), score.items.end(), [&](const ScoreItem& i) { return i.name == name; });
@@ -30,11 +44,13 @@ Page::Views Page::views() const {
   const dvec3 axis = options_.preparation ? options_.preparation->axis_W : dvec3(0, 0, 1);
   const dvec3 other = std::abs(axis.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 0, 1);
   const dvec3 right = glm::normalize(other - glm::dot(other, axis) * axis), away = glm::cross(axis, right);
-  return {{-axis, away},
-          {away, axis},
-          {-right, axis},
-          {glm::normalize(-0.75 * axis + 0.6 * away - 0.3 * right), axis},
-          right};
+  return {{-axis, away}, {away, axis}, {-right, axis}, angled_view(axis), right};
+}
+
+std::string Page::view_text(const ModelView& view, const char* name) const {
+  const dvec3 axis = options_.preparation ? options_.preparation->axis_W : dvec3(0, 0, 1);
+  const std::string_view side = tooth_ ? side_seen(*tooth_, axis, view.look_W) : std::string_view();
+  return say(fmt::format("view.{}", side.empty() ? name : side));
 }
 
 void Page::result_views() {
@@ -52,14 +68,16 @@ void Page::result_views() {
         escaped(say("picture.alt", caption)), base64(draw_model(model, view, {420, 320}, difference)),
         escaped(caption));
   };
-  picture(at.above, false, say("view.above"));
-  picture(at.angled, false, say("view.angled"));
+  picture(at.above, false, view_text(at.above, "above"));
+  picture(at.angled, false, view_text(at.angled, "angled"));
   if (has_ideal()) {
-    const auto map = [&](const char* key) { return fmt::format("{}: {}", say("difference"), say(key)); };
-    picture(at.above, true, map("view.above"));
-    picture(at.front, true, map("view.front"));
-    picture(at.side, true, map("view.side"));
-    picture(at.angled, true, map("view.angled"));
+    const auto map = [&](const ModelView& view, const char* name) {
+      picture(view, true, fmt::format("{}: {}", say("difference"), view_text(view, name)));
+    };
+    map(at.above, "above");
+    map(at.front, "front");
+    map(at.side, "side");
+    map(at.angled, "angled");
   }
   put("</div>\n");
   if (has_ideal()) color_bar();
@@ -73,8 +91,11 @@ void Page::worst_places() {
   const CavityMeasures& c = *input_.cavity;
   const auto say_place = [&](const char* key, const Place& place) {
     if (!(place.depth > 0)) return;
-    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), number(place.p_W.x * 1e3, 1),
-                           number(place.p_W.y * 1e3, 1), number(place.p_W.z * 1e3, 1)));
+    const std::string where = tooth_ && options_.preparation
+                                  ? place_text(place_name(*options_.preparation, *tooth_, place.p_W), language)
+                                  : say("place.coordinates", number(place.p_W.x * 1e3, 1), number(place.p_W.y * 1e3, 1),
+                                        number(place.p_W.z * 1e3, 1));
+    put("<p>{}</p>\n", say(key, quantity(place.depth * 1e3, "mm"), where));
   };
   say_place("worst_over", c.over);
   say_place("worst_under", c.under);
@@ -104,9 +125,9 @@ void Page::viewer(const Views& at) {
   if (has_ideal()) mode("difference", "difference");
   if (options_.ideal) mode("ideal", "ideal");
   put("</div>\n<div class=\"buttons\" role=\"group\" aria-label=\"{}\">", say("view"));
-  for (const char* name : {"above", "front", "side", "angled"}) {
-    put("<button type=\"button\" data-look=\"{}\">{}</button>", name, say(std::string("view.") + name));
-  }
+  for (const auto& [name, view] : {std::pair{"above", &at.above}, std::pair{"front", &at.front},
+                                   std::pair{"side", &at.side}, std::pair{"angled", &at.angled}})
+    put("<button type=\"button\" data-look=\"{}\">{}</button>", name, view_text(*view, name));
   put("<button type=\"button\" data-look=\"reset\">{}</button>\n<label>{} <input type=\"range\" name=\"cut\" min=\"5\" "
       "max=\"100\" "
       "value=\"100\"></label></div>\n<canvas tabindex=\"0\" role=\"img\" aria-label=\"{}\"></canvas>\n<p "
@@ -130,6 +151,7 @@ std::string Page::model_data(const Views& at) const {
     const auto* p = reinterpret_cast<const unsigned char*>(values.data());
     return base64(std::vector<unsigned char>(p, p + values.size() * sizeof(T)));
   };
+  const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
   std::vector<std::string> meshes;
   for (const ResultModel* m : models) {
     std::vector<std::int16_t> position;
@@ -146,11 +168,16 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    meshes.push_back(
-        fmt::format("{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\"}}",
-                    raw(position), raw(normal), raw(tissue), raw(off), raw(index)));
+    // From the model's steps to the samples of its labels.
+    const TissueLabels& labels = m->labels;
+    const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
+    meshes.push_back(fmt::format(
+        "{{\"position\":\"{}\",\"normal\":\"{}\",\"tissue\":\"{}\",\"off\":\"{}\",\"index\":\"{}\",\"labels\":{{"
+        "\"size\":[{},{},{}],\"offset\":{},\"scale\":{:.6g},\"runs\":\"{}\"}}}}",
+        raw(position), raw(normal), raw(tissue), raw(off), raw(index), labels.size.x, labels.size.y, labels.size.z,
+        vec((dvec3(middle) - labels.frame.origin) / sample), static_cast<double>(step) / sample,
+        raw(runs_of(labels.tissue))));
   }
-  const auto vec = [](const dvec3& v) { return fmt::format("[{:.5f},{:.5f},{:.5f}]", v.x, v.y, v.z); };
   const auto view = [&](const ModelView& v) {
     return fmt::format("{{\"back\":{},\"up\":{}}}", vec(-v.look_W), vec(v.up_W));
   };
@@ -226,33 +253,45 @@ void Page::pictures() {
 void Page::items() {
   put("<section id=\"items\" class=\"long\" aria-labelledby=\"h-items\">\n<h2 id=\"h-items\">{}</h2>\n<div "
       "class=\"scroll\" "
-      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{} {}: {} %.</caption>\n<thead><tr>"
+      "tabindex=\"0\" role=\"region\" aria-labelledby=\"h-items\">\n<table><caption>{}</caption>\n<thead><tr>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
-      say("items"), say("completion_note"), say("completion"), number(100 * score_.completion, 0), say("item"),
-      say("value"), say("target"), say("tolerance"), say("points"), say("source"));
+      say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
+      say("source"));
   // What counts first.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
+  double sum = 0;
   for (const ScoreItem* item : order) {
+    sum += item->points;
     put("<tr><th scope=\"row\">{}</th><td>{}</td>", name_of_item(item->name),
         std::isnan(item->value) ? say("not_there") : quantity(item->value, item->unit));
-    if (item->weight > 0) {
-      put("<td>{}</td><td>{}</td><td>{} / {}", target(*item), quantity(item->tolerance, item->unit),
-          number(item->points, 1), number(item->weight, 0));
-      gauge(item->points / item->weight);
+    if (item->full > 0) {
+      const bool missed = score_.missed(*item);
+      put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
+          marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
+      gauge(item->points / item->full, missed);
       // The sources of the default rules are in the catalogue, by their English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
     }
   }
-  put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{} / "
-      "{}</td><td></td></tr></tfoot>\n"
-      "</table></div>\n</section>\n",
-      say("score"), number(score_.points, 1), number(score_.full, 0));
+  put("</tbody>\n");
+  if (score_.counts()) {
+    const auto foot_row = [&](const char* key, const std::string& value) {
+      put("<tr><th scope=\"row\">{}</th><td></td><td></td><td></td><td>{}</td><td></td></tr>", say(key), value);
+    };
+    put("<tfoot>");
+    foot_row("points_sum", fmt::format("{} / {}", number(sum, 1), number(score_.full, 0)));
+    foot_row("completion", fmt::format("× {} %", number(100 * score_.completion, 0)));
+    foot_row("score",
+             marked(fmt::format("{} / {}", number(score_.points, 1), number(score_.full, 0)), !score_.passed()));
+    put("</tfoot>\n");
+  }
+  put("</table></div>\n</section>\n");
 }
 
 void Page::comparison() {
@@ -288,17 +327,15 @@ void Page::comparison() {
     put("</tr>\n");
   }
   put("</tbody>\n<tfoot><tr><th scope=\"row\">{}</th>", say("score"));
-  for (const Column& c : columns)
-    put("<td>{} %</td>", number(c.score->full > 0 ? 100 * c.score->points / c.score->full : 0, 0));
+  for (const Column& c : columns) put("<td>{}</td>", total(*c.score));
   put("</tr></tfoot>\n</table></div>\n");
   if (!options_.earlier.empty()) {
     std::vector<double> values;
-    for (const SessionSummary& s : options_.earlier)
-      values.push_back(s.score.full > 0 ? 100 * s.score.points / s.score.full : 0);
-    values.push_back(score_.full > 0 ? 100 * score_.points / score_.full : 0);
-    put("<figure>{}<figcaption>{} (%)</figcaption></figure>\n",
-        session_plot(values, 100.0,
-                     say("curve_alt", say("score"), quantity(values.front(), "%"), quantity(values.back(), "%")),
+    for (const SessionSummary& s : options_.earlier) values.push_back(s.score.points);
+    values.push_back(score_.points);
+    put("<figure>{}<figcaption>{}</figcaption></figure>\n",
+        session_plot(values, score_.pass.points,
+                     say("curve_alt", say("score"), number(values.front(), 1), number(values.back(), 1)),
                      number_text()),
         say("score"));
   }

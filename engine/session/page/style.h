@@ -5,11 +5,11 @@ namespace typodont::session {
 
 inline constexpr const char* kStyle = R"css(
 :root{color-scheme:light dark;--page:#fbfaf7;--card:#fff;--ink:#1d2126;--soft:#5a6370;--rule:#dcdad3;--accent:#0b6bcb;
---force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;--removed:#7a4a21;--timing:#5b5bd6;--warn-ink:#7a2e00;--warn:#fff1e0;--good:#2f7d32;
+--force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;--removed:#7a4a21;--timing:#5b5bd6;--warn-ink:#7a2e00;--warn:#fff1e0;--good:#2f7d32;--bad:#b3261e;
 --t-enamel:#8fa3b8;--t-dentin:#d99a1c;--t-caries:#6b3a12;--t-pulp:#c9344f;--t-cortical_bone:#a08f6a;--t-cancellous_bone:#c77f5e;
 --t-gingiva:#e0709a;--t-amalgam:#6f7780;--t-composite:#3f9d94}
 @media (prefers-color-scheme:dark){:root{--page:#14171b;--card:#1d2228;--ink:#e9ecef;--soft:#a5afba;--rule:#363d46;
---accent:#6db3ff;--force:#ff8a4c;--speed:#5eead4;--spindle:#d8b4fe;--depth:#6db3ff;--removed:#d6a06c;--timing:#a7a4ff;--warn-ink:#ffd9b0;--warn:#3d2a14;--good:#7ccf80;
+--accent:#6db3ff;--force:#ff8a4c;--speed:#5eead4;--spindle:#d8b4fe;--depth:#6db3ff;--removed:#d6a06c;--timing:#a7a4ff;--warn-ink:#ffd9b0;--warn:#3d2a14;--good:#7ccf80;--bad:#ff8f85;
 --t-enamel:#b9c8d8;--t-dentin:#f0b94a;--t-caries:#b5773f;--t-pulp:#ff6f86;--t-cortical_bone:#cdbb92;--t-cancellous_bone:#e5a182;
 --t-gingiva:#ff9cc0;--t-amalgam:#a8b1bb;--t-composite:#6fd0c6}}
 *{box-sizing:border-box}
@@ -26,9 +26,13 @@ nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.1rem;list-style:none;margin:1rem
 section{background:var(--card);border:1px solid var(--rule);border-radius:12px;padding:1.25rem;margin:0 0 1.25rem}
 .warn{background:var(--warn);color:var(--warn-ink);border-radius:10px;padding:.6rem 1rem;margin:0 0 1rem}.warn p{margin:.2rem 0}
 .top{display:grid;grid-template-columns:minmax(12rem,1fr) 3fr;gap:1.5rem;align-items:center}
-.big{font-size:3.4rem;font-weight:700;line-height:1;font-variant-numeric:tabular-nums}.big small{font-size:1.4rem;font-weight:500;color:var(--soft)}
+.big{margin:0;font-size:3.4rem;font-weight:700;line-height:1;font-variant-numeric:tabular-nums}.big small{font-size:1.4rem;font-weight:500;color:var(--soft)}
 .soft{color:var(--soft);margin:.3rem 0 0}
-.gauge{height:10px;border-radius:5px;background:var(--rule);overflow:hidden;margin:.7rem 0 0}.gauge i{display:block;height:100%;background:var(--good)}
+.gauge{height:10px;border-radius:5px;background:var(--rule);position:relative;margin:.7rem 0 0}.gauge i{display:block;height:100%;border-radius:5px;background:var(--good)}
+.gauge.missed i{background:var(--bad)}.gauge b{position:absolute;top:-4px;bottom:-4px;width:2px;background:var(--ink)}
+.missed{color:var(--bad)}.verdict{font-weight:700;margin:.5rem 0 0}.back{margin:0 0 1rem}
+@media screen{@supports selector(:has(*)){#technical{display:none}#technical:target,#technical:has(:target){display:block}
+main:has(#technical:target) #report,main:has(#technical :target) #report{display:none}}}
 dl.key{display:grid;grid-template-columns:repeat(auto-fit,minmax(9rem,1fr));gap:.9rem;margin:0}
 dl.key div{border-left:3px solid var(--rule);padding-left:.7rem}dl.key dt{color:var(--soft);font-size:.85rem}
 dl.key dd{margin:0;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}
@@ -82,8 +86,8 @@ dl.list dd{margin:0;overflow-wrap:anywhere}code{font-family:ui-monospace,"DejaVu
 footer{color:var(--soft);font-size:.9rem;padding-bottom:2.5rem}
 @media (max-width:44rem){.top{grid-template-columns:1fr}.plot:not(.sessions),.strip{min-width:38rem}.source{min-width:12rem}caption{max-width:80vw}dl.list{grid-template-columns:1fr}dl.list dd{margin-bottom:.5rem}}
 @media print{:root{color-scheme:light;--page:#fff;--card:#fff;--ink:#000;--soft:#444;--rule:#bbb;--force:#c2410c;--speed:#0f766e;--spindle:#7e22ce;--depth:#0b6bcb;
---removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32}
-html{font-size:10.5pt}nav,.skip,details:not([open]),.buttons,#viewer .soft{display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
+--removed:#7a4a21;--timing:#5b5bd6;--good:#2f7d32;--bad:#b3261e}
+#technical{break-before:page}html{font-size:10.5pt}nav,.back,.skip,details:not([open]),.buttons,#viewer .soft{display:none}section{border:0;padding:0;margin:0 0 1rem;border-radius:0}
 section,figure,tr,.plot{break-inside:avoid}section.long{break-inside:auto}h2,h3,h3+p{break-after:avoid}tfoot{display:table-row-group}header{margin-bottom:1.2rem}.scroll{overflow:visible}
 th,td{white-space:normal;padding:.25rem .4rem}.source{max-width:none}.pictures{grid-template-columns:repeat(2,1fr)}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}header,main,footer{max-width:none;padding:0}}
 )css";

@@ -9,23 +9,39 @@ const data = JSON.parse(document.getElementById('model-data').textContent);
 const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
 const meshes = data.meshes.map(m => ({
   position: new Int16Array(bytes(m.position)), normal: new Int8Array(bytes(m.normal)), tissue: new Uint8Array(bytes(m.tissue)),
-  off: new Int8Array(bytes(m.off)), index: new Uint32Array(bytes(m.index))}));
+  off: new Int8Array(bytes(m.off)), index: new Uint32Array(bytes(m.index)), labels: unpacked(m.labels)}));
+function unpacked(labels) {  // from runs: label in the upper four bits, length in the lower twelve
+  const tissue = new Uint8Array(labels.size[0] * labels.size[1] * labels.size[2]);
+  let at = 0;
+  for (const run of new Uint16Array(bytes(labels.runs))) { tissue.fill(run >> 12, at, at + (run & 4095)); at += run & 4095; }
+  return {size: labels.size, offset: labels.offset, scale: labels.scale, tissue};
+}
 const root = document.getElementById('viewer'), canvas = root.querySelector('canvas'), said = root.querySelector('[aria-live]');
 const pen = canvas.getContext('2d');
-// What the eye sees, in W: right, up, back. Start from the set view.
 const start = data.view;
-let right, up, back, zoom, mode = data.has_ideal ? 'difference' : 'result', cut = 1;
 const cross = (a, b) => [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0]];
+const dot = (a, b) => a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
 const unit = a => { const l = Math.hypot(...a); return a.map(v => v / l); };
-function look(view) { back = unit(view.back); right = unit(cross(view.up, back)); up = cross(back, right); }
-function reset() { look(start.angled); zoom = 1.6; cut = 1; const s = root.querySelector('[name=cut]'); if (s) s.value = 100; }
-function turn(dx, dy) {
-  const mix = (a, b, t) => a.map((v, i) => v * Math.cos(t) + b[i] * Math.sin(t));
-  let r = mix(right, back, dx), b = mix(back, right, -dx);
-  right = unit(r); back = unit(b);
-  let u = mix(up, back, -dy); b = mix(back, up, dy);
-  up = unit(u); back = unit(cross(right, up));
+// A turntable: it turns about the vertical, and tilts between below and above. Angles in rad, both 0 from the front.
+const vertical = unit(start.front.up), ahead = unit(start.front.back), aside = cross(vertical, ahead);
+let azimuth, elevation, zoom, mode = data.has_ideal ? 'difference' : 'result', cut = 1;
+let right, up, back;  // what the eye sees, in W
+function turn(by_azimuth, by_elevation) {
+  azimuth += by_azimuth;
+  elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, elevation + by_elevation));
+  const c = Math.cos(azimuth), s = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+  right = ahead.map((a, i) => c * aside[i] - s * a);
+  back = ahead.map((a, i) => ce * (c * a + s * aside[i]) + se * vertical[i]);
+  up = cross(back, right);
 }
+function look(view) {
+  const to = unit(view.back), level = Math.hypot(dot(to, ahead), dot(to, aside));
+  const from = level > 1e-6 ? to : view.up.map(v => dot(to, vertical) > 0 ? -v : v);  // straight from above or below
+  elevation = Math.atan2(dot(to, vertical), level);
+  azimuth = Math.atan2(dot(from, aside), dot(from, ahead));
+  turn(0, 0);
+}
+function reset() { look(start.angled); zoom = 1.6; cut = 1; const s = root.querySelector('[name=cut]'); if (s) s.value = 100; }
 function colors(mesh, kind) {
   const n = mesh.tissue.length, out = new Float32Array(3 * n);
   for (let i = 0; i < n; ++i) {
@@ -43,35 +59,50 @@ let reach = 0;  // of the slice plane: as far as the result goes
 for (const m of meshes) for (let k = 0; k < m.position.length; k += 3) {
   reach = Math.max(reach, Math.abs((m.position[k]-data.focus[0])*start.slice[0] + (m.position[k+1]-data.focus[1])*start.slice[1] + (m.position[k+2]-data.focus[2])*start.slice[2]));
 }
-let wide = 0, high = 0, image, depth, pixels;
+let wide = 0, high = 0, image, depth, pixels, inside;
 function size() {
   const w = Math.max(160, Math.min(1100, Math.round(canvas.clientWidth * Math.min(2, devicePixelRatio || 1)))), h = Math.round(w * 0.66);
   if (w === wide) return;
   wide = canvas.width = w; high = canvas.height = h;
-  image = pen.createImageData(w, h); pixels = new Uint32Array(image.data.buffer); depth = new Float32Array(w * h);
+  image = pen.createImageData(w, h); pixels = new Uint32Array(image.data.buffer); depth = new Float32Array(w * h); inside = new Uint8Array(w * h);
+}
+// The tissue that most of the eight samples around a point have, by their weights; air does not count.
+const weight = new Float32Array(data.tissues.length);
+function tissue_at(labels, px, py, pz) {
+  const n = labels.size, o = labels.offset, f = data.focus, k = labels.scale;
+  const gx = (px + f[0]) * k + o[0], gy = (py + f[1]) * k + o[1], gz = (pz + f[2]) * k + o[2];
+  const x0 = Math.floor(gx), y0 = Math.floor(gy), z0 = Math.floor(gz);
+  weight.fill(0);
+  for (let corner = 0; corner < 8; ++corner) {
+    const x = x0 + (corner & 1), y = y0 + (corner >> 1 & 1), z = z0 + (corner >> 2);
+    if (x < 0 || y < 0 || z < 0 || x >= n[0] || y >= n[1] || z >= n[2]) continue;
+    weight[labels.tissue[(x * n[1] + y) * n[2] + z]] += (1 - Math.abs(gx - x)) * (1 - Math.abs(gy - y)) * (1 - Math.abs(gz - z));
+  }
+  let most = 0;
+  for (let t = 1; t < weight.length; ++t) if (weight[t] > (most ? weight[most] : 0)) most = t;
+  return most;
 }
 function draw() {
   size();
   const mesh = meshes[mode === 'ideal' ? 1 : 0], paint = painted[mode === 'ideal' ? 1 : 0][mode === 'difference' ? 'difference' : 'result'];
-  const n = mesh.tissue.length, x = new Float32Array(n), y = new Float32Array(n), z = new Float32Array(n), shade = new Float32Array(n);
+  const n = mesh.tissue.length, x = new Float32Array(n), y = new Float32Array(n), z = new Float32Array(n), shade = new Float32Array(n), side = new Float32Array(n);
   const scale = 0.9 * Math.min(wide, high) * zoom / data.extent * data.step;
   const light = unit(back.map((b, i) => b + 0.5 * up[i] - 0.4 * right[i]));
-  const last = (2 * cut - 1) * reach;
-  const keep = new Uint8Array(n);
+  const last = cut === 1 ? Infinity : (2 * cut - 1) * reach;  // what lies farther along the slice's direction is cut off
   for (let i = 0, k = 0; i < n; ++i, k += 3) {
     const p0 = mesh.position[k] - data.focus[0], p1 = mesh.position[k+1] - data.focus[1], p2 = mesh.position[k+2] - data.focus[2];
     x[i] = wide / 2 + scale * (p0*right[0] + p1*right[1] + p2*right[2]);
     y[i] = high / 2 - scale * (p0*up[0] + p1*up[1] + p2*up[2]);
     z[i] = p0*back[0] + p1*back[1] + p2*back[2];
-    keep[i] = p0*start.slice[0] + p1*start.slice[1] + p2*start.slice[2] <= last ? 1 : 0;
+    side[i] = p0*start.slice[0] + p1*start.slice[1] + p2*start.slice[2];
     const l = (mesh.normal[k]*light[0] + mesh.normal[k+1]*light[1] + mesh.normal[k+2]*light[2]) / 127;
     shade[i] = 0.42 + 0.58 * Math.max(0, l);
   }
-  depth.fill(-1e9); pixels.fill(0);
+  depth.fill(-1e9); pixels.fill(0); inside.fill(0);
   const index = mesh.index, t = 3;
   for (let k = 0; k < index.length; k += t) {
     const a = index[k], b = index[k+1], c = index[k+2];
-    if (!(keep[a] & keep[b] & keep[c])) continue;
+    if (side[a] > last && side[b] > last && side[c] > last) continue;
     const area = (x[b]-x[a])*(y[c]-y[a]) - (x[c]-x[a])*(y[b]-y[a]);
     const inner = area > 0;  // seen from inside: only where it was cut open
     if (area === 0 || (inner && cut === 1)) continue;
@@ -79,14 +110,26 @@ function draw() {
     const y0 = Math.max(0, Math.floor(Math.min(y[a],y[b],y[c]))), y1 = Math.min(high-1, Math.ceil(Math.max(y[a],y[b],y[c])));
     for (let py = y0; py <= y1; ++py) for (let px = x0; px <= x1; ++px) {
       const u = ((x[b]-px)*(y[c]-py) - (x[c]-px)*(y[b]-py)) / area, v = ((x[c]-px)*(y[a]-py) - (x[a]-px)*(y[c]-py)) / area, w = 1-u-v;
-      if (u < 0 || v < 0 || w < 0) continue;
+      if (u < 0 || v < 0 || w < 0 || u*side[a] + v*side[b] + w*side[c] > last) continue;
       const at = py * wide + px, d = u*z[a] + v*z[b] + w*z[c];
       if (d <= depth[at]) continue;
-      depth[at] = d;
-      const s = inner ? 0.3 : u*shade[a] + v*shade[b] + w*shade[c];
+      depth[at] = d; inside[at] = inner ? 1 : 0;
+      if (inner) continue;  // there the cut face is seen
+      const s = u*shade[a] + v*shade[b] + w*shade[c];
       const r = s*(u*paint[3*a]+v*paint[3*b]+w*paint[3*c]), g = s*(u*paint[3*a+1]+v*paint[3*b+1]+w*paint[3*c+1]),
             l = s*(u*paint[3*a+2]+v*paint[3*b+2]+w*paint[3*c+2]);
       pixels[at] = 0xff000000 | Math.min(255, l) << 16 | Math.min(255, g) << 8 | Math.min(255, r);
+    }
+  }
+  const facing = dot(back, start.slice);
+  if (facing > 0) {  // the solid's inner side is seen through the plane: there the plane cuts tissue
+    const across = dot(right, start.slice), along = dot(up, start.slice), s = 0.93;  // lit evenly, as a drawing is
+    for (let at = 0; at < inside.length; ++at) {
+      if (!inside[at]) continue;
+      const h = (at % wide + 0.5 - wide / 2) / scale, v = (high / 2 - Math.floor(at / wide) - 0.5) / scale;
+      const d = (last - h * across - v * along) / facing;
+      const color = data.tissues[tissue_at(mesh.labels, h*right[0] + v*up[0] + d*back[0], h*right[1] + v*up[1] + d*back[1], h*right[2] + v*up[2] + d*back[2])];
+      pixels[at] = 0xff000000 | s * color[2] << 16 | s * color[1] << 8 | s * color[0];
     }
   }
   pen.putImageData(image, 0, 0);
@@ -107,7 +150,7 @@ for (const b of root.querySelectorAll('[data-look]')) b.addEventListener('click'
 });
 root.querySelector('[name=cut]').addEventListener('input', e => { cut = e.target.value / 100; redraw(); });
 canvas.addEventListener('keydown', e => {
-  const step = 0.12, keys = {ArrowLeft: () => turn(-step, 0), ArrowRight: () => turn(step, 0), ArrowUp: () => turn(0, -step),
+  const step = 0.12, keys = {ArrowLeft: () => turn(step, 0), ArrowRight: () => turn(-step, 0), ArrowUp: () => turn(0, -step),
     ArrowDown: () => turn(0, step), '+': () => zoom *= 1.15, '-': () => zoom /= 1.15, Home: reset};
   const act = keys[e.key];
   if (!act) return;

@@ -38,6 +38,17 @@ struct Words {
     }
     return value;
   }
+  /// A score's points; in red, and with a cross for who does not see red, where the pass mark is missed. Not rounded up
+  /// to a mark that was missed.
+  std::string total(const Score& score) const {
+    if (!score.counts()) return "–";
+    return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
+  }
+  std::string marked(const std::string& points, bool missed) const {
+    if (!missed) return points;
+    return fmt::format("<span class=\"missed\"><span role=\"img\" aria-label=\"{}\">✗</span> {}</span>",
+                       escaped(say("below_pass")), points);
+  }
   std::string name_of_item(const std::string& name) const {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);

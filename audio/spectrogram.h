@@ -1,0 +1,22 @@
+// How the spectrum of a sound goes over time. Set-up time; FFTW behind.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace typodont::audio {
+
+struct Spectrogram {
+  double f_step = 0;       // Hz from bin to bin; bin 0 is 0 Hz
+  std::size_t frames = 0;  // evenly over the whole sound
+  std::size_t bins = 0;
+  std::vector<float> dB;  // power density re full scale² per Hz, frame by frame
+
+  float at(std::size_t frame, std::size_t bin) const { return dB[frame * bins + bin]; }
+};
+
+/// `rate` in Hz. A frame is the mean power over its share of the sound, and over `window` s at least.
+Spectrogram spectrogram(std::span<const double> sound, double rate, std::size_t frames, double window = 0.04);
+
+}  // namespace typodont::audio

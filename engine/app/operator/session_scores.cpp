@@ -1,0 +1,104 @@
+#include "engine/app/operator/session_scores.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/operator/child.h"
+#include "engine/base/cache.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kSuffix = ".json";
+constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes: some ten thousand scores
+
+fs::path scores_folder() {
+  const fs::path folder = cache::folder();
+  return folder.empty() ? folder : folder / "scores";
+}
+
+/// Another when the file is, or the program that scores it.
+std::optional<std::uint64_t> key_of(const fs::path& session) {
+  std::error_code code;
+  const auto size = fs::file_size(session, code);
+  if (code) return std::nullopt;
+  const auto written = fs::last_write_time(session, code).time_since_epoch().count();
+  if (code) return std::nullopt;
+  Fnv1a key;
+  cache::add_program(key);
+  const std::string name = fs::absolute(session, code).string();
+  key.bytes(name.data(), name.size());
+  key.add(size);
+  key.add(written);
+  return key.value;
+}
+
+}  // namespace
+
+KnownScore known(const session::Score& score) {
+  return {score.points, score.counts(), score.counts() && score.passed()};
+}
+
+std::optional<KnownScore> kept_score(const fs::path& session) {
+  const fs::path folder = scores_folder();
+  const auto key = key_of(session);
+  if (folder.empty() || !key) return std::nullopt;
+  const fs::path file = cache::find(folder, *key, kSuffix);
+  if (file.empty()) return std::nullopt;
+  try {
+    const Json json = Json::load(file);
+    return KnownScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
+  } catch (const Error&) {  // another version's: worked out anew
+    return std::nullopt;
+  }
+}
+
+void keep_score(const fs::path& session, const KnownScore& score) {
+  const fs::path folder = scores_folder();
+  const auto key = key_of(session);
+  if (folder.empty() || !key) return;
+  const nlohmann::json json = {{"points", score.points}, {"counts", score.counts}, {"passed", score.passed}};
+  cache::keep(folder, *key, kSuffix, kMostKept,
+              [&](const fs::path& part) { write_file_atomically(part, json.dump() + "\n", FileKind::kJson); });
+}
+
+bool SessionScores::look() {
+  if (!job_) {
+    begin();
+    return false;
+  }
+  if (!job_->done()) return false;
+  const bool made = !job_->failure();
+  job_.reset();
+  if (!made) return false;
+  const auto score = kept_score(scored_);
+  for (SessionEntry& entry : s_.sessions)
+    if (entry.file == scored_) entry.score = score;
+  if (score) log::info("score of {}: {:.1f}", scored_.filename().string(), score->points);
+  return score.has_value();
+}
+
+void SessionScores::begin() {
+  const auto entry = std::find_if(s_.sessions.begin(), s_.sessions.end(), [&](const SessionEntry& one) {
+    return one.recorded && !one.score && !tried_.contains(one.file);
+  });
+  if (entry == s_.sessions.end()) return;
+  scored_ = entry->file;
+  tried_.insert(scored_);
+  job_ = std::make_unique<Job>([file = scored_](Progress& progress) {
+    constexpr int kStandsBack = 19;  // for everything else
+    const Json json = Json::parse(
+        run_self({"report", file.string(), "--json", "--out", "/dev/null"}, progress, kStandsBack), "report");
+    keep_score(file, {json["points"].number(), json["full"].number() > 0, json["passed"].boolean()});
+  });
+}
+
+}  // namespace typodont

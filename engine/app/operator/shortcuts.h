@@ -1,0 +1,46 @@
+// The window's keys for what is done on several pages: each does one thing, wherever it does anything, and each of
+// these things has one key.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "engine/app/operator/state.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+struct Shortcut {
+  int code = 0;  // as display::keys has it
+  bool control = false;
+  std::string_view name;      // on buttons and in the list of keys
+  std::string_view help;      // key of the catalogue
+  std::array<Ask, 2> does{};  // the same to its user, though another thing may be asked of the program
+};
+
+inline constexpr std::array kShortcuts = {
+    Shortcut{display::keys::kF1 + 1, false, "F2", "op.key_report", {Ask::kOpenReport, Ask::kSessionReport}},
+    Shortcut{display::keys::kF1 + 2, false, "F3", "op.key_curve", {Ask::kLearningCurve, Ask::kLearningCurve}},
+    Shortcut{display::keys::kF1 + 3, false, "F4", "op.key_save_exercise", {Ask::kSaveExercise, Ask::kSaveExercise}},
+    Shortcut{display::keys::kF1 + 4, false, "F5", "op.key_start", {Ask::kStart, Ask::kAgain}},
+    Shortcut{display::keys::kF1 + 5, false, "F6", "op.key_go_on", {Ask::kGoOnFrom, Ask::kGoOnFrom}},
+    Shortcut{display::keys::kF1 + 6, false, "F7", "op.key_archive", {Ask::kArchive, Ask::kArchive}},
+    Shortcut{display::keys::kF1 + 7, false, "F8", "op.key_doctor", {Ask::kDoctor, Ask::kDoctor}},
+    Shortcut{display::keys::kF1 + 8, false, "F9", "op.key_tutorial", {Ask::kTutorial, Ask::kTutorial}},
+    Shortcut{display::keys::kF1 + 9, false, "F10", "op.key_end", {Ask::kEndSession, Ask::kToStart}},
+    Shortcut{'F', true, "Ctrl+F", "op.key_film", {Ask::kFilm, Ask::kFilm}},
+    Shortcut{'W', true, "Ctrl+W", "op.key_watch", {Ask::kWatch, Ask::kWatch}},
+    Shortcut{'S', true, "Ctrl+S", "op.key_save", {Ask::kSaveTissue, Ask::kExportMesh}},
+    Shortcut{'K', true, "Ctrl+K", "op.key_expert", {Ask::kExpert, Ask::kExpert}},
+    Shortcut{'B', true, "Ctrl+B", "op.key_import", {Ask::kImport, Ask::kImport}},
+    Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
+};
+
+/// Of a request that has one; of any other it does not compile.
+consteval const Shortcut& shortcut(Ask ask) {
+  for (const Shortcut& one : kShortcuts)
+    if (one.does[0] == ask || one.does[1] == ask) return one;
+  throw "a request without a key";
+}
+
+}  // namespace typodont

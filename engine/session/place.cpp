@@ -1,0 +1,128 @@
+#include "engine/session/place.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/units.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr double kSquare = 0.05;   // the largest cosine between mesial and buccal
+constexpr double kLevel = 0.7;     // cosine to the axis from which on a surface is a floor and no wall
+constexpr double kCentral = 0.25;  // share of the work's half width about its middle that is called central
+
+/// All that was changed or should have been.
+struct Work {
+  dvec3 middle_W{0};           // centre of its volume
+  double low = 0, high = 0;    // m along the axis
+  double half_width = 0;       // m, largest distance from the middle square to the axis
+  bool around_tissue = false;  // its middle is solid in the ideal: a crown's stump, a filling
+};
+
+Work work_of(const Preparation& in) {
+  const DenseField& wanted = in.ideal.distance.empty() ? in.after : in.ideal;
+  const auto each = [&](const auto& visit) {
+    const glm::ivec3& n = in.before.size;
+    for (int x = 0; x < n.x; ++x)
+      for (int y = 0; y < n.y; ++y)
+        for (int z = 0; z < n.z; ++z) {
+          const std::size_t i = in.before.at(x, y, z);
+          const bool was = in.before.distance[i] < 0;
+          if (was != (in.after.distance[i] < 0) || was != (wanted.distance[i] < 0))
+            visit(in.frame.to_world(dvec3(x, y, z)));
+        }
+  };
+  Work work;
+  double count = 0;
+  each([&](const dvec3& p) { work.middle_W += p, ++count; });
+  if (count == 0) return work;
+  work.middle_W /= count;
+  work.low = 1e9, work.high = -1e9;
+  each([&](const dvec3& p) {
+    const dvec3 off = p - work.middle_W;
+    const double height = glm::dot(p, in.axis_W);
+    work.low = std::min(work.low, height);
+    work.high = std::max(work.high, height);
+    work.half_width = std::max(work.half_width, glm::length(off - glm::dot(off, in.axis_W) * in.axis_W));
+  });
+  work.around_tissue = wanted.sample(in.frame.to_voxels(work.middle_W)) < 0;
+  return work;
+}
+
+/// Anticlockwise from mesial, an eighth of a turn each, buccal a quarter of a turn on.
+constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
+                                                    "distal", "distolingual", "lingual", "mesiolingual"};
+
+dvec3 direction(const Json& json) {
+  const dvec3 v = json.vec3();
+  if (!(glm::length(v) > 1e-9)) json.fail("a direction that is not zero");
+  return glm::normalize(v);
+}
+
+}  // namespace
+
+std::optional<ToothSides> tooth_sides(const Json& scene) {
+  const auto tooth = scene.find("tooth");
+  if (!tooth) return std::nullopt;
+  tooth->allow_only({"mesial", "buccal"});
+  ToothSides sides{direction((*tooth)["mesial"]), direction((*tooth)["buccal"])};
+  const double along = glm::dot(sides.mesial_W, sides.buccal_W);
+  if (std::abs(along) > kSquare) (*tooth)["buccal"].fail("a direction square to \"mesial\"");
+  sides.buccal_W = glm::normalize(sides.buccal_W - along * sides.mesial_W);
+  return sides;
+}
+
+PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3& p_W) {
+  const Work work = work_of(in);
+  const dvec3 off = p_W - work.middle_W;
+  const double mesial = glm::dot(off, tooth.mesial_W), buccal = glm::dot(off, tooth.buccal_W);
+  PlaceName name;
+  if (std::hypot(mesial, buccal) < kCentral * work.half_width) {
+    name.side = "central";
+  } else {
+    const double eighths = std::round(std::atan2(buccal, mesial) / (kPi / 4));
+    name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
+  }
+  const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low)
+                                             : 0.5;  // 0 at the cervical end of the work, 1 at the occlusal one
+  const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
+  const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
+  const bool level = glm::length(out) > 0 && glm::dot(out, in.axis_W) > kLevel * glm::length(out);
+  if (level) {
+    name.part = !work.around_tissue ? "floor" : third == "occlusal" ? "occlusal" : "shoulder";
+  } else {
+    name.part = work.around_tissue ? "axial" : "wall";
+    name.third = third;
+  }
+  return name;
+}
+
+std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
+  constexpr double kSquarely = 0.95;  // cosine from which on it is that side
+  const dvec3 to_eye = -glm::normalize(look_W);
+  const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };
+  if (along(axis_W) > kSquarely) return "occlusal";
+  if (along(tooth.mesial_W) > kSquarely) return "mesial";
+  if (along(tooth.mesial_W) < -kSquarely) return "distal";
+  if (along(tooth.buccal_W) > kSquarely) return "buccal";
+  if (along(tooth.buccal_W) < -kSquarely) return "lingual";
+  return "";
+}
+
+std::string place_text(const PlaceName& place, Language language) {
+  const auto say = [&](std::string_view kind, std::string_view key) {
+    return std::string(text(fmt::format("place.{}.{}", kind, key), language));
+  };
+  const std::string where =
+      fmt::format(fmt::runtime(text("place.part_and_side", language)), fmt::arg("part", say("part", place.part)),
+                  fmt::arg("side", say("side", place.side)));
+  if (place.third.empty()) return where;
+  return fmt::format(fmt::runtime(text("place.and_third", language)), where, say("third", place.third));
+}
+
+}  // namespace typodont::session
