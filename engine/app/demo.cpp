@@ -10,6 +10,7 @@
 #include "engine/app/hands/scripted_student.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/picture/debris_view.h"
+#include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/tissue_view.h"
@@ -32,11 +33,17 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRate = 1000;  // Hz
+constexpr double kRate = 1000;           // Hz
+constexpr std::size_t kFilmQuality = 2;  // step of the ladder: thousands of full-HD frames, drawn by a processor
 
 /// The pictures of one moment: both eyes and the composed screen.
-void write_pictures(PictureStage& stage, const fs::path& folder, const std::string& name,
+void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
+                    const std::string& hint, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
+  // As good as it gets; the film's frames are many.
+  const render::Quality of_film = stage.quality();
+  stage.set_quality(render::kQualityLadder[0]);
+  stage.draw(tick, particles, 0, hint);
   for (const int eye : {0, 1}) {
     render::Picture picture = stage.eye(eye);
     stage.write_over(picture);
@@ -44,6 +51,13 @@ void write_pictures(PictureStage& stage, const fs::path& folder, const std::stri
   }
   render::write_png(folder / (name + "_screen.png"), stage.screen());
   kept.push_back(session::read_picture(folder / (name + "_left.png"), name, title));
+  stage.set_quality(of_film);
+}
+
+/// How the work ended, from what was removed.
+std::string what_is_left(const ServoTick& tick, double caries_before) {
+  const double left = 1 - tick.removed[static_cast<std::size_t>(Tissue::kCaries)] / caries_before;
+  return fmt::format("done: {:.1f} % of the caries left", 100 * std::max(0.0, left));
 }
 
 std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
@@ -65,28 +79,29 @@ void run_demo(const DemoOptions& options) {
   Scene scene =
       read_scene(options.scene.empty() ? assets_folder() / "scenes/molar-caries.json" : fs::path(options.scene));
   choose_model(scene, options.model);
-  const fs::path rig_file = find_rig(options.rig.empty() ? "closeup" : options.rig);
+  const fs::path rig_file = find_rig(options.rig.empty() ? "film" : options.rig);
   display::DisplayRig rig = display::load_rig(rig_file);
+  if (options.eye_size) draw_eyes_at(rig, *options.eye_size);
   log::info("scene {} ({})", scene.name, scene.file.string());
   haptics::TissueVolume tissue = load_tissue(scene);
   rig = magnified_for(rig, tissue);
-  const StudentPlan plan = plan_caries_removal(tissue, scene.servo.tool);
-  const auto hand = haptics::make_simulated_hand(plan.path, plan.hand, kRate, /*paced=*/false);
+  const StudentPlan plan = plan_caries_removal(scene, tissue, kRate);
+  const auto hand = haptics::make_scripted_hand(plan.path, kRate, /*paced=*/false);
   HapticLoop loop(scene, std::move(tissue), hand->info());
   haptics::TissueVolume& volume = loop.carver().volume();
   const double length = std::min(plan.path.end(), options.seconds);
 
   PictureStage::Options look;
-  look.quality = render::kQualityLadder[1];
+  look.quality = render::kQualityLadder[kFilmQuality];
   PictureStage stage(rig, scene.servo, look);
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
-  TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality));
+  TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
   stage.show(view.update(volume), volume.frame().origin);
   log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
-                 mp4 = options.out / "session.mp4";
+                 mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
   session::SessionHeader header = session_header(scene, rig_file, *hand, volume, kRate);
   header.streams.push_back(sound_stream());
@@ -96,7 +111,8 @@ void run_demo(const DemoOptions& options) {
   recorder.event(0, session::EventKind::kNote, sound.about());
   TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume);
-  std::optional<session::FilmWriter> film;
+  std::optional<session::FilmWriter> film, mono;
+  const double caries_before = header.volumes_before[static_cast<std::size_t>(Tissue::kCaries)];
 
   Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
@@ -135,30 +151,34 @@ void run_demo(const DemoOptions& options) {
     stage.show(view.update(volume), volume.frame().origin);
     const std::string hint = t < plan.explore_end ? "exploring, drill at rest"
                              : t < plan.drill_end ? "removing caries"
-                                                  : "done";
+                                                  : what_is_left(tick, caries_before);
     stage.draw(tick, debris.particles(), 1 / options.fps, hint);
     const render::Picture screen = stage.screen();
-    if (!film) film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+    const render::Picture left = stage.eye(0);
+    if (!film) {
+      film.emplace(mp4, session::FilmOptions{screen.size.x, screen.size.y, options.fps});
+      mono.emplace(mono_mp4, session::FilmOptions{left.size.x, left.size.y, options.fps});
+    }
     film->add(rgb_of(screen));
+    mono->add(rgb_of(left));
     ++frames;
     if (!before_taken) {
-      write_pictures(stage, options.out, "before", pictures, "Before");
+      write_pictures(stage, tick, debris.particles(), hint, options.out, "before", pictures, "Before");
       before_taken = true;
     }
     if (!during_taken && t > plan.explore_end + 0.6 * (plan.drill_end - plan.explore_end)) {
-      write_pictures(stage, options.out, "during", pictures, "While drilling");
+      write_pictures(stage, tick, debris.particles(), hint, options.out, "during", pictures, "While drilling");
       during_taken = true;
     }
   }
   stage.show(view.update(volume), volume.frame().origin);
-  stage.draw(tick, {}, 1 / options.fps, "done");
-  write_pictures(stage, options.out, "after", pictures, "After");
+  write_pictures(stage, tick, {}, what_is_left(tick, caries_before), options.out, "after", pictures, "After");
   sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);
   result.pictures = pictures;
   if (!recorder.finish(result)) throw RunFailure(recorder.status().message);
-  const bool filmed = film && film->finish(wav);
+  const bool filmed = film && film->finish(wav), filmed_mono = mono && mono->finish(wav);
   const session::SessionReader recorded(session_file);
   write_file_atomically(options.out / "report.html", session::report_html(recorded, report_of(recorded)),
                         FileKind::kPage);
@@ -178,6 +198,11 @@ void run_demo(const DemoOptions& options) {
     fmt::print("  session.mp4   stereo film with sound, {} frames\n", frames);
   } else {
     fmt::print("  (no session.mp4: {})\n", film ? film->message() : "nothing was drawn");
+  }
+  if (filmed_mono) {
+    fmt::print("  session_mono.mp4   the same for one eye\n");
+  } else {
+    fmt::print("  (no session_mono.mp4: {})\n", mono ? mono->message() : "nothing was drawn");
   }
   fmt::print("  drill.wav     the drill's sound\n");
   fmt::print("  session.h5    the recording: typodont replay {} --check\n", session_file.string());

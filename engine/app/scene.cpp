@@ -54,7 +54,7 @@ haptics::SolidFiles files_of(const ScenePlace& place) {
 
 void read_material(const Json& json, Material& m) {
   json.allow_only({"stiffness_N_per_mm", "specific_energy_J_per_mm3", "static_friction", "dynamic_friction",
-                   "density_g_per_cm3", "color", "source"});
+                   "density_g_per_cm3", "color", "source", "looks_like"});
   m.stiffness =
       json.number_or("stiffness_N_per_mm", m.stiffness / kNewtonPerMillimetre, 0, 1000) * kNewtonPerMillimetre;
   m.specific_energy =
@@ -81,6 +81,19 @@ void read_materials(const Json& json, MaterialTable& table) {
     if (!tissue || *tissue == Tissue::kAir) json[key].fail("\"" + key + "\"", "the name of a tissue");
     read_material(json[key], table[static_cast<std::size_t>(*tissue)]);
   }
+}
+
+/// "looks_like" of a scene's materials.
+DrawnAs read_drawn_as(const Json& json) {
+  DrawnAs drawn_as;
+  for (const std::string& key : json.keys()) {
+    const auto like = json[key].find("looks_like");
+    if (!like) continue;
+    const auto tissue = tissue_named(like->string());
+    if (!tissue || *tissue == Tissue::kAir) like->fail("the name of a tissue");
+    drawn_as.set(*tissue_named(key), *tissue);
+  }
+  return drawn_as;
 }
 
 }  // namespace
@@ -193,7 +206,10 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     servo.damping = coupling->number_or("damping_Ns_per_mm", 0.002, 0, 10) * kNewtonPerMillimetre;
   }
   servo.materials = load_materials();
-  if (const auto materials = json.find("materials")) read_materials(*materials, servo.materials);
+  if (const auto materials = json.find("materials")) {
+    read_materials(*materials, servo.materials);
+    scene.drawn_as = read_drawn_as(*materials);
+  }
   if (const auto paint = json.find("paint_file")) {
     scene.paint_file = find_file(paint->string(), place);
     const auto strokes = read_paint(scene.paint_file);

@@ -10,6 +10,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/surroundings/plan.h"
+#include "engine/app/tissue/drawn_as.h"
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/debris/debris.h"
@@ -26,6 +27,7 @@ struct Scene {
   std::string name;
   std::set<std::string> parts;       // haptics, render, sound, debris, record, score
   haptics::ServoSettings servo;      // without the voxel frame, which comes with the tissue
+  DrawnAs drawn_as;                  // tissues that look like others, e.g. a hidden lesion
   std::string motor;                 // named in assets/motors/; empty: an ideal one
   std::optional<Json> tissue;        // a volume, or solids
   std::vector<Json> paint;           // tissue painted into it, e.g. a lesion

@@ -5,25 +5,31 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/picture_size.h"
 #include "engine/contract/session_length.h"
 
 namespace typodont {
 
 void add_demo_command(cli::Command& app) {
   auto options = std::make_shared<DemoOptions>();
+  auto size = std::make_shared<std::string>();
   cli::Command* command =
-      app.add_command("demo", "The showcase: a scripted hand prepares a cavity in a CT molar, offscreen");
+      app.add_command("demo", "The showcase: a scripted hand removes the caries of a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
   command->add_option("--out", options->out, "folder for what it makes")->show_default();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
+  command->add_option("--size", *size, "WIDTHxHEIGHT of one eye's picture; where not given the rig's (full HD)");
   command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();
   command->add_option("--seconds", options->seconds, "stop after so much session time")
       ->check(cli::range(0.1, kLongestSession));
-  command->callback([options] { run_demo(*options); });
+  command->callback([options, size] {
+    if (!size->empty()) options->eye_size = parse_size(*size);
+    run_demo(*options);
+  });
 }
 
 }  // namespace typodont

@@ -11,6 +11,8 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/commands/picture_size.h"
+#include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/teaching_views.h"
@@ -40,14 +42,6 @@ struct Options {
   double at = 0, magnify = 0;
   bool json = false, hud = false, validate = false;
 };
-
-glm::ivec2 parse_size(const std::string& text) {
-  int w = 0, h = 0, end = 0;
-  const bool read = std::sscanf(text.c_str(), "%5dx%5d%n", &w, &h, &end) == 2 && end == static_cast<int>(text.size());
-  if (!read || w < 16 || h < 16 || w > 8192 || h > 8192)
-    throw Error("", "--size", fmt::format("\"{}\"", text), "WIDTHxHEIGHT of one eye's picture, 16 to 8192 pixels each");
-  return {w, h};
-}
 
 /// "NX,NY,NZ,OFFSET_MM": tissue is kept where normal · p > offset.
 glm::dvec4 parse_plane(const std::string& text) {
@@ -169,11 +163,7 @@ void run(const Options& options) {
     throw Error(rig_path.string(), "\"display\"", "hmd",
                 "window, mirror or offscreen: a headset's views are its runtime's");
   const display::Layout layout = rig.screen.layout;
-  if (!options.size.empty()) {
-    const glm::ivec2 eye = parse_size(options.size);
-    const bool shares_panel = layout == display::Layout::kSideBySide || layout == display::Layout::kTopBottom;
-    rig.screen.pixels = shares_panel ? display::screen_pixels(layout, eye) : eye;
-  }
+  if (!options.size.empty()) draw_eyes_at(rig, parse_size(options.size));
   ServoTick tick;
   if (!options.pose.empty()) {
     const haptics::HandPath::Row row = haptics::read_hand_path(options.pose, tool_names(scene)).at(options.at);
@@ -213,7 +203,7 @@ void run(const Options& options) {
   PictureStage stage(rig, scene.servo, stage_options);
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
-  TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality));
+  TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
     std::vector<render::MeshUpdate> surface = view.update(volume);
     if (ideal) mark_difference(*ideal, volume.frame().origin, surface);

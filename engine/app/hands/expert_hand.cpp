@@ -12,47 +12,60 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "haptics/fill.h"
-#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
 namespace {
 
-constexpr double kTravel = 40e-3;      // m/s in the air
-constexpr double kCutPace = 8e-3;      // m/s along a stroke where nothing is in the way
-constexpr double kScrapePace = 12e-3;  // m/s of an edge drawn by hand
+constexpr double kTravel = 60e-3;      // m/s in the air
+constexpr double kCutPace = 20e-3;     // m/s along a stroke where nothing is in the way
+constexpr double kScrapePace = 30e-3;  // m/s of an edge drawn by hand
 constexpr double kSlowing =
     0.06;  // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
-constexpr double kEndPace = 0.4e-3;    // m/s there
-constexpr double kAhead = 0.045e-3;    // m that the wanted place may lead the tool
-constexpr double kThere = 0.02e-3;     // m
-constexpr double kNearLine = 0.05e-3;  // m, the same for an edge: so near the line is good enough
-constexpr int kMostTimes = 8;          // along one line with an edge
-constexpr double kAllowance =
-    0.045e-3;  // m farther than wanted: so much less than asked for does a bur do, and a round one leaves ridges
-constexpr double kPatience = 1.2;                            // s without getting on before it leaves a stroke
-constexpr double kScrapeGain = 8, kMostScrapeLead = 0.5e-3;  // the same of an edge in soft filling
-constexpr double kGain = 25;                                 // lead over how far the tool is off: how hard it presses
-constexpr double kMostLead = 1.6e-3;                         // m
+constexpr double kEndPace = 0.4e-3;      // m/s there
+constexpr double kAhead = 0.05e-3;       // m that the wanted place may lead the tool along a cut …
+constexpr double kBeside = 0.02e-3;      // … and that the tool may be beside it
+constexpr double kThere = 0.01e-3;       // m
+constexpr double kNearLine = 0.035e-3;   // m, the same for an edge: so near the line is good enough
+constexpr int kMostTimes = 8;            // along one line with an edge
+constexpr double kAllowance = 0.005e-3;  // m farther than wanted: so much less than asked for does a bur do
+constexpr double kPass = 0.22, kLeastPass = 0.12e-3, kMostPass = 0.3e-3;  // of the diameter, m: between passes
+constexpr double kPatience = 3;                               // s without getting on before it leaves a stroke
+constexpr double kScrapeGain = 12, kMostScrapeLead = 1.5e-3;  // the same of an edge in soft filling
+constexpr double kGain = 50;             // lead over how far the tool is off: how hard it presses, …
+constexpr double kSteadyGain = 1.5;      // … and at most so many reaction times over the tick, or it would swing
+constexpr double kWorkingForce = 1.8;    // N that a cut is pressed on with, …
+constexpr double kLeadPerForce = 15e-3;  // … m/s of lead for each N that it is off, …
+constexpr double kLeastMostLead = 0.6e-3, kMostLead = 4e-3;  // … m, within these
+constexpr double kStraightOn = 0.9, kTurn = 0.3;             // cosines of a turn: no slower; somewhat slower
+constexpr double kAsidePace = 5e-3, kTurnPace = 1.5e-3;      // m/s in a turn, and in a sharper one
 constexpr double kReactionTime = 0.05;                       // s
+constexpr double kNoGap = 1e-6;                              // m; strokes that lie nearer meet
 constexpr double kJoined = 0.6e-3;                           // m; strokes that lie nearer are joined without lifting
 constexpr double kAbove = 1.0e-3;                            // m over everything, to travel
-constexpr double kAside = 0.12e-3;                           // m between places looked at for filling
+constexpr double kHopOver = 0.3e-3;                          // m over the tissue, from portion to portion
+constexpr double kFillGrid = 0.15e-3;                        // m between places looked at for filling
 constexpr int kHeadPoints = 120;
 constexpr double kDown = 0.04e-3;  // m, how finely it is looked how far an instrument comes down
 constexpr double kFree = 0.1;      // voxels that stay between it and what it comes down on
 constexpr double kPortionHeight = 0.6, kLayer = 0.3, kPortionRadius = 0.98;  // shares of the instrument's reach
 constexpr double kBelowWall = 0.8;  // of the instrument's radius: lower, so that the nearest surface is not the wall's
-constexpr double kBeside = 0.2e-3, kNudge = 0.02e-3;  // m: so near a wall it is put against it, in such steps
-constexpr double kHeadFree = 0.5;                     // voxels that a portion leaves between itself and the head
-constexpr double kOneSurface = 0.5;          // slope of the field below which a place lies midway between surfaces
-constexpr double kProud = 0.12e-3;           // m that an instrument's end stands above the contour at most
-constexpr double kCarvedAgain = 0.4;         // what is too much counts so much of what is wanted
-constexpr double kWorthPortion = 0.015e-9;   // m³ that is wanted at a place and worth a portion
+constexpr double kNearWall = 0.2e-3, kNudge = 0.02e-3;  // m: so near a wall it is put against it, in such steps
+constexpr double kHeadFree = 0.5;                       // voxels that a portion leaves between itself and the head
+constexpr double kOneSurface = 0.5;  // slope of the field below which a place lies midway between surfaces
+constexpr double kProud = 0.12e-3, kOverfill = 0.4e-3;    // m that an instrument's end stands above the contour at most
+constexpr double kCarvedAgain = 0.4, kOverfilled = 0.05;  // what is too much counts so much of what is wanted
+constexpr double kWorthPortion = 0.003e-9,
+                 kWorthOverfill = 0.03e-9;   // m³ that is wanted at a place and worth a portion
 constexpr double kMostFilling = 0.5;         // s at one place
 constexpr double kRunUp = 1.0;               // s for the drill
+constexpr double kHardlyMore = 0.12;         // of what the best tool takes away, that a wider one may leave
+constexpr double kHardlyLess = 0.7;          // of what a tool leaves: where another one leaves less, it finishes
+constexpr double kSameWidth = 0.01e-3;       // m
 constexpr double kWorthIt = 0.9;             // another tool must leave less than this share of what the last one left
-constexpr double kLeastGain = 0.03;          // of the whole task, that a tool must bring
+constexpr double kLeastGain = 0.012;         // of the whole task, that a tool must bring
+constexpr double kWorthCutting = 0.8;        // of what was off before: where more is left, it is not cut once more
+constexpr double kLeastLayer = 0.01e-9;      // m³ that a layer must bring
 constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
 constexpr std::size_t kMostTried = 5;
@@ -77,10 +90,20 @@ double missing_in(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
+/// m, over the length of the head.
+double mean_width(const haptics::Tool& tool) {
+  constexpr int kPlaces = 16;
+  double sum = 0;
+  for (int k = 0; k < kPlaces; ++k) sum += 2 * tool.profile(tool.half() * (2 * (k + 0.5) / kPlaces - 1));
+  return sum / kPlaces;
+}
+
 class Plan {
  public:
-  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, double whole)
+  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, const SurroundingsShape* around,
+       double whole)
       : whole_(whole),
+        around_(around),
         tools_(haptics::tool_set(scene.servo)),
         judge_(judge),
         state_(now.clone()),
@@ -95,41 +118,44 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + kAbove);
   }
 
-  /// With the tool that leaves least, then with others as long as they bring it nearer.
+  /// With the widest tool that leaves hardly more than the best, for it cuts fastest; then with others as long as they
+  /// bring it nearer.
   void cut(bool by_hand) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < kMostTools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = left_to_do(now);
       now.before = now.after;  // what is to go is what is there now
-      double best = std::min(kWorthIt * before, before - kLeastGain * whole_);
-      std::size_t which = tools_.size(), tried = 0;
-      std::vector<Stroke> strokes;
-      for (std::size_t i = 0; i < tools_.size(); ++i) {
+      const double most = std::min(kWorthIt * before, before - kLeastGain * whole_);
+      std::vector<Candidate> candidates;
+      double least = most;
+      for (std::size_t i = 0; i < tools_.size() && candidates.size() < kMostTried; ++i) {
         const haptics::Tool& tool = tools_[i];
-        if (used[i] || !tool.cuts || tool.turns() == by_hand || ++tried > kMostTried) continue;
-        std::vector<Stroke> candidate =
-            plan_strokes(now, tool, std::clamp(0.3 * tool.diameter, 0.12e-3, 0.35e-3), by_hand ? 0 : kAllowance);
+        if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
+        Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true)};
         haptics::TissueVolume after = state_.clone();
-        carve_strokes(after, tool, candidate);
-        const double left = left_to_do(judge_.preparation(after));
-        if (left >= best) continue;
-        best = left;
-        which = i;
-        strokes = std::move(candidate);
+        carve_strokes(after, tool, candidate.strokes);
+        candidate.left = left_to_do(judge_.preparation(after));
+        least = std::min(least, candidate.left);
+        candidates.push_back(std::move(candidate));
       }
-      if (which == tools_.size()) return;
-      used[which] = true;
-      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tools_[which].name, strokes.size(), before * 1e9,
-                best * 1e9);
-      carve_strokes(state_, tools_[which], strokes);
-      take(static_cast<std::uint32_t>(which), !by_hand);
-      for (const Stroke& s : strokes) {
-        if (legs_.empty() || glm::length(s.from.p - legs_.back().to.p) > kJoined) go_over(s.from);
-        add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from);
-        add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
+      Candidate* best = nullptr;
+      for (Candidate& c : candidates) {
+        if (c.left >= most || c.left > least + kHardlyMore * (before - least)) continue;
+        const double wider = best ? mean_width(tools_[c.tool]) - mean_width(tools_[best->tool]) : 1;
+        if (wider > kSameWidth || (wider > -kSameWidth && c.left < best->left)) best = &c;
       }
-      lift();
+      if (!best) return;
+      used[best->tool] = true;
+      const haptics::Tool& tool = tools_[best->tool];
+      const bool other_finishes = least < kHardlyLess * best->left;
+      const std::vector<Stroke> strokes =
+          other_finishes ? plan(now, tool, by_hand, /*finish=*/false) : std::move(best->strokes);
+      log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
+                best->left * 1e9);
+      carve_strokes(state_, tool, strokes);
+      take(static_cast<std::uint32_t>(best->tool), !by_hand);
+      follow(strokes, by_hand);
     }
   }
 
@@ -140,7 +166,9 @@ class Plan {
   }
   /// Puts one layer of filling into what should be full: portions where the instrument comes down lowest, with the
   /// finest instrument but `coarser`. Nothing where it stands above the contour everywhere.
-  void fill(std::size_t coarser) {
+  /// `over`: over the contour, where less would leave it short; what is too much is carved away again.
+  void fill(std::size_t coarser, bool over) {
+    over_ = over;
     std::vector<std::uint32_t> by_reach;
     for (std::uint32_t i = 0; i < tools_.size(); ++i) {
       if (tools_[i].fill != Tissue::kAir) by_reach.push_back(i);
@@ -150,6 +178,33 @@ class Plan {
     fill_with(by_reach[coarser]);
   }
 
+  struct Candidate {
+    std::size_t tool = 0;
+    double left = 0;  // m³
+    std::vector<Stroke> strokes;
+  };
+  std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
+                           bool finish) const {
+    return plan_strokes(now, tool, std::clamp(kPass * tool.diameter, kLeastPass, kMostPass), by_hand ? 0 : kAllowance,
+                        around_, finish);
+  }
+  void follow(const std::vector<Stroke>& strokes, bool by_hand) {
+    for (std::size_t i = 0; i < strokes.size(); ++i) {
+      const Stroke& s = strokes[i];
+      const double gap = legs_.empty() ? 1 : glm::length(s.from.p - legs_.back().to.p);
+      if (gap > kJoined) go_over(s.from);
+      if (gap > kNoGap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from);
+      add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
+      if (s.goes_on && i + 1 < strokes.size()) legs_.back().end_pace = pace_over(s, strokes[i + 1]);
+    }
+    lift();
+  }
+  /// m/s from one stroke into the next.
+  static double pace_over(const Stroke& s, const Stroke& next) {
+    const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
+    const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
+    return cosine > kStraightOn ? kCutPace : cosine > kTurn ? kAsidePace : kTurnPace;
+  }
   bool idle() const { return legs_.empty(); }
   std::vector<ExpertLeg> take_legs() { return std::move(legs_); }
   haptics::TissueVolume take_state() { return std::move(state_); }
@@ -209,7 +264,7 @@ class Plan {
                      [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
     double lowest = 1e9;
     for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
-    const double above = top_of(layer.frame, layer.after) + instrument.half + kAbove;
+    const double above = top_of(layer.frame, layer.after) + instrument.half + kHopOver;
     bool any = false;
     for (double window = kLayer * tool.fill_reach; !any && lowest + window < above;
          window *= 2) {  // higher, where below nothing is to be gained
@@ -265,7 +320,7 @@ class Plan {
   };
 
   /// Where a portion would bring something that is wanted.
-  static std::vector<Portion> places_for(const Instrument& instrument, const session::Preparation& layer) {
+  std::vector<Portion> places_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
       for (int y = 0; y < layer.after.size.y; ++y) {
@@ -279,8 +334,8 @@ class Plan {
     }
     const double edge = 0.5 * instrument.tool.fill_reach;
     std::vector<Portion> portions;
-    for (double b = lo.y - edge; b <= hi.y + edge; b += kAside) {
-      for (double a = lo.x - edge; a <= hi.x + edge; a += kAside) {
+    for (double b = lo.y - edge; b <= hi.y + edge; b += kFillGrid) {
+      for (double a = lo.x - edge; a <= hi.x + edge; a += kFillGrid) {
         if (const auto portion = place_at(instrument, layer, a, b)) portions.push_back(*portion);
       }
     }
@@ -288,8 +343,8 @@ class Plan {
   }
 
   /// Down at this place until the instrument stands on something, and up again by what a portion is to be high.
-  static std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a,
-                                         double b) {
+  std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a,
+                                  double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
@@ -305,10 +360,10 @@ class Plan {
     // Up against the wall beside it: a slit between the two would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
-    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kBeside &&
+    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kNearWall &&
         glm::length(aside) > kOneSurface) {
       const dvec3 step = kNudge * glm::normalize(aside);
-      for (double moved = 0; moved < kBeside; moved += kNudge) {
+      for (double moved = 0; moved < kNearWall; moved += kNudge) {
         a -= glm::dot(step, instrument.u), b -= glm::dot(step, instrument.v);
         if (clear(c)) continue;
         a += glm::dot(step, instrument.u), b += glm::dot(step, instrument.v);
@@ -322,7 +377,7 @@ class Plan {
     };
     const double height = std::min(kPortionHeight * reach, kBelowWall * instrument.tool.radius());
     for (const double from = c; below() < height && c < from + height; c += 0.5 * kDown) {
-      if (layer.ideal.sample(end(c)) * h > kProud) break;
+      if (layer.ideal.sample(end(c)) * h > (over_ ? kOverfill : kProud)) break;
     }
     const double gap = layer.after.sample(end(c)) * h;
     if (gap <= 0 || gap > reach) return std::nullopt;
@@ -342,7 +397,7 @@ class Plan {
 
   /// How large a portion there brings most of what should be full and is not, for the least that is to be carved away
   /// again; false where it would not be worth it.
-  static bool measure_portion(const session::Preparation& in, const Instrument& instrument, Portion& portion) {
+  bool measure_portion(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
     const dvec3 c = in.frame.to_voxels(portion.center);
     const double most = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
     const dquat R_TW = glm::conjugate(instrument.R_WT);
@@ -370,8 +425,8 @@ class Plan {
     double gain = 0, best = 0, sum = 0;
     for (std::size_t k = 0; k < wanted.size(); ++k) {
       sum += wanted[k];
-      gain += wanted[k] - kCarvedAgain * excess[k];
-      if (gain <= best || sum * std::pow(in.frame.voxel, 3) < kWorthPortion) continue;
+      gain += wanted[k] - (over_ ? kOverfilled : kCarvedAgain) * excess[k];
+      if (gain <= best || sum * std::pow(in.frame.voxel, 3) < (over_ ? kWorthOverfill : kWorthPortion)) continue;
       best = gain;
       portion.radius = std::min(static_cast<double>(k + 1), most) * in.frame.voxel;
     }
@@ -398,6 +453,7 @@ class Plan {
   }
 
   double whole_;  // m³
+  const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
   haptics::TissueVolume state_;
@@ -406,12 +462,13 @@ class Plan {
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
   std::uint32_t tool_ = 0;
+  bool over_ = false;  // it fills over the contour
 };
 
 }  // namespace
 
 Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
-    : scene_(scene), judge_(scene, start), whole_(0) {
+    : scene_(scene), judge_(scene, start), around_(surroundings_shape(scene.surroundings)), whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
@@ -419,26 +476,31 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, now, judge_, whole_);
+  Plan plan(scene_, now, judge_, around_ ? &*around_ : nullptr, whole_);
   // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
   const double missing = missing_in(judge_.preparation(now));
-  vain_ = missing > missing_ - kWorthPortion ? vain_ + 1 : 0;
+  vain_ = missing > missing_ - kLeastLayer ? vain_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (vain_ > kMostVain) vain_ = 0, ++instrument_;
   if (cuts_ == 0) {
-    for (; instrument_ < plan.fillers() && plan.idle(); ++instrument_) {
-      plan.fill(instrument_);
-      if (!plan.idle()) break;
+    while (plan.idle() && instrument_ < 2 * plan.fillers()) {
+      plan.fill(instrument_ % plan.fillers(), /*over=*/instrument_ >= plan.fillers());
+      if (plan.idle()) ++instrument_;
     }
   }
   std::vector<ExpertLeg> legs = plan.take_legs();
+  const double off = left_to_do(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < kMostCuts) {
+  } else if (cuts_ < kMostCuts && (cuts_ == 0 || off < kWorthCutting * off_)) {
+    if (layers_ > 0 && cuts_ == 0)
+      log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
+                (off - missing) * 1e9);
     plan.cut(/*by_hand=*/false);
     plan.cut(/*by_hand=*/true);
     legs = plan.take_legs();
     if (!legs.empty()) ++cuts_;
+    off_ = off;
   }
   planned_ = plan.take_state();
   if (legs.empty() && layers_ + cuts_ == 0) {
@@ -479,7 +541,12 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
 }
 
 ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
-    : info_(info_for(rate)), legs_(std::move(legs)), dt_(1 / rate), from_(legs_.front().to), free_(from_) {
+    : info_(info_for(rate)),
+      legs_(std::move(legs)),
+      dt_(1 / rate),
+      from_(legs_.front().to),
+      free_(from_),
+      most_lead_(kWorkingForce * 1e-3) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -517,7 +584,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const Pose &a = back ? leg.to : from_, &b = back ? from_ : leg.to;
   const double length = glm::length(b.p - a.p);
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };
-  double off = glm::length(place() - seen_.X_WG.p);
+  const dvec3 away = place() - seen_.X_WG.p, way = length > 0 ? (b.p - a.p) / length : dvec3(0);
+  const double off = glm::length(away), beside = glm::length(away - glm::dot(away, way) * way);
   waited_ += dt_;
   bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
@@ -529,16 +597,17 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    const double pace = leg.kind == Kind::kMove  ? kTravel
-                        : leg.kind == Kind::kCut ? std::min(kCutPace, kEndPace + (length - along_) / kSlowing)
-                                                 : kScrapePace;
-    const bool may = leg.kind != Kind::kCut || off < kAhead;
+    const double pace = leg.kind == Kind::kMove ? kTravel
+                        : leg.kind == Kind::kCut
+                            ? std::min(kCutPace, std::max(leg.end_pace, kEndPace) + (length - along_) / kSlowing)
+                            : kScrapePace;
+    const bool may = leg.kind != Kind::kCut || (off < kAhead && beside < kBeside);
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, off);
-    done = along_ >= length && (leg.kind != Kind::kCut || off < kThere);
+    done = along_ >= length && (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? kBeside : kThere));
     stuck = !done && waited_ > kPatience;
     done = done || stuck;
     if (done && leg.kind == Kind::kScrape && worst_ > kNearLine && ++times_ < kMostTimes) {
@@ -550,9 +619,17 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   }
   const bool presses = leg.kind == Kind::kCut || leg.kind == Kind::kScrape;
   const bool scrapes = leg.kind == Kind::kScrape;
-  dvec3 wanted = presses ? (scrapes ? kScrapeGain : kGain) * (place() - seen_.X_WG.p) : dvec3(0);
-  const double size = glm::length(wanted), most = scrapes ? kMostScrapeLead : kMostLead;
-  if (size > most) wanted *= most / size;
+  dvec3 wanted =
+      presses ? (scrapes ? kScrapeGain : std::min(kGain, kSteadyGain * kReactionTime / dt_)) * (place() - seen_.X_WG.p)
+              : dvec3(0);
+  const double size = glm::length(wanted), most = scrapes ? kMostScrapeLead : most_lead_;
+  if (size > most) {
+    wanted *= most / size;
+    // Soft tissue gives way under the same lead: more of it, until the force is right.
+    if (!scrapes)
+      most_lead_ = std::clamp(most_lead_ + dt_ * kLeadPerForce * (kWorkingForce - glm::length(seen_.f_T_W)),
+                              kLeastMostLead, kMostLead);
+  }
   lead_ += std::min(1.0, dt_ / kReactionTime) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);
@@ -587,7 +664,7 @@ class NotedHand final : public haptics::HapticDevice {
 
 }  // namespace
 
-std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
+haptics::HandPath expert_path(const Scene& scene, double rate) {
   HapticLoop loop(scene, load_tissue(scene), rate);
   Expert expert(scene, load_untouched(scene));
   ExpertHand hand(expert.plan(loop.carver().volume()), rate);
@@ -602,7 +679,11 @@ std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, doub
     rest = expert.plan(loop.carver().volume());
     if (rest.empty()) break;
   }
-  return haptics::make_scripted_hand(std::move(path), rate, /*paced=*/true);
+  return path;
+}
+
+std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
+  return haptics::make_scripted_hand(expert_path(scene, rate), rate, /*paced=*/true);
 }
 
 }  // namespace typodont

@@ -11,8 +11,10 @@
 
 #include "engine/app/haptic_loop.h"
 #include "engine/app/scene.h"
+#include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "haptics/haptic_device.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -29,7 +31,8 @@ struct ExpertLeg {
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;  // m³
+  double volume = 0;    // m³
+  double end_pace = 0;  // m/s with which a cut goes over into the next leg; 0: it stops there
 };
 
 /// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
@@ -47,12 +50,14 @@ class Expert {
  private:
   const Scene& scene_;
   TaskJudge judge_;
+  std::optional<SurroundingsShape> around_;
   double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
   int layers_ = 0, cuts_ = 0;   // planned so far
   double missing_ = 1e9;        // m³ of filling, at the least when it looked
+  double off_ = 0;              // m³ that were off before it cut last
   int vain_ = 0;                // layers in a row that brought nothing
-  std::size_t instrument_ = 0;  // that fills, from the finest
+  std::size_t instrument_ = 0;  // that fills, from the finest; then all of them again, over the contour
 };
 
 class ExpertHand final : public haptics::HapticDevice {
@@ -91,10 +96,13 @@ class ExpertHand final : public haptics::HapticDevice {
   double worst_ = 0;   // m, how far the tool was off the line, this time along it
   int times_ = 0;      // along the line
   dvec3 lead_{0};      // m, by which the hand leads the tool
+  double most_lead_;   // m, of a cut: as much as gives the force that it works with
 };
 
-/// The expert's whole session in this scene, worked out now, as a hand of `rate` Hz that does it at its own pace in a
-/// live session. Shows its progress. Throws Error where the task names no ideal.
+/// The expert's whole session in this scene, worked out now, as the path of its hand at `rate` Hz. Shows its progress.
+/// Throws Error where the task names no ideal.
+haptics::HandPath expert_path(const Scene& scene, double rate);
+/// The same as a hand that does it at its own pace in a live session.
 std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate);
 
 /// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.

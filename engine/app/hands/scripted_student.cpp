@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/app/hands/expert_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 
@@ -15,69 +16,32 @@ using namespace literals;
 
 constexpr double kTravelSpeed = 18e-3;    // m/s through the air
 constexpr double kExploreSpeed = 4e-3;    // m/s over the surface
-constexpr double kDrillSpeed = 4.5e-3;    // m/s along a ring
-constexpr double kLayer = 0.4e-3;         // m from ring to ring
-constexpr double kPress = 0.5e-3;         // m down: the hand leads the tool by this much, so that it is pressed on
-constexpr double kSidePress = 0.95e-3;    // m outward, the same
-constexpr double kExplorePress = 0.5e-3;  // m below the surface
+constexpr double kExplorePress = 0.5e-3;  // m below the surface: how hard the hand presses
+constexpr double kExplored = 3.0e-3;      // m to either side of the lesion's middle
 
-struct Layer {
-  double z = 0;                  // m
-  dvec3 center{0};               // of the caries at this height
-  dvec3 along{1, 0, 0};          // unit, its longer axis
-  double length = 0, width = 0;  // m, half-axes of the ellipse that holds nineteen twentieths of it
-};
-
-/// The caries as slices across z.
-std::vector<Layer> slice(const haptics::TissueVolume& tissue) {
+/// Middle of the topmost slice of the caries across z.
+dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
-  const glm::ivec3 size = hi - lo + 1;
-  if (size.x <= 0) return {};
+  const glm::ivec3 size = glm::max(hi - lo + 1, glm::ivec3(0));
   std::vector<float> distance(static_cast<std::size_t>(size.x) * size.y * size.z);
   std::vector<Tissue> labels(distance.size());
   tissue.copy(lo, size, distance.data(), labels.data());
-  std::vector<std::vector<dvec3>> slices(static_cast<std::size_t>(size.z));
-  for (int x = 0; x < size.x; ++x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
+  for (int z = size.z - 1; z >= 0; --z) {
+    dvec3 sum(0);
+    int count = 0;
+    for (int x = 0; x < size.x; ++x) {
+      for (int y = 0; y < size.y; ++y) {
         const std::size_t i =
             (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);
         if (labels[i] != Tissue::kCaries || distance[i] > 0) continue;
-        slices[static_cast<std::size_t>(z)].push_back(tissue.frame().to_world(dvec3(lo + glm::ivec3(x, y, z))));
+        sum += tissue.frame().to_world(dvec3(lo + glm::ivec3(x, y, z)));
+        ++count;
       }
     }
+    if (count > 0) return sum / static_cast<double>(count);
   }
-  std::vector<Layer> layers;
-  for (const auto& points : slices) {
-    if (points.empty()) continue;
-    Layer layer;
-    for (const dvec3& p : points) layer.center += p / static_cast<double>(points.size());
-    layer.z = layer.center.z;
-    // Principal axes in the plane, and how far the points reach along each.
-    double xx = 0, xy = 0, yy = 0;
-    for (const dvec3& p : points) {
-      const dvec3 d = p - layer.center;
-      xx += d.x * d.x, xy += d.x * d.y, yy += d.y * d.y;
-    }
-    const double angle = 0.5 * std::atan2(2 * xy, xx - yy);
-    layer.along = {std::cos(angle), std::sin(angle), 0};
-    const auto reach = [&](const dvec3& axis) {
-      std::vector<double> distances;
-      for (const dvec3& p : points) distances.push_back(std::abs(glm::dot(p - layer.center, axis)));
-      std::sort(distances.begin(), distances.end());
-      return distances[distances.size() * 19 / 20];
-    };
-    layer.length = reach(layer.along);
-    layer.width = reach({-layer.along.y, layer.along.x, 0});
-    layers.push_back(layer);
-  }
-  return layers;
-}
-
-Layer layer_at(const std::vector<Layer>& layers, double z) {
-  return *std::min_element(layers.begin(), layers.end(),
-                           [&](const Layer& a, const Layer& b) { return std::abs(a.z - z) < std::abs(b.z - z); });
+  throw Error("tissue", "", "no caries", "a lesion to remove");
 }
 
 /// Height of the surface at (x, y), m; NaN beside the tissue.
@@ -105,6 +69,13 @@ class Writer {
   void wait(double seconds, double pedal) {
     rows_.push_back({rows_.back().t + seconds, rows_.back().X_WT, pedal, dvec3(0)});
   }
+  /// A whole path, so much later than it says.
+  void follow(const haptics::HandPath& path, double later) {
+    for (haptics::HandPath::Row row : path.rows) {
+      row.t += later;
+      rows_.push_back(row);
+    }
+  }
   double now() const { return rows_.back().t; }
   std::vector<haptics::HandPath::Row> take() { return std::move(rows_); }
 
@@ -115,29 +86,19 @@ class Writer {
 
 }  // namespace
 
-StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const haptics::Tool& tool) {
-  const std::vector<Layer> layers = slice(tissue);
-  if (layers.empty()) throw Error("tissue", "", "no caries", "a lesion to remove");
-  const double r = tool.radius();
-  const Layer &top = layers.back(), &bottom = layers.front();
-
+StudentPlan plan_caries_removal(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
+  const dvec3 top = top_of_caries(tissue);
+  const double r = scene.servo.tool.radius();
   StudentPlan plan;
-  plan.hand.mass = 0.15;
-  plan.hand.damping = 12;
-  plan.hand.stiffness = dvec3(2500);
-  plan.hand.tremor_amplitude = 0.01;
 
-  // The handpiece leans away from the eyes, so that the bur can be seen.
-  Writer hand(glm::angleAxis(-0.42, dvec3(1, 0, 0)) * glm::angleAxis(0.18, dvec3(0, 1, 0)));
-  const dvec3 above = top.center + dvec3(0, 0, 4.0_mm);
+  Writer hand(dquat(1, 0, 0, 0));
+  const dvec3 above = top + dvec3(0, 0, 4.0_mm);
   hand.start(above + dvec3(2.0_mm, 1.0_mm, 2.0_mm));
   hand.wait(0.4, 0);
-
-  // Explore: drawn across the lesion in both directions, the drill at rest.
   for (const dvec3& across : {dvec3(1, 0, 0), dvec3(0, 1, 0)}) {
     bool down = false;
-    for (double s = -3.0_mm; s <= 3.0_mm; s += 0.25_mm) {
-      const dvec3 p = top.center + s * across;
+    for (double s = -kExplored; s <= kExplored; s += 0.25_mm) {
+      const dvec3 p = top + s * across;
       const double z = surface_height(tissue, p.x, p.y);
       if (std::isnan(z)) continue;
       const dvec3 target(p.x, p.y, z + r - kExplorePress);
@@ -148,25 +109,12 @@ StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const hapti
     hand.move(above, kTravelSpeed, 0);
   }
   plan.explore_end = hand.now();
-  hand.wait(1.0, 1);  // the drill runs up
 
-  // Remove: rings from the top down, each as wide as the caries there.
-  const dvec3 first(top.center.x, top.center.y, top.z + r + 0.4_mm);
-  hand.move(first, kTravelSpeed, 1);
-  for (double z = top.z + r; z > bottom.z + r - kLayer; z -= kLayer) {
-    const Layer layer = layer_at(layers, std::max(z, bottom.z));
-    const double length = std::max(0.0, layer.length - r + kSidePress),
-                 width = std::max(0.0, layer.width - r + kSidePress);
-    const dvec3 across(-layer.along.y, layer.along.x, 0);
-    const int steps = std::max(12, static_cast<int>(std::ceil(2 * kPi * length / 0.15_mm)));
-    for (int i = 0; i <= steps; ++i) {
-      const double a = 2 * kPi * i / steps;
-      const dvec3 p = layer.center + length * std::cos(a) * layer.along + width * std::sin(a) * across;
-      hand.move({p.x, p.y, z - kPress}, kDrillSpeed, 1);
-    }
-    if (width > r) hand.move({layer.center.x, layer.center.y, z - kPress}, kDrillSpeed, 1);
-  }
-  hand.move(above, kTravelSpeed / 2, 1);
+  const haptics::HandPath expert = expert_path(scene, rate);
+  hand.move(expert.rows.front().X_WT.p, kTravelSpeed, 0);
+  // The expert's rows fall on ticks: so do these.
+  const double begin = std::ceil(hand.now() * rate + 1) / rate - expert.rows.front().t;
+  hand.follow(expert, begin);
   plan.drill_end = hand.now();
   hand.move(above + dvec3(5.0_mm, 4.0_mm, 5.0_mm), kTravelSpeed, 0);
   hand.wait(0.8, 0);

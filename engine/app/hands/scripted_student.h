@@ -1,7 +1,8 @@
-// A hand that knows its task: it explores the surface with the drill at rest, then removes all caries from above, layer
-// by layer. For demonstrations and for tests that need a plausible session on any scene with a lesion.
+// The hand of the demo: a student who looks before drilling. It draws the tool over the lesion with the drill at rest,
+// in both directions, removes the caries as the expert does, and draws the tool away.
 #pragma once
 
+#include "engine/app/scene.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/tissue_volume.h"
 
@@ -9,12 +10,12 @@ namespace typodont {
 
 struct StudentPlan {
   haptics::HandPath path;
-  haptics::HandModel hand;
   double explore_end = 0;  // s: before it the drill stands still
   double drill_end = 0;    // s: after it the tool is drawn away
 };
 
-/// Plans from the labels alone. Throws Error when the tissue holds no caries.
-StudentPlan plan_caries_removal(const haptics::TissueVolume& tissue, const haptics::Tool& tool);
+/// `tissue` as the scene begins. Works out the expert's session at `rate` Hz, which takes a while and shows its
+/// progress. Throws Error when the tissue holds no caries or the scene's task names no ideal.
+StudentPlan plan_caries_removal(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
 
 }  // namespace typodont

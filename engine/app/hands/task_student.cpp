@@ -1,7 +1,12 @@
 #include "engine/app/hands/task_student.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <unordered_map>
 
 #include "haptics/sweep.h"
 
@@ -9,8 +14,489 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;   // voxels that a head may reach into what should stay: the field's own error
-constexpr double kLook = 0.1e-3;  // m between looks along a row
+constexpr double kClear = 0.05;          // voxels that a head may reach into what should stay: the field's own error
+constexpr double kGrid = 0.1e-3;         // m between the places that are looked at
+constexpr double kLayer = 0.5;           // of the head's diameter: from one layer of the bulk to the next …
+constexpr double kRow = 0.6;             // … and from one row to the next
+constexpr double kSameLevel = 10e-6;     // m: floors whose heights differ by less are one …
+constexpr double kLeastFlat = 0.1e-6;    // … and worth a pass along their walls from so many m² on
+constexpr double kFromWall = 0.45;       // of the diameter: rows end so far from a wall, which its own pass follows
+constexpr double kFromAround = 0.05e-3;  // m between the head and neighbouring teeth or gum
+constexpr double kLeastTaken = 0.05;     // voxels: tissue thinner than this is not worth a pass
+constexpr double kOnLine = 2e-6;         // m: points nearer to the line between their neighbours are left out
+constexpr double kBridged = 0.4e-3;      // m of a pass without anything to take that are not worth lifting for
+constexpr double kStraight = 3e-3;       // m: longer ways between passes go through the air above
+constexpr double kHop = 0.3e-3;          // m between heights that are tried for a way through the air
+constexpr double kRamp = 0.8e-3;         // m: a first row at least so long is entered aslant, by the side of the head
+constexpr double kSteep = 2;             // slope of a floor from which on the passes along the walls are finer
+constexpr double kAlongShank = 6e-3;     // m of the shank, from the head on, that may come near the tissue
+constexpr double kDown = 0.1e-3;         // m between looks down a column
+constexpr double kFloorOfColumn = 1e-6;  // m to which the lowest place of a column is found
+constexpr int kHeadPoints = 360, kShankPoints = 60;
+constexpr int kHalvings = 7;  // to find the border between two places of the grid
+
+/// Places of the head's centre as (a, b, c): m along the axes u, v and w, w out of the opening.
+class StrokePlanner {
+ public:
+  StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
+                const SurroundingsShape* around)
+      : in_(in),
+        tool_(tool),
+        around_(around),
+        ideal_(session::redistanced(in.ideal)),
+        left_(in.before),
+        R_WT_(toward(in.axis_W)),
+        axes_(R_WT_),
+        step_(step),
+        allowed_(kClear + into / in.frame.voxel) {
+    const double h = in.frame.voxel;
+    for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
+      head_.push_back(R_WT_ * s.p_TQ / h);
+    if (const auto shank = haptics::shank_of(tool)) {
+      for (const haptics::HeadSample& s : haptics::sample_head(shank->shape, kShankPoints)) {
+        const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, shank->z);
+        if (p_TQ.z < tool.half() + kAlongShank) shank_.push_back(R_WT_ * p_TQ / h);
+      }
+    }
+  }
+
+  std::vector<Stroke> plan(bool finish) {
+    if (!find_bounds()) return {};
+    find_layers();
+    for (Layer& layer : layers_) {
+      rows(layer);
+      for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
+    }
+    if (!finish) return std::move(strokes_);
+    // Where walls stand on a floor, then from below: the side of a long head takes a steep wall in one pass.
+    for (const double height : floors())
+      for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
+    for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
+      for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
+    }
+    return std::move(strokes_);
+  }
+
+ private:
+  using Chain = std::vector<dvec3>;
+  struct Layer {
+    double height = 0;             // m
+    std::vector<std::uint8_t> in;  // of the grid: the head can come here from above
+  };
+
+  dvec3 world(const dvec3& p) const { return axes_ * p; }
+  dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
+
+  /// The head there leaves what should stay.
+  bool clear(const dvec3& p) const {
+    const dvec3 q = voxels(p);
+    const auto keeps = [&](const std::vector<dvec3>& points, double into) {
+      return std::all_of(points.begin(), points.end(), [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
+    };
+    return keeps(head_, allowed_) && keeps(shank_, 0) && (!around_ || spares_around(world(p)));
+  }
+  /// The head there touches neither neighbour nor gum. The gum reaches into the tooth that it hides.
+  bool spares_around(const dvec3& p_W) const {
+    const double near = tool_.reach() + kFromAround;
+    if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
+    return std::all_of(head_.begin(), head_.end(), [&](const dvec3& d) {
+      const dvec3 q_W = p_W + in_.frame.voxel * d;
+      return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
+    });
+  }
+  /// The head there has something to take.
+  bool useful(const dvec3& p) const {
+    const dvec3 q = voxels(p);
+    return std::any_of(head_.begin(), head_.end(),
+                       [&](const dvec3& d) { return left_.sample(q + d) < -kLeastTaken && ideal_.sample(q + d) > 0; });
+  }
+
+  /// The box in which anything is to be taken, widened by the head.
+  bool find_bounds() {
+    dvec3 lo(1e9), hi(-1e9);
+    for (int x = 0; x < in_.before.size.x; ++x) {
+      for (int y = 0; y < in_.before.size.y; ++y) {
+        for (int z = 0; z < in_.before.size.z; ++z) {
+          const std::size_t i = in_.before.at(x, y, z);
+          if (in_.before.distance[i] > 0 || in_.ideal.distance[i] <= 0) continue;
+          const dvec3 p = glm::transpose(axes_) * in_.frame.to_world(dvec3(x, y, z));
+          lo = glm::min(lo, p);
+          hi = glm::max(hi, p);
+        }
+      }
+    }
+    if (lo.x > hi.x) return false;
+    lo_ = {lo.x - tool_.radius() - kGrid, lo.y - tool_.radius() - kGrid};
+    top_ = hi.z + tool_.half() + kDown;
+    bottom_ = lo.z - tool_.half();
+    for (int k = 0; k < 2; ++k)
+      count_[k] = static_cast<int>(std::ceil((hi[k] + tool_.radius() + kGrid - lo_[k]) / kGrid)) + 1;
+    return true;
+  }
+  std::size_t cell(int i, int j) const {
+    return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j);
+  }
+  dvec3 place(int i, int j, double height) const { return {lo_.x + i * kGrid, lo_.y + j * kGrid, height}; }
+
+  /// Of one layer: where the head can be, and come to from the layer above.
+  Layer layer_at(double height, const Layer* above) const {
+    Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
+    std::vector<std::uint8_t> free(layer.in.size());
+    std::vector<glm::ivec2> open;
+    for (int i = 0; i < count_.x; ++i) {
+      for (int j = 0; j < count_.y; ++j) {
+        free[cell(i, j)] = clear(place(i, j, height));
+        if (!free[cell(i, j)] || (above && !above->in[cell(i, j)])) continue;
+        layer.in[cell(i, j)] = 1;
+        open.push_back({i, j});
+      }
+    }
+    while (!open.empty()) {
+      const glm::ivec2 at = open.back();
+      open.pop_back();
+      for (const glm::ivec2& d : {glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1), glm::ivec2(0, -1)}) {
+        const glm::ivec2 to = at + d;
+        if (to.x < 0 || to.y < 0 || to.x >= count_.x || to.y >= count_.y) continue;
+        const std::size_t k = cell(to.x, to.y);
+        if (layer.in[k] || !free[k]) continue;
+        layer.in[k] = 1;
+        open.push_back(to);
+      }
+    }
+    return layer;
+  }
+
+  void find_layers() {
+    const double down = kLayer * tool_.diameter;
+    for (double height = top_; height > bottom_; height -= down) {
+      layers_.push_back(layer_at(height, layers_.empty() ? nullptr : &layers_.back()));
+      const auto& in = layers_.back().in;
+      if (std::none_of(in.begin(), in.end(), [](std::uint8_t v) { return v != 0; })) {
+        layers_.pop_back();
+        break;
+      }
+    }
+  }
+  /// The layer next above a height.
+  const Layer& layer_above(double height) const {
+    const Layer* best = &layers_.front();
+    for (const Layer& layer : layers_)
+      if (layer.height >= height - 1e-9) best = &layer;
+    return *best;
+  }
+
+  /// The last clear place between a clear and an unclear one.
+  dvec3 border(dvec3 clear_place, dvec3 unclear) const {
+    for (int k = 0; k < kHalvings; ++k) {
+      const dvec3 middle = 0.5 * (clear_place + unclear);
+      (clear(middle) ? clear_place : unclear) = middle;
+    }
+    return clear_place;
+  }
+
+  /// Fewer points for the same line.
+  static Chain straightened(const Chain& chain) {
+    Chain result{chain.front()};
+    std::size_t from = 0;
+    while (from + 1 < chain.size()) {
+      std::size_t to = from + 1;
+      const auto straight = [&](std::size_t end) {
+        const dvec3 way = chain[end] - chain[from];
+        const double length = glm::length(way);
+        if (length < 1e-9) return false;
+        for (std::size_t k = from + 1; k < end; ++k) {
+          const dvec3 d = chain[k] - chain[from];
+          const double along = glm::dot(d, way) / length;
+          if (along < 0 || glm::length(d - along / length * way) > kOnLine) return false;
+        }
+        return true;
+      };
+      while (to + 1 < chain.size() && straight(to + 1)) ++to;
+      result.push_back(chain[to]);
+      from = to;
+    }
+    return result;
+  }
+
+  void stroke(const Chain& chain) {
+    const Chain line = straightened(chain);
+    go_to(line.front());
+    if (line.size() == 1) add(line[0], line[0], false);
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
+  }
+  /// From where the last stroke ended: straight, or up, across and down, where the head stays clear of what should
+  /// stay. Elsewhere the next stroke begins anew, and who follows them lifts off.
+  void go_to(const dvec3& to) {
+    if (!last_) return;
+    const dvec3 from = *last_;
+    if (glm::length(to - from) < kOnLine) return;
+    if (glm::length(to - from) < kStraight && clear_along(from, to)) return add(from, to, true);
+    for (double height = std::max(from.z, to.z) + kDown; height < top_; height += kHop) {
+      const dvec3 up(from.x, from.y, height), over(to.x, to.y, height);
+      if (!clear_along(up, over)) continue;
+      if (!clear_along(from, up) || !clear_along(over, to)) return;
+      add(from, up, false);
+      add(up, over, false);
+      return add(over, to, false);
+    }
+  }
+  bool clear_along(const dvec3& from, const dvec3& to) const {
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / kGrid));
+    for (int k = 1; k < looks; ++k)
+      if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
+    return true;
+  }
+  void add(const dvec3& from, const dvec3& to, bool goes_on) {
+    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on};
+    strokes_.push_back(s);
+    last_ = to;
+    const haptics::Sweep sweep(tool_, s.from, s.to, in_.frame);
+    const glm::ivec3 lo = glm::max(sweep.lo(), glm::ivec3(0)), hi = glm::min(sweep.hi(), left_.size - 1);
+    if (glm::any(glm::lessThan(hi, lo))) return;
+    const std::size_t at = left_.at(lo.x, lo.y, lo.z), row = static_cast<std::size_t>(left_.size.z);
+    PerTissue removed{};
+    sweep.carve(lo, hi - lo + 1, &left_.distance[at], row * static_cast<std::size_t>(left_.size.y), row,
+                &in_.tissue[at], &removed);
+  }
+
+  /// The pieces of a line on which there is something to take, as strokes. A closed one may begin anywhere.
+  void take(Chain& chain, bool closed) {
+    if (chain.empty()) return;
+    std::vector<std::uint8_t> has(chain.size());
+    for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
+    closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
+    if (closed) {  // begin where nothing is to be taken, so that no piece is cut in two
+      const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
+      if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
+        chain.pop_back(), has.pop_back();
+        const auto at = idle % static_cast<std::ptrdiff_t>(chain.size());
+        std::rotate(chain.begin(), chain.begin() + at, chain.end());
+        std::rotate(has.begin(), has.begin() + at, has.end());
+        chain.push_back(chain.front()), has.push_back(has.front());
+      }
+    }
+    for (std::size_t k = 0; k < chain.size();) {
+      if (!has[k]) {
+        ++k;
+        continue;
+      }
+      std::size_t last = k;
+      double idle = 0;
+      for (std::size_t m = k + 1; m < chain.size() && idle < kBridged; ++m) {
+        idle = has[m] ? 0 : idle + glm::length(chain[m] - chain[m - 1]);
+        if (has[m]) last = m;
+      }
+      const std::size_t from = k > 0 ? k - 1 : 0, to = std::min(last + 1, chain.size() - 1);
+      stroke(Chain(chain.begin() + static_cast<std::ptrdiff_t>(from),
+                   chain.begin() + static_cast<std::ptrdiff_t>(to) + 1));
+      k = to + 1;
+    }
+  }
+
+  /// The bulk of one layer, in rows along its longer side that keep away from the walls.
+  void rows(const Layer& layer) {
+    const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / kGrid));
+    const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
+    glm::ivec2 lo = count_, hi(-1);
+    for (int i = 0; i < count_.x; ++i) {
+      for (int j = 0; j < count_.y; ++j) {
+        if (!in[cell(i, j)] || !useful(place(i, j, layer.height))) continue;
+        lo = glm::min(lo, {i, j}), hi = glm::max(hi, {i, j});
+      }
+    }
+    if (hi.x < 0) return;
+    const bool along_x = hi.x - lo.x >= hi.y - lo.y;
+    const int a = along_x ? 0 : 1, b = 1 - a;
+    const auto apart = std::max(1, static_cast<int>(kRow * tool_.diameter / kGrid));
+    bool back = false;
+    for (int row = lo[b];; row = std::min(row + apart, hi[b])) {
+      std::vector<Chain> pieces;
+      for (int k = lo[a]; k <= hi[a]; ++k) {
+        const glm::ivec2 at = along_x ? glm::ivec2(k, row) : glm::ivec2(row, k);
+        const bool inside = in[cell(at.x, at.y)];
+        if (inside && (k == lo[a] || pieces.empty() || pieces.back().empty())) pieces.emplace_back();
+        if (inside) pieces.back().push_back(place(at.x, at.y, layer.height));
+        if (!inside && !pieces.empty() && !pieces.back().empty()) pieces.emplace_back();
+      }
+      if (back) {
+        std::reverse(pieces.begin(), pieces.end());
+        for (Chain& piece : pieces) std::reverse(piece.begin(), piece.end());
+      }
+      const std::size_t before = strokes_.size();
+      for (Chain& piece : pieces) {
+        if (row == lo[b]) enter(piece);
+        take(piece, /*closed=*/false);
+      }
+      if (strokes_.size() > before) back = !back;
+      if (row == hi[b]) break;
+    }
+  }
+
+  /// Down along a row from the layer above it: the end of a bur cuts badly, so it goes aslant.
+  void enter(const Chain& row) {
+    if (row.size() < 2 || glm::length(row.back() - row.front()) < kRamp) return;
+    if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
+    const dvec3 above = row.front() + dvec3(0, 0, kLayer * tool_.diameter);
+    if (above.z > top_ + kDown || !clear(above) || !clear_along(above, row.back())) return;
+    stroke({above, row.back(), row.front()});
+  }
+
+  /// Cells of `in` farther than so many from the rest, the grid's edge left out.
+  std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
+    std::vector<std::uint8_t> result = in;
+    for (int i = 0; i < count_.x; ++i) {
+      for (int j = 0; j < count_.y; ++j) {
+        if (in[cell(i, j)]) continue;
+        for (int di = -away; di <= away; ++di) {
+          for (int dj = -away; dj <= away; ++dj) {
+            const glm::ivec2 to(i + di, j + dj);
+            if (di * di + dj * dj > away * away || to.x < 0 || to.y < 0 || to.x >= count_.x || to.y >= count_.y)
+              continue;
+            result[cell(to.x, to.y)] = 0;
+          }
+        }
+      }
+    }
+    return result;
+  }
+
+  /// The lines along which the head touches what should stay, at this height (marching squares; Lorensen & Cline 1987
+  /// in the plane).
+  std::vector<Chain> walls_at(double height) const {
+    const Layer& above = layer_above(height);
+    const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
+    std::vector<dvec3> points;
+    std::unordered_map<std::size_t, std::size_t> index;  // by the grid's edge
+    std::vector<std::array<std::size_t, 2>> next;        // neighbours of a point on its line
+    constexpr std::size_t kNone = SIZE_MAX;
+    const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
+      if (cell(q.x, q.y) < cell(p.x, p.y)) std::swap(p, q);
+      const std::size_t key = 2 * cell(p.x, p.y) + (q.x > p.x ? 1 : 0);
+      const auto [it, fresh] = index.try_emplace(key, points.size());
+      if (fresh) {
+        const bool first = layer.in[cell(p.x, p.y)];
+        const dvec3 in = place(first ? p.x : q.x, first ? p.y : q.y, height),
+                    out = place(first ? q.x : p.x, first ? q.y : p.y, height);
+        points.push_back(border(in, out));
+        next.push_back({kNone, kNone});
+      }
+      return it->second;
+    };
+    const auto join = [&](std::size_t a, std::size_t b) {
+      for (const auto& [from, to] : {std::pair(a, b), std::pair(b, a)})
+        (next[from][0] == kNone ? next[from][0] : next[from][1]) = to;
+    };
+    for (int i = 0; i + 1 < count_.x; ++i) {
+      for (int j = 0; j + 1 < count_.y; ++j) {
+        const std::array<glm::ivec2, 4> corner{glm::ivec2(i, j), glm::ivec2(i + 1, j), glm::ivec2(i + 1, j + 1),
+                                               glm::ivec2(i, j + 1)};
+        std::vector<std::size_t> crossed;
+        for (std::size_t k = 0; k < 4; ++k) {
+          const glm::ivec2 p = corner[k], q = corner[(k + 1) % 4];
+          if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
+        }
+        if (crossed.size() == 2) join(crossed[0], crossed[1]);
+        if (crossed.size() == 4) {  // two lines: about the corners that are outside
+          const bool first = layer.in[cell(i, j)];
+          join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
+          join(crossed[first ? 2 : 1], crossed[first ? 3 : 2]);
+        }
+      }
+    }
+    std::vector<Chain> chains;
+    std::vector<bool> used(points.size());
+    const auto follow = [&](std::size_t start) {
+      Chain chain{points[start]};
+      used[start] = true;
+      std::size_t at = start, from = kNone;
+      while (true) {
+        const std::size_t to = next[at][0] != from || next[at][1] == from ? next[at][0] : next[at][1];
+        if (to == kNone || to == from) break;
+        chain.push_back(points[to]);
+        if (used[to]) break;
+        used[to] = true;
+        from = at;
+        at = to;
+      }
+      chains.push_back(std::move(chain));
+    };
+    for (const bool ends : {true, false}) {
+      for (std::size_t k = 0; k < points.size(); ++k)
+        if (!used[k] && (!ends || next[k][1] == kNone)) follow(k);
+    }
+    return chains;
+  }
+
+  /// The lowest place of a column that the head comes to.
+  std::optional<double> lowest(double a, double b) const {
+    const int i = static_cast<int>(std::lround((a - lo_.x) / kGrid)),
+              j = static_cast<int>(std::lround((b - lo_.y) / kGrid));
+    if (i < 0 || j < 0 || i >= count_.x || j >= count_.y) return std::nullopt;
+    const Layer* from = nullptr;
+    for (const Layer& layer : layers_)
+      if (layer.in[cell(i, j)]) from = &layer;
+    if (!from || !clear({a, b, from->height})) return std::nullopt;
+    double height = from->height;
+    while (height > bottom_ && clear({a, b, height - kDown})) height -= kDown;
+    if (height <= bottom_) return std::nullopt;
+    double below = height - kDown;
+    while (height - below > kFloorOfColumn) {
+      const double middle = 0.5 * (height + below);
+      (clear({a, b, middle}) ? height : below) = middle;
+    }
+    return height;
+  }
+
+  /// Along the floor, in rows along its longer side. Returns the heights at which much of it is flat.
+  std::vector<double> floors() {
+    std::map<long, int> columns;  // by height
+    const glm::ivec2 extent = count_;
+    const bool along_x = extent.x >= extent.y;
+    const double length = (along_x ? extent.x : extent.y) * kGrid, across = (along_x ? extent.y : extent.x) * kGrid;
+    bool back = false;
+    for (double b = 0.5 * step_; b < across; b += step_) {
+      std::vector<Chain> pieces(1);
+      for (double a = 0; a <= length; a += kGrid) {
+        const double x = lo_.x + (along_x ? a : b), y = lo_.y + (along_x ? b : a);
+        const auto height = lowest(x, y);
+        Chain& piece = pieces.back();
+        const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * kGrid);
+        if (!joins && !piece.empty()) pieces.emplace_back();
+        if (!height) continue;
+        pieces.back().push_back({x, y, *height});
+        ++columns[std::lround(*height / kSameLevel)];
+      }
+      if (back) {
+        std::reverse(pieces.begin(), pieces.end());
+        for (Chain& piece : pieces) std::reverse(piece.begin(), piece.end());
+      }
+      const std::size_t before = strokes_.size();
+      for (Chain& piece : pieces) take(piece, /*closed=*/false);
+      if (strokes_.size() > before) back = !back;
+    }
+    std::vector<double> flat;
+    for (const auto& [level, count] : columns)
+      if (count * kGrid * step_ > kLeastFlat) flat.push_back(static_cast<double>(level) * kSameLevel + kOnLine);
+    return flat;
+  }
+
+  const session::Preparation& in_;
+  const haptics::Tool& tool_;
+  const SurroundingsShape* around_;
+  const session::DenseField ideal_;
+  session::DenseField left_;  // what the strokes so far leave
+  dquat R_WT_;
+  glm::dmat3 axes_;                  // columns u, v, w
+  double step_;                      // m
+  double allowed_;                   // voxels
+  std::vector<dvec3> head_, shank_;  // voxels, points on them, about the head's centre
+  glm::dvec2 lo_{0};                 // m along u and v, where the grid begins
+  glm::ivec2 count_{0};
+  double top_ = 0, bottom_ = 0;  // m along w
+  std::vector<Layer> layers_;
+  std::vector<Stroke> strokes_;
+  std::optional<dvec3> last_;  // where they end
+};
 
 }  // namespace
 
@@ -22,93 +508,9 @@ dquat toward(const dvec3& axis_W) {
   return glm::angleAxis(std::atan2(s, c), turn / s);
 }
 
-std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into) {
-  const session::DenseField ideal = session::redistanced(in.ideal);
-  const dquat R_WT = toward(in.axis_W);
-  const dvec3 u = R_WT * dvec3(1, 0, 0), v = R_WT * dvec3(0, 1, 0), w = R_WT * dvec3(0, 0, 1);
-  std::vector<dvec3> head{dvec3(0)};
-  for (const haptics::HeadSample& sample : haptics::sample_head(tool, 80)) head.push_back(R_WT * sample.p_TQ);
-
-  // How far the head reaches into what should stay, and whether it has anything to take here.
-  const double allowed = kClear + into / in.frame.voxel;
-  const auto clear_at = [&](const dvec3& p_W) {
-    return std::all_of(head.begin(), head.end(),
-                       [&](const dvec3& h) { return ideal.sample(in.frame.to_voxels(p_W + h)) > -allowed; });
-  };
-  const auto useful_at = [&](const dvec3& p_W) {
-    return std::any_of(head.begin(), head.end(), [&](const dvec3& h) {
-      const dvec3 p = in.frame.to_voxels(p_W + h);
-      return in.before.sample(p) < 0.3 && ideal.sample(p) > 0;
-    });
-  };
-
-  // Where anything is to be taken away, along the three axes.
-  dvec3 lo(1e9), hi(-1e9);
-  for (int x = 0; x < in.before.size.x; ++x) {
-    for (int y = 0; y < in.before.size.y; ++y) {
-      for (int z = 0; z < in.before.size.z; ++z) {
-        const std::size_t i = in.before.at(x, y, z);
-        if (in.before.distance[i] > 0 || in.ideal.distance[i] <= 0) continue;
-        const dvec3 p = in.frame.to_world(dvec3(x, y, z)), q(glm::dot(p, u), glm::dot(p, v), glm::dot(p, w));
-        lo = glm::min(lo, q);
-        hi = glm::max(hi, q);
-      }
-    }
-  }
-  std::vector<Stroke> strokes;
-  if (lo.x > hi.x) return strokes;
-  lo -= tool.radius();
-  hi += tool.radius();
-
-  // The last clear place between a clear and an unclear one.
-  const auto border = [&](dvec3 clear, dvec3 not_clear) {
-    for (int k = 0; k < 6; ++k) {
-      const dvec3 middle = 0.5 * (clear + not_clear);
-      (clear_at(middle) ? clear : not_clear) = middle;
-    }
-    return clear;
-  };
-  const auto rows = [&](double height, const dvec3& along, double a0, double a1, const dvec3& across, double b0,
-                        double b1) {
-    bool back = false;
-    for (double b = b0; b <= b1; b += step) {
-      std::vector<Stroke> row;
-      const auto at = [&](double a) { return a * along + b * across + height * w; };
-      bool open = false, useful = false;
-      dvec3 from(0);
-      for (double a = a0; a <= a1 + kLook; a += kLook) {
-        const bool clear = a <= a1 && clear_at(at(a));
-        if (clear) useful = useful || useful_at(at(a));
-        if (clear && !open) from = a > a0 ? border(at(a), at(a - kLook)) : at(a);
-        if (!clear && open && useful) row.push_back({{from, R_WT}, {border(at(a - kLook), at(a)), R_WT}});
-        if (!clear) useful = false;
-        open = clear;
-      }
-      if (back) {
-        std::reverse(row.begin(), row.end());
-        for (Stroke& s : row) std::swap(s.from, s.to);
-      }
-      strokes.insert(strokes.end(), row.begin(), row.end());
-      if (!row.empty()) back = !back;
-    }
-  };
-  for (double height = hi.z + tool.reach(); height > lo.z; height -= step) {
-    rows(height, u, lo.x, hi.x, v, lo.y, hi.y);
-    rows(height, v, lo.y, hi.y, u, lo.x, hi.x);
-  }
-  // Down to the floor, which lies between two layers.
-  for (double b = lo.y; b <= hi.y; b += step) {
-    for (double a = lo.x; a <= hi.x; a += step) {
-      const auto at = [&](double height) { return a * u + b * v + height * w; };
-      double lowest = hi.z + tool.reach();
-      if (!clear_at(at(lowest))) continue;
-      while (lowest > lo.z && clear_at(at(lowest - kLook))) lowest -= kLook;
-      if (lowest <= lo.z || !useful_at(at(lowest))) continue;
-      const dvec3 floor = border(at(lowest), at(lowest - kLook));
-      strokes.push_back({{at(lowest), R_WT}, {floor, R_WT}});
-    }
-  }
-  return strokes;
+std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
+                                 const SurroundingsShape* around, bool finish) {
+  return StrokePlanner(in, tool, step, into, around).plan(finish);
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {

@@ -105,7 +105,7 @@ struct CarverTurns::Impl {
   LiveSession& s;
   std::function<void()> between;
   TissueSaver saver{s.wiring};
-  TissueView view{s.wiring.tolerance};
+  TissueView view{s.wiring.tolerance, s.scene.drawn_as};
   Outbox to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
   Nanos meshed = 0;
   bool first = true;

@@ -16,6 +16,7 @@ const LabelBlocks::Block& LabelBlocks::block(const haptics::TissueVolume& volume
   if (used_ == blocks_.size()) blocks_.push_back(std::make_unique_for_overwrite<Block>());
   Block& fresh = *blocks_[used_++];
   volume.copy(kSide * key, glm::ivec3(kSide), nullptr, fresh.labels.data());
+  drawn_as_.apply(fresh.labels);
   std::uint8_t some = 0;
   for (const Tissue t : fresh.labels) some = std::max(some, static_cast<std::uint8_t>(t));
   fresh.only = static_cast<Tissue>(some);

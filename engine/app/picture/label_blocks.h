@@ -8,12 +8,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "engine/app/tissue/drawn_as.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
 
 class LabelBlocks {
  public:
+  explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
   /// The volume may have changed since.
   void forget();
   /// Looks at [low, high], voxels.
@@ -39,6 +41,7 @@ class LabelBlocks {
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
+  DrawnAs drawn_as_;
   std::vector<std::unique_ptr<Block>> blocks_;  // the first `used_` are of now
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;

@@ -115,7 +115,14 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   }
 }
 
-TissueView::TissueView(float tolerance) : mesher_({.tolerance = tolerance}), tolerance_(tolerance) {}
+TissueView::TissueView(float tolerance, const DrawnAs& drawn_as)
+    : drawn_as_(drawn_as), labels_(drawn_as), mesher_({.tolerance = tolerance}), tolerance_(tolerance) {}
+
+void TissueView::put(const haptics::TissueVolume& volume, const glm::ivec3& key) {
+  volume.read_brick(key, brick_);
+  drawn_as_.apply(brick_.tissue);
+  mesher_.put(brick_);
+}
 
 void TissueView::set_tolerance(float tolerance) {
   if (tolerance == tolerance_) return;
@@ -126,15 +133,11 @@ void TissueView::set_tolerance(float tolerance) {
 
 std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume) {
   const auto changed = volume.take_changed_bricks();
-  for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) {
-    volume.read_brick(key, brick_);
-    mesher_.put(brick_);
-  }
+  for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) put(volume, key);
   if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
   started_ = true;
   for (int i = 0; i < kAnewAtOnce && !outdated_.empty(); ++i) {
-    volume.read_brick(outdated_.back(), brick_);
-    mesher_.put(brick_);
+    put(volume, outdated_.back());
     outdated_.pop_back();
   }
   std::vector<render::MeshUpdate> updates;

@@ -6,6 +6,7 @@
 
 #include "engine/app/field/brick_update.h"
 #include "engine/app/picture/label_blocks.h"
+#include "engine/app/tissue/drawn_as.h"
 #include "engine/render/renderer.h"
 #include "engine/surface/mesh_export.h"
 #include "engine/surface/surface_mesher.h"
@@ -20,8 +21,8 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
 
 class TissueView {
  public:
-  /// `tolerance`: how far the triangles may lie from the surface, voxels.
-  explicit TissueView(float tolerance = 0.1f);
+  /// `tolerance`: how far the triangles may lie from the surface, voxels. `drawn_as`: the scene's.
+  explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
   /// All bricks, the first time; afterwards those that changed since the last call. Positions are metres from the
   /// volume's origin: place the mesh there.
@@ -34,8 +35,10 @@ class TissueView {
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
+  void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
   void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
+  DrawnAs drawn_as_;
   LabelBlocks labels_;  // of this update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;

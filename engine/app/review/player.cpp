@@ -49,7 +49,7 @@ void SessionPlayer::smooth_to(float tolerance) {
 }
 
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
-  if (!view_) view_.emplace(tolerance_);
+  if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
   return view_->update(carver_->volume());
 }
 

@@ -54,7 +54,9 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
   }
   session::DenseField field{n, std::move(marked)};
   // About one per voxel where it crosses; a little outward, so that what is labelled at corners is within.
-  for (float& v : field.distance) v = (0.5f - v) * 3 - 0.4f;
+  // Where the blur does not reach, the distance is yet to be found: redistanced() keeps values near the surface.
+  constexpr float kFar = 3;  // voxels, more than it keeps
+  for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
