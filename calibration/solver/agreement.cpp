@@ -120,14 +120,19 @@ class Consensus {
     }
     if (best.pairs.empty()) return best;
     constexpr double kGrowthFalseAlarm = 0.01;  // of stopping too early among good pairs, which the last step mends
+    const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
       Indices pairs = nearest(best.X_DH, next);  // now order[next - 1] is the farthest of them
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
-      if (r2[order[next - 1]] > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof))
+      const double farthest = r2[order[next - 1]];
+      // The quantile of F is never below that of chi-squared: most pairs need no more than that.
+      if (farthest > variance * surely_within &&
+          farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
+      }
       best = fit_to(p_H_, p_D_, std::move(pairs));
     }
     const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
@@ -308,7 +313,9 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
-    expected_ = std::max(sigma * sigma * chi_squared_quantile(0.95, std::max(3.0, 3 * static_cast<double>(n_) - 6)),
+    // Wilson & Hilferty 1931: the 95 % quantile of chi-squared, to a percent.
+    const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
+    expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
                          static_cast<double>(n_) * floor * floor);
   }
 
