@@ -70,8 +70,9 @@ struct RegistrationResult {
   bool trusted() const { return degeneracy.defect == Defect::kNone && rivals.empty(); }
 };
 
-/// The registration with its uncertainty, and with outliers (up to 70 %, consistent ones too) set aside. Throws Error
-/// when there is no pair, or the two lists differ in length.
+/// The registration with its uncertainty, and with outliers set aside. Breakdown: fewer than half of the pairs, wrong
+/// in any way, move the result by no more than wrong pairs within the noise do; scattered ones may be up to 70 %.
+/// Throws Error when there is no pair, or the two lists differ in length.
 RegistrationResult register_points(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                    const RegistrationOptions& options = {});
 

@@ -3,7 +3,7 @@ typodont_test(unit_calibration KIND unit SOURCES unit/calibration_registration_t
   LIBS typodont_calibration)
 typodont_test(property_calibration KIND property
   SOURCES property/calibration_registration_test.cpp property/calibration_delay_test.cpp
-          property/calibration_camera_test.cpp
+          property/calibration_camera_test.cpp property/calibration_hand_eye_test.cpp
   LIBS typodont_calibration Eigen3::Eigen)
 typodont_test(acceptance_calibration KIND acceptance SOURCES acceptance/calibration_routine_test.cpp LIBS typodont_calibration)
 typodont_test(bench_calibration KIND bench SOURCES bench/calibration_bench_test.cpp LIBS typodont_calibration SERIAL)
@@ -17,3 +17,8 @@ typodont_test(stress_calibration_live KIND stress SOURCES stress/calibration_liv
   LIBS typodont_calibration typodont_devices typodont_device_emulation SERIAL)
 target_compile_definitions(stress_calibration_live PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(stress_calibration_live typodont)
+# The commands for those who build a bench.
+typodont_test(acceptance_bench KIND acceptance SOURCES acceptance/bench_commands_test.cpp
+  LIBS typodont_calibration typodont_display)
+target_compile_definitions(acceptance_bench PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
+add_dependencies(acceptance_bench typodont)

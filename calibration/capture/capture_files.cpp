@@ -127,14 +127,6 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file) {
   return captures;
 }
 
-PointPairs read_pairs(const std::filesystem::path& file) {
-  PointPairs pairs;
-  for (const PairCapture& capture : read_pair_captures(file)) {
-    pairs.H.push_back(capture.touch.p_H), pairs.D.push_back(capture.shown_D);
-  }
-  return pairs;
-}
-
 void write_captures(const std::filesystem::path& folder, const Captures& captures) {
   std::error_code code;
   std::filesystem::create_directories(folder, code);

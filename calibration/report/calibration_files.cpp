@@ -2,37 +2,110 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include "calibration/report/json_values.h"
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
+#include "engine/base/input_file.h"
 #include "engine/base/units.h"
 
 namespace typodont::calibration {
 
 namespace {
 
-dvec3 point(const CsvTable& table, const std::vector<double>& row, const char* x, const char* y, const char* z) {
-  const auto at = [&](const char* name) { return row[static_cast<std::size_t>(table.column(name))]; };
-  return dvec3(at(x), at(y), at(z)) * kMillimetre;
+constexpr double kSmallestReach = 3e-3;    // m: a bench of which every coordinate is smaller is given in metres
+constexpr double kLargestReach = 10;       // m from the origin
+constexpr double kUnitLengthError = 0.01;  // of a quaternion
+
+/// The names in the header line; empty where there is none.
+std::vector<std::string> header_of(const std::filesystem::path& file) {
+  LineReader in(file, InputKind::kTable);
+  std::string line;
+  while (in.next(line)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos || line.front() == '#') continue;
+    std::vector<std::string> names(1);
+    for (const char c : line) {
+      if (c == ',') {
+        names.emplace_back();
+      } else if (std::string_view(" \t\r\xEF\xBB\xBF").find(c) == std::string_view::npos) {
+        names.back() += c;
+      }
+    }
+    return names;
+  }
+  return {};
 }
 
-bool header_has(const std::filesystem::path& file, std::string_view column) {
-  std::ifstream in(file);
-  std::string line;
-  while (std::getline(in, line)) {
-    if (!line.empty() && line.front() != '#') return line.find(column) != std::string::npos;
+/// Three columns of lengths that share a unit, "hx" to "hz": in metres where one of them is named so in the header.
+struct LengthColumns {
+  std::array<std::string, 3> names;
+  double unit = kMillimetre;
+
+  LengthColumns(const std::vector<std::string>& header, const std::string& prefix) {
+    const auto named = [&](const char* axis) {
+      return std::find(header.begin(), header.end(), prefix + axis + "_m") != header.end();
+    };
+    if (named("x") || named("y") || named("z")) unit = 1;
+    const char* const axes[] = {"x", "y", "z"};
+    for (std::size_t i = 0; i < 3; ++i) names[i] = prefix + axes[i] + (unit == 1 ? "_m" : "_mm");
   }
-  return false;
-}
+  void add_to(std::vector<std::string>& columns) const { columns.insert(columns.end(), names.begin(), names.end()); }
+  dvec3 of(const CsvTable& table, std::size_t row) const {
+    const auto at = [&](std::size_t i) { return table.rows[row][static_cast<std::size_t>(table.column(names[i]))]; };
+    return dvec3(at(0), at(1), at(2)) * unit;
+  }
+  /// Throws Error where the numbers cannot be of this unit, by the rule in the header.
+  void require_plausible(const std::filesystem::path& file, const std::vector<dvec3>& points) const {
+    double reach = 0;
+    for (const dvec3& p : points) reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    const bool metres = unit == 1;
+    const std::string place = fmt::format("columns {}", fmt::join(names, ","));
+    std::array<std::string, 3> other = names;
+    for (std::string& name : other) name = name.substr(0, name.rfind('_')) + (metres ? "_mm" : "_m");
+    if (reach > kLargestReach) {
+      throw Error(
+          file.string(), place, fmt::format("a coordinate of {:.6g} {}", reach / unit, metres ? "m" : "mm"),
+          metres ? fmt::format("at most 10 m; name the columns {} where they are millimetres", fmt::join(other, ","))
+                 : "at most 10000 mm");
+    }
+    if (!metres && reach > 0 && reach <= kSmallestReach) {
+      throw Error(file.string(), place, fmt::format("no coordinate larger than {:.4g} mm", reach / unit),
+                  fmt::format("more than 3 mm; name the columns {} where they are metres", fmt::join(other, ",")));
+    }
+  }
+};
 
 }  // namespace
 
+PointPairs read_pairs(const std::filesystem::path& file) {
+  const auto header = header_of(file);
+  const LengthColumns H(header, "h"), D(header, "d");
+  std::vector<std::string> columns;
+  H.add_to(columns), D.add_to(columns);
+  // What guided capture writes besides into the same file.
+  const CsvTable table = read_csv(
+      file, columns, {"left_u", "left_v", "right_u", "right_v", "a_rad", "b_rad", "c_rad", "d_rad", "e_rad", "f_rad"});
+  if (table.rows.empty()) throw Error(file.string(), "", "no rows", "at least one pair of points");
+  PointPairs pairs;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    pairs.H.push_back(H.of(table, i)), pairs.D.push_back(D.of(table, i));
+  }
+  H.require_plausible(file, pairs.H), D.require_plausible(file, pairs.D);
+  return pairs;
+}
+
 Stream read_stream(const std::filesystem::path& file) {
-  const CsvTable table = read_csv(file, {"t_s", "x_mm", "y_mm", "z_mm"});
+  const LengthColumns lengths(header_of(file), "");
+  std::vector<std::string> columns{"t_s"};
+  lengths.add_to(columns);
+  const CsvTable table = read_csv(file, columns);
   if (table.rows.size() < 16) {
     throw Error(file.string(), "", fmt::format("{} rows", table.rows.size()), "at least 16 samples");
   }
@@ -44,35 +117,80 @@ Stream read_stream(const std::filesystem::path& file) {
       table.fail(i, "t_s", fmt::format("{}", t), fmt::format("more than {}: times must increase", stream.t.back()));
     }
     stream.t.push_back(t);
-    stream.p.push_back(point(table, table.rows[i], "x_mm", "y_mm", "z_mm"));
+    stream.p.push_back(lengths.of(table, i));
   }
+  lengths.require_plausible(file, stream.p);
   return stream;
 }
 
+PosePairs read_pose_pairs(const std::filesystem::path& file) {
+  const auto header = header_of(file);
+  const LengthColumns a(header, "a"), b(header, "b");
+  std::vector<std::string> columns;
+  const auto turn_columns = [](const char* prefix) {
+    std::array<std::string, 4> names;
+    const char* const parts[] = {"qw", "qx", "qy", "qz"};
+    for (std::size_t i = 0; i < 4; ++i) names[i] = std::string(prefix) + parts[i];
+    return names;
+  };
+  const auto aq = turn_columns("a"), bq = turn_columns("b");
+  a.add_to(columns), columns.insert(columns.end(), aq.begin(), aq.end());
+  b.add_to(columns), columns.insert(columns.end(), bq.begin(), bq.end());
+  const CsvTable table = read_csv(file, columns);
+  const auto rotation = [&](const std::array<std::string, 4>& names, std::size_t row) {
+    double q[4];
+    for (std::size_t i = 0; i < 4; ++i) q[i] = table.rows[row][static_cast<std::size_t>(table.column(names[i]))];
+    const dquat R(q[0], q[1], q[2], q[3]);
+    if (const double length = glm::length(R); !(std::abs(length - 1) <= kUnitLengthError)) {
+      table.fail(row, fmt::format("{} to {}", names[0], names[3]), fmt::format("a quaternion of length {:.4g}", length),
+                 "length 1, within 1 %");
+    }
+    return glm::normalize(R);
+  };
+  PosePairs pairs;
+  std::vector<dvec3> positions_a, positions_b;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    pairs.A.push_back({a.of(table, i), rotation(aq, i)});
+    pairs.B.push_back({b.of(table, i), rotation(bq, i)});
+    positions_a.push_back(pairs.A.back().p), positions_b.push_back(pairs.B.back().p);
+  }
+  a.require_plausible(file, positions_a), b.require_plausible(file, positions_b);
+  return pairs;
+}
+
 std::vector<dvec3> read_points(const std::filesystem::path& file) {
-  const bool prefixed = header_has(file, "hx_mm");
-  const char *x = prefixed ? "hx_mm" : "x_mm", *y = prefixed ? "hy_mm" : "y_mm", *z = prefixed ? "hz_mm" : "z_mm";
-  const CsvTable table = read_csv(file, {x, y, z});
+  const auto header = header_of(file);
+  const bool prefixed = std::any_of(header.begin(), header.end(), [](const std::string& n) { return n[0] == 'h'; });
+  const LengthColumns lengths(header, prefixed ? "h" : "");
+  std::vector<std::string> columns;
+  lengths.add_to(columns);
+  const CsvTable table = read_csv(file, columns);
   std::vector<dvec3> points;
-  for (const auto& row : table.rows) points.push_back(point(table, row, x, y, z));
+  for (std::size_t i = 0; i < table.rows.size(); ++i) points.push_back(lengths.of(table, i));
   return points;
 }
+
+namespace {
+
+/// 6×6 of rotation (rad) and translation, m to mm.
+Value covariance_value(const std::array<double, 36>& covariance) {
+  Value rows = Value::array();
+  for (std::size_t i = 0; i < 6; ++i) {
+    Value row = Value::array();
+    for (std::size_t j = 0; j < 6; ++j) row.push_back(covariance[6 * i + j] * (i < 3 ? 1 : 1e3) * (j < 3 ? 1 : 1e3));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H) {
   Value json;
   json["X_DH"] = pose_value(result.X_DH);
   json["fre_rms_mm"] = result.fre_rms * 1e3;
   json["sigma_mm"] = number_value(result.sigma * 1e3);
-  // Rotation stays in rad; translation m -> mm.
-  Value covariance = Value::array();
-  for (std::size_t i = 0; i < 6; ++i) {
-    Value row = Value::array();
-    for (std::size_t j = 0; j < 6; ++j) {
-      row.push_back(result.covariance[6 * i + j] * (i < 3 ? 1 : 1e3) * (j < 3 ? 1 : 1e3));
-    }
-    covariance.push_back(row);
-  }
-  json["covariance"] = covariance;
+  json["covariance"] = covariance_value(result.covariance);
   json["predicted_tre_mm"]["rms"] = result.predicted_tre_rms * 1e3;
   json["predicted_tre_mm"]["targets"] = Value::array();
   for (const dvec3& target : targets_H) {
@@ -121,6 +239,36 @@ std::string delay_json(const DelayResult& result) {
   json["lost"] = {{"a", result.lost_a}, {"b", result.lost_b}};
   json["frozen"] = {{"a", result.frozen_a}, {"b", result.frozen_b}};
   json["rejected"] = result.rejected;
+  return json.dump(2) + "\n";
+}
+
+std::string hand_eye_json(const HandEyeResult& result, const char* X_name, const char* Z_name) {
+  Value json;
+  const auto sigmas = [](const std::array<double, 36>& covariance) {
+    const auto largest = [&](std::size_t first) {
+      double variance = 0;
+      for (std::size_t i = first; i < first + 3; ++i) variance = std::max(variance, covariance[7 * i]);
+      return std::sqrt(variance);
+    };
+    return std::pair(largest(0) / kDegree, largest(3) * 1e3);
+  };
+  const auto add = [&](const std::string& name, const Pose& X, const std::array<double, 36>& covariance) {
+    json[name] = pose_value(X);
+    json[name + "_covariance"] = covariance_value(covariance);
+    std::tie(json[name + "_sigma_deg"], json[name + "_sigma_mm"]) = sigmas(covariance);
+  };
+  add(X_name, result.X, result.X_covariance);
+  if (Z_name) add(Z_name, result.Z, result.Z_covariance);
+  json["noise_deg"] = result.rotation_sigma / kDegree;
+  json["noise_mm"] = result.translation_sigma * 1e3;
+  json["main_turn_deg"] = result.main_turn / kDegree;
+  json["second_turn_deg"] = result.second_turn / kDegree;
+  json["inliers"] = result.inliers;
+  json["outliers"] = result.outliers;
+  json["residuals_deg"] = Value::array();
+  for (const double r : result.rotation_residuals) json["residuals_deg"].push_back(r / kDegree);
+  json["residuals_mm"] = Value::array();
+  for (const double r : result.translation_residuals) json["residuals_mm"].push_back(r * 1e3);
   return json.dump(2) + "\n";
 }
 

@@ -58,7 +58,19 @@ class Consensus {
 
   /// The tightest consensus there is. Wrong touches near their true places also agree, loosely; so look inside what was
   /// found for a core far tighter than chance would put into a normal cloud of its size, and start again from that.
+  /// Where more than half of all pairs agree more closely than this consensus, they are the answer: fewer than half of
+  /// the pairs, wrong in whatever way, cannot prevent that (least trimmed squares).
   Agreement find() const {
+    Agreement best = find_core();
+    const Fit majority = find_majority();
+    if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
+      best = {majority, nfa_of(majority)};
+    }
+    return best;
+  }
+
+ private:
+  Agreement find_core() const {
     Agreement best = find_widest();
     while (best.log_nfa < 0 && best.fit.pairs.size() >= 5) {
       const double sigma = sigma_of(best.fit);
@@ -76,16 +88,81 @@ class Consensus {
     return best;
   }
 
- private:
+  /// Least trimmed squares (Rousseeuw & Van Driessen 2006): the half of the pairs that one motion fits best, by
+  /// concentration steps from the best of all triples tried. Then pair by pair, the nearest first, until the next one
+  /// lies beyond the noise of those that are in (forward search, Atkinson & Riani 2000). A half is too tight, but so
+  /// is its next neighbour: a ball cut out of a normal cloud ends at 2.3 of its own standard deviations at most. Last,
+  /// everything within the noise that was found.
+  Fit find_majority() const {
+    const std::size_t half = n_ / 2 + 1;
+    if (half < 4) return {};
+    std::vector<double> r2(n_);
+    Indices order(n_);
+    const auto nearest = [&](const Pose& X_DH, std::size_t count) {
+      residuals(X_DH, r2);
+      std::iota(order.begin(), order.end(), 0u);
+      std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count - 1), order.end(),
+                       [&](auto a, auto b) { return r2[a] < r2[b]; });
+      Indices pairs(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count));
+      std::sort(pairs.begin(), pairs.end());
+      return pairs;
+    };
+    Fit best;
+    best.sse = std::numeric_limits<double>::infinity();
+    for (const Candidate& candidate : by_median_) {
+      Fit fit = fit_to(p_H_, p_D_, nearest(candidate.X_DH, half));
+      for (int step = 0; step < 30; ++step) {
+        Indices next = nearest(fit.X_DH, half);
+        if (next == fit.pairs) break;
+        fit = fit_to(p_H_, p_D_, std::move(next));
+      }
+      if (fit.sse < best.sse) best = std::move(fit);
+    }
+    if (best.pairs.empty()) return best;
+    constexpr double kGrowthFalseAlarm = 0.01;  // of stopping too early among good pairs, which the last step mends
+    const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
+    const std::size_t step = 1 + n_ / 200;
+    while (best.pairs.size() < n_) {
+      const std::size_t next = std::min(n_, best.pairs.size() + step);
+      Indices pairs = nearest(best.X_DH, next);  // now order[next - 1] is the farthest of them
+      const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
+      const double variance = std::max(best.sse / dof, floor_ * floor_);
+      const double farthest = r2[order[next - 1]];
+      // The quantile of F is never below that of chi-squared: most pairs need no more than that.
+      if (farthest > variance * surely_within &&
+          farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
+        break;
+      }
+      best = fit_to(p_H_, p_D_, std::move(pairs));
+    }
+    const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
+    const double limit =
+        3 * std::max(best.sse / dof, floor_ * floor_) * f_quantile(1 - false_alarm_ / static_cast<double>(n_), 3, dof);
+    for (int round = 0; round < 20; ++round) {
+      residuals(best.X_DH, r2);
+      Indices inside;
+      for (std::size_t i = 0; i < n_; ++i) {
+        if (r2[i] <= limit) inside.push_back(i);
+      }
+      if (inside == best.pairs || inside.size() < 4) break;
+      best = fit_to(p_H_, p_D_, std::move(inside));
+    }
+    return best;
+  }
+
   Agreement find_widest() const {
     std::vector<Candidate> top;
     std::vector<double> r2(n_);
+    by_median_.clear();
     for_each_triple([&](std::size_t i, std::size_t j, std::size_t k) {
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       Candidate candidate{fit_rigid(h, d), 0, 0};
       residuals(candidate.X_DH, r2);
-      std::tie(candidate.log_nfa, candidate.count) = best_nfa(r2);
+      std::tie(candidate.score, candidate.count) = best_nfa(r2);
       keep(top, candidate);
+      const auto median = r2.begin() + static_cast<std::ptrdiff_t>(std::min(n_ - 1, n_ / 2 + 1));
+      std::nth_element(r2.begin(), median, r2.end());
+      keep(by_median_, {candidate.X_DH, *median, 0});
       return static_cast<double>(top.front().count) / static_cast<double>(n_);
     });
     Agreement best;
@@ -99,7 +176,7 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    double log_nfa;
+    double score;  // the smaller, the better: log NFA, or m², the median of the squared residuals
     std::size_t count;
   };
 
@@ -171,9 +248,9 @@ class Consensus {
 
   static void keep(std::vector<Candidate>& top, const Candidate& candidate) {
     constexpr std::size_t kKept = 8;
-    if (top.size() == kKept && candidate.log_nfa >= top.back().log_nfa) return;
+    if (top.size() == kKept && candidate.score >= top.back().score) return;
     const auto place = std::upper_bound(top.begin(), top.end(), candidate,
-                                        [](const auto& a, const auto& b) { return a.log_nfa < b.log_nfa; });
+                                        [](const auto& a, const auto& b) { return a.score < b.score; });
     top.insert(place, candidate);
     if (top.size() > kKept) top.pop_back();
   }
@@ -222,6 +299,7 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
+  mutable std::vector<Candidate> by_median_;  // of find_widest
 };
 
 // Where the noise of a touch is known, "within the noise" is a number, and a hypothesis is judged by counting: random
@@ -235,6 +313,10 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
+    // Wilson & Hilferty 1931: the 95 % quantile of chi-squared, to a percent.
+    const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
+    expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
+                         static_cast<double>(n_) * floor * floor);
   }
 
   /// `all` is the fit to every pair. Sets smaller than `least` are of no interest.
@@ -243,6 +325,7 @@ class KnownNoise {
     // Four good pairs of sixteen are missed with a chance of 1e-9; of a few pairs every triple soon had its turn.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
+    if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
     std::uint64_t state = 1;
     std::vector<bool> agrees(n_);
     const auto mark = [&] {
@@ -253,12 +336,13 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      if (agrees[i] && agrees[j] && agrees[k]) continue;  // would find the same again
+      // A triple of those that agree, without wrong pairs among them, would find the same again.
+      if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
       const Fit fit = grow({fit_rigid(h, d), {}, 0}, have / 2);
       const std::size_t found = fit.pairs.size();
-      if (found < have || (found == have && fit.sse >= best.fit.sse)) continue;
+      if (cost(fit) >= cost(best.fit)) continue;
       best.fit = fit;
       mark();
       needed = needed_for(std::max(least, found));
@@ -285,6 +369,10 @@ class KnownNoise {
   bool same_length(std::size_t i, std::size_t j) const {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
+
+  /// m²: squared residuals, each at most that of a pair at the limit (Torr & Zisserman 2000). A count alone would let
+  /// wrong pairs near their places draw the motion to them.
+  double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
     const auto n = static_cast<double>(n_), k = static_cast<double>(count);
@@ -315,6 +403,7 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
+  double expected_ = 0;  // m², the squared residuals of good pairs alone stay below it (95 %)
 };
 
 }  // namespace

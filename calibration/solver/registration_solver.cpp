@@ -24,6 +24,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr double kSplitChance = 1e-3;   // of a split by chance alone, above which it is none
+constexpr double kNoNoisier = 1.5;      // ratio of standard deviations that wrong pairs would exceed
 constexpr double kUndetermined = 1e16;  // a condition beyond what doubles can tell
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
@@ -127,15 +129,32 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
+  // All pairs that lie within `limit` m of where the motion of `fit` takes them, fitted again until they stay the same.
+  Fit take_in(Fit fit, double limit) const {
+    for (int round = 0; round < 20; ++round) {
+      Indices inside;
+      for (std::size_t i = 0; i < n_; ++i) {
+        if (glm::length(fit.X_DH * p_H_[i] - p_D_[i]) <= limit) inside.push_back(i);
+      }
+      if (inside == fit.pairs || inside.size() < 4) break;
+      fit = fit_to(p_H_, p_D_, std::move(inside));
+    }
+    return fit;
+  }
+
   // Gives every pair to the nearer motion. A second one that many pairs would follow (those that follow both count
   // too), or so near that some may have gone to the wrong one, is a rival; otherwise its pairs are outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
     const double doubtful = share_out(p_H_, p_D_, limit, split);
+    const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
+    // Good pairs that happen to lie nearer to the second motion belong to the first all the same, unless wrong ones
+    // would come with them, which make the noise larger.
     fit_ = fit_to(p_H_, p_D_, split.first);
-    if (10 * followers(p_H_, p_D_, split.X_second, limit) < 3 * split.first.size() && doubtful < 0.02) return false;
-    result_.rivals.push_back({split.X_second, split.second});
-    return true;
+    Fit all = take_in(fit_, limit);
+    if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
+    if (rival) result_.rivals.push_back({split.X_second, split.second});
+    return rival;
   }
 
   // One motion, or two that nearly coincide? Told the noise, only where the residuals do not look like it (5 %).
@@ -149,7 +168,17 @@ class Registration {
       }
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
-      if (!split || split->log_nfa > std::log(1e-3) || part(*split, freedom - 6)) return;
+      if (!split || split->log_nfa > std::log(kSplitChance)) return;
+      // A few wrong pairs split the set too, without a second motion: once they are outside, nothing is left to split.
+      const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
+      if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
+        const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
+        if (!again || again->log_nfa > std::log(kSplitChance)) {
+          fit_ = cleared;
+          return;
+        }
+      }
+      if (part(*split, freedom - 6)) return;
     }
   }
 

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
   add_doctor_command(program);
   add_sound_command(program);
   add_calibrate_command(program);
+  add_rig_command(program);
   add_replay_command(program);
   add_run_command(program);
   add_bench_command(program);

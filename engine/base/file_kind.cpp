@@ -16,7 +16,7 @@ struct KindOfFile {
   std::array<std::string_view, 3> endings;
   std::size_t endings_count;
 };
-constexpr std::array<KindOfFile, 15> kKinds{{{"a text file", {}, 0},
+constexpr std::array<KindOfFile, 16> kKinds{{{"a text file", {}, 0},
                                              {"a file of the cache", {}, 0},
                                              {"a session (.h5)", {".h5"}, 1},
                                              {"a tissue volume (.vdb)", {".vdb"}, 1},
@@ -30,7 +30,8 @@ constexpr std::array<KindOfFile, 15> kKinds{{{"a text file", {}, 0},
                                              {"a table (.csv)", {".csv"}, 1},
                                              {"a mesh (.ply)", {".ply"}, 1},
                                              {"a mesh (.stl)", {".stl"}, 1},
-                                             {"a mesh (.obj)", {".obj"}, 1}}};
+                                             {"a mesh (.obj)", {".obj"}, 1},
+                                             {"a document (.pdf)", {".pdf"}, 1}}};
 
 const KindOfFile& entry(FileKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
@@ -55,6 +56,7 @@ bool is_json(std::string_view head) {
 
 /// No bytes that only binary files have.
 bool is_text(std::string_view head) {
+  if (head.starts_with("%PDF-")) return false;
   return std::none_of(head.begin(), head.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
     return byte < 0x20 && std::string_view("\t\n\r\f").find(c) == std::string_view::npos;
@@ -103,6 +105,8 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
     }
     case FileKind::kObj:
       return is_plain_text(head);
+    case FileKind::kDocument:
+      return head.starts_with("%PDF-");
   }
   return false;
 }

@@ -25,7 +25,8 @@ enum class FileKind {
   kTable,
   kPly,
   kStl,
-  kObj
+  kObj,
+  kDocument  // PDF
 };
 
 /// "a session (.h5)", for messages.

@@ -250,8 +250,8 @@ TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
 
 TEST(CalibrateHelp, EverySubcommandNamesAnExample) {
   const ProgramFolder folder{TYPODONT_PROGRAM};
-  for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "delay", "verify", "solve", "drift",
-                           "guide", "status", "board", "camera"}) {
+  for (const char* step : {"--simulate", "arm", "screen", "eyes", "register", "hand-eye", "robot-world", "delay",
+                           "verify", "solve", "drift", "guide", "status", "board", "camera"}) {
     const Ran ran = folder.run(fmt::format("calibrate {} --help", step));
     EXPECT_EQ(ran.status, 0) << step;
     EXPECT_THAT(ran.out, HasSubstr(fmt::format("Example: typodont calibrate {}", step))) << step;

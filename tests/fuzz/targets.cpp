@@ -124,6 +124,13 @@ void calibration_csv(Bytes bytes) {
   attempt([&] { (void)calibration::read_touches(file); });
   attempt([&] { (void)calibration::read_eye_captures(file); });
   attempt([&] { (void)calibration::read_pair_captures(file); });
+  attempt([&] { (void)calibration::read_pairs(file); });
+  attempt([&] { (void)calibration::read_stream(file); });
+  attempt([&] {  // the solver too: rows that were read are never more than it takes
+    const calibration::PosePairs pairs = calibration::read_pose_pairs(file);
+    if (pairs.A.size() > 64) return;
+    (void)calibration::hand_eye_json(calibration::solve_hand_eye(pairs.A, pairs.B), "X_SM", "X_HK");
+  });
 }
 void contact_csv(Bytes bytes) {
   attempt([&] { (void)audio::read_contact_track(as_file(bytes, "contact.csv")); });

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -343,6 +344,169 @@ TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
     }
   }
   EXPECT_LT(std::sqrt(robust2), 1.1 * std::sqrt(oracle2));
+}
+
+// Wrong pairs of every kind that a bench makes, as a fraction of all pairs.
+enum class Wrong { kScattered, kNear, kShifted, kCorner, kHeavyTail, kSwapped, kTurned };
+constexpr Wrong kWrongs[] = {Wrong::kScattered, Wrong::kNear,    Wrong::kShifted, Wrong::kCorner,
+                             Wrong::kHeavyTail, Wrong::kSwapped, Wrong::kTurned};
+
+struct Contaminated {
+  Scene scene;
+  std::vector<dvec3> D;
+  std::vector<bool> wrong;
+
+  Contaminated(std::uint64_t seed, std::size_t count, double fraction, Wrong kind)
+      : scene(seed, count), wrong(count, false) {
+    Noise random(seed + 17);
+    D = scene.noisy(random);
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.index(i)]);
+    if (kind == Wrong::kCorner) {  // those next to one corner of the workspace, all by the same shift
+      const dvec3 corner = dvec3(0.1, -0.05, 0.2) + 0.04 * glm::sign(random.normal3(1));
+      std::sort(order.begin(), order.end(),
+                [&](auto a, auto b) { return glm::length(scene.H[a] - corner) < glm::length(scene.H[b] - corner); });
+    }
+    const dvec3 shift = glm::normalize(random.normal3(1)) * random.uniform(0.001, 0.006);
+    const Pose turned{scene.X_DH.p + random.normal3(0.02), random.rotation()};
+    auto bad = static_cast<std::size_t>(fraction * static_cast<double>(count) + 1e-9);
+    if (kind == Wrong::kSwapped) bad -= bad % 2;
+    for (std::size_t k = 0; k < bad; ++k) {
+      const std::size_t i = order[k];
+      wrong[i] = true;
+      switch (kind) {
+        case Wrong::kScattered:
+          D[i] += random.in_box(dvec3(-0.05), dvec3(0.05));
+          break;
+        case Wrong::kNear:
+          D[i] += glm::normalize(random.normal3(1)) * random.uniform(0.0012, 0.003);
+          break;
+        case Wrong::kShifted:
+        case Wrong::kCorner:
+          D[i] += shift;
+          break;
+        case Wrong::kHeavyTail:  // Cauchy
+          D[i] += random.normal3(1e-3) / std::max(0.02, std::abs(random.normal()));
+          break;
+        case Wrong::kSwapped:
+          if (k % 2 == 1) std::swap(D[i], D[order[k - 1]]);
+          break;
+        case Wrong::kTurned:
+          D[i] = turned * scene.H[i] + random.normal3(kSigma);
+          break;
+      }
+    }
+  }
+
+  /// m, rms over the corners of the workspace.
+  double error_of(const Pose& found) const {
+    double squares = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const dvec3 p =
+          dvec3(0.1, -0.05, 0.2) + 0.04 * dvec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+      squares += std::pow(glm::length(found * p - scene.X_DH * p), 2) / 8;
+    }
+    return std::sqrt(squares);
+  }
+  /// That of the fit to the good pairs alone.
+  double oracle_error() const {
+    std::vector<dvec3> H, good;
+    for (std::size_t i = 0; i < D.size(); ++i) {
+      if (!wrong[i]) H.push_back(scene.H[i]), good.push_back(D[i]);
+    }
+    return error_of(fit_rigid(H, good));
+  }
+  int good_pairs_dropped(const RegistrationResult& result) const {
+    return static_cast<int>(
+        std::count_if(result.outliers.begin(), result.outliers.end(), [&](std::size_t i) { return !wrong[i]; }));
+  }
+};
+
+TEST(RegistrationLaws, EightWrongPairsOfFiftyCostNoGoodOnesAndNoAccuracy) {
+  RegistrationOptions told;
+  told.known_sigma = kSigma;
+  for (const Wrong kind : kWrongs) {
+    // Wrong pairs that share a shift of five noises look like good ones: only those cost something.
+    const double cost = kind == Wrong::kShifted || kind == Wrong::kCorner ? 0.3e-3 : 0.15e-3;  // m
+    int sets_with_drops = 0, sets = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+      const Contaminated set(50'000 + seed, 50, 0.16, kind);
+      for (const RegistrationOptions& options : {RegistrationOptions{}, told}) {
+        const auto found = register_points(set.scene.H, set.D, options);
+        EXPECT_LE(set.good_pairs_dropped(found), 2) << static_cast<int>(kind) << " " << seed;
+        EXPECT_LT(set.error_of(found.X_DH), set.oracle_error() + cost) << static_cast<int>(kind) << " " << seed;
+        sets_with_drops += set.good_pairs_dropped(found) > 0;
+        ++sets;
+      }
+    }
+    EXPECT_LE(sets_with_drops, sets / 40) << static_cast<int>(kind);
+  }
+}
+
+TEST(RegistrationLaws, UpToFortyFivePercentOfWrongPairsCostLittleMoreThanTheirAbsence) {
+  RegistrationOptions told;
+  told.known_sigma = kSigma;
+  for (const Wrong kind : kWrongs) {
+    double found2 = 0, oracle2 = 0;
+    int sets = 0, spoilt = 0;
+    for (const std::size_t count : {20u, 50u, 100u}) {
+      for (int twentieths = 0; twentieths <= 9; ++twentieths) {
+        for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+          const Contaminated set(60'000 + 100 * seed + count + static_cast<std::uint64_t>(twentieths), count,
+                                 0.05 * twentieths, kind);
+          const double oracle = set.oracle_error();
+          for (const RegistrationOptions& options : {RegistrationOptions{}, told}) {
+            const auto found = register_points(set.scene.H, set.D, options);
+            found2 += std::pow(set.error_of(found.X_DH), 2), oracle2 += oracle * oracle;
+            // Even the worst set moves by what wrong pairs near their places can hide, never by their distance.
+            EXPECT_LT(set.error_of(found.X_DH), 1.5e-3) << static_cast<int>(kind) << " " << count << " " << twentieths;
+            spoilt += set.good_pairs_dropped(found) > 2;
+            ++sets;
+          }
+        }
+      }
+    }
+    EXPECT_LT(std::sqrt(found2), 1.25 * std::sqrt(oracle2)) << static_cast<int>(kind);
+    EXPECT_LE(spoilt, sets / 100) << static_cast<int>(kind);
+  }
+}
+
+TEST(RegistrationLaws, FewerThanHalfOfThePairsCannotMoveTheMotionHoweverFarAndHoweverAlike) {
+  for (const std::size_t count : {12u, 25u, 60u}) {
+    for (const double distance : {0.02, 1.0, 100.0}) {
+      for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+        const Scene scene(70'000 + seed, count);
+        Noise random(71'000 + seed);
+        auto D = scene.noisy(random);
+        const dvec3 away = glm::normalize(random.normal3(1)) * distance;
+        // All in one place, or all by the same shift: the most harmful configurations.
+        for (std::size_t i = 0; i < (count - 1) / 2 - 1; ++i) D[i] = seed % 2 ? scene.X_DH.p + away : D[i] + away;
+        const auto found = register_points(scene.H, D);
+        const dvec3 middle(0.1, -0.05, 0.2);
+        EXPECT_LT(glm::length(found.X_DH * middle - scene.X_DH * middle), 6e-4)
+            << count << " " << distance << " " << seed;
+      }
+    }
+  }
+}
+
+TEST(RegistrationLaws, ConfidenceEllipsoidsHoldAfterOutliersWereSetAside) {
+  int inside = 0, trusted = 0;
+  for (const Wrong kind : {Wrong::kScattered, Wrong::kNear, Wrong::kHeavyTail, Wrong::kSwapped}) {
+    for (std::uint64_t seed = 1; seed <= 150; ++seed) {
+      const Contaminated set(80'000 + seed, 50, 0.2, kind);
+      const auto found = register_points(set.scene.H, set.D);
+      if (!found.trusted()) continue;
+      ++trusted;
+      const Vector6 e = error_of(found.X_DH, set.scene.X_DH);
+      const Matrix6 C = Eigen::Map<const Matrix6>(found.covariance.data());
+      inside += e.dot(C.ldlt().solve(e)) <= chi_squared_quantile(0.95, 6);
+    }
+  }
+  EXPECT_GT(trusted, 520);
+  EXPECT_GE(inside, 0.92 * trusted);  // 95 %, its scatter, and what wrong pairs within the noise add
+  EXPECT_LE(inside, 0.98 * trusted);
 }
 
 TEST(Statistics, QuantilesMatchTheTables) {

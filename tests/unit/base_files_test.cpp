@@ -155,6 +155,7 @@ TEST_F(Outputs, ReplaceOnlyFilesOfTheirOwnKind) {
       {FileKind::kJson, "\n {\"a\": 1}"},
       {FileKind::kTable, "t_s,x_mm\n0,1\n"},
       {FileKind::kPly, "ply\nformat ascii 1.0\n"},
+      {FileKind::kDocument, "%PDF-1.5\n%\xB5\xED\n"},
       {FileKind::kStl, stl}};
   for (const auto& [kind, own] : samples) {
     for (const auto& [other, bytes] : samples) {

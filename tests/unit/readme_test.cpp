@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -46,6 +47,56 @@ TEST(Readme, EveryLinkLeadsToAFile) {
       ++links;
     }
   EXPECT_GT(links, 30u);
+}
+
+/// The anchor that a page's heading gets: lower case, spaces to hyphens, punctuation left out.
+std::string anchor_of(const std::string& heading) {
+  std::string anchor;
+  for (std::size_t i = 0; i < heading.size(); ++i) {
+    const auto c = static_cast<unsigned char>(heading[i]);
+    if (heading.compare(i, 2, "\xE2\x80") == 0) {  // dashes, quotation marks and dots of typography
+      i += 2;
+    } else if (c == ' ') {
+      anchor += '-';
+    } else if (std::isalnum(c) || c == '-' || c == '_' || c >= 0x80) {
+      anchor += static_cast<char>(std::tolower(c));
+    }
+  }
+  return anchor;
+}
+
+TEST(Readme, EveryAnchorOfALinkIsAHeading) {
+  static const std::regex link(R"(\]\(([^):\s]*#[^)\s]+)\))"), heading(R"((?:^|\n)#+ ([^\n]+))");
+  std::size_t anchors = 0;
+  for (const fs::path& page : pages())
+    for (const std::string& to : all(text_of(page), link)) {
+      const std::size_t hash = to.find('#');
+      const fs::path target = hash == 0 ? page : page.parent_path() / to.substr(0, hash);
+      std::set<std::string> there;
+      for (const std::string& title : all(text_of(target), heading)) there.insert(anchor_of(title));
+      EXPECT_TRUE(there.contains(to.substr(hash + 1))) << page << ": " << to;
+      ++anchors;
+    }
+  EXPECT_GT(anchors, 10u);
+}
+
+TEST(Readme, TheReadmeLeadsToEveryPageForPeople) {
+  // From page to page by their links, as a reader goes.
+  static const std::regex link(R"(\]\(([^)#:\s]+)(#[^)]*)?\))");
+  std::set<fs::path> reached;
+  std::vector<fs::path> to_read{"README.md"};
+  while (!to_read.empty()) {
+    const fs::path page = to_read.back().lexically_normal();
+    to_read.pop_back();
+    if (!reached.insert(page).second || page.extension() != ".md") continue;
+    for (const std::string& to : all(text_of(page), link)) to_read.push_back(page.parent_path() / to);
+  }
+  for (const auto& entry : fs::directory_iterator("docs"))
+    if (entry.path().extension() == ".md") {
+      EXPECT_TRUE(reached.contains(entry.path())) << entry.path() << " is linked from nowhere";
+    }
+  for (const char* page : {"CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE"})
+    EXPECT_TRUE(reached.contains(page)) << page;
 }
 
 TEST(Readme, EveryPathOfTheTreeIsThere) {

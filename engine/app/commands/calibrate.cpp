@@ -1,6 +1,9 @@
 // typodont calibrate …: the set-up routine of a bench and its single solvers.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -53,8 +56,9 @@ void add_register(cli::Command& calibrate) {
   };
   auto options = std::make_shared<Options>();
   cli::Command* command = calibrate.add_command("register", "rigid registration X_DH of paired points");
-  command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm")->required();
-  command->add_option("--targets", options->targets, "CSV of points in H (x_mm,y_mm,z_mm) to predict the error at");
+  command->add_option("--pairs", options->pairs, "CSV: hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm (or _m)")->required();
+  command->add_option("--targets", options->targets,
+                      "CSV of points in H (x_mm,y_mm,z_mm, or _m) to predict the error at");
   command->add_option("--sigma-mm", options->sigma_mm, "known noise of a touch per axis; else estimated")
       ->check(cli::more_than_zero());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
@@ -99,6 +103,83 @@ void add_register(cli::Command& calibrate) {
       rig->save();
     }
     options->out.write(registration_json(result, targets), text);
+  });
+}
+
+/// What the two commands for poses of an arm and a tracker differ in.
+struct PoseCommand {
+  const char* name;
+  const char* about;
+  const char *X, *Z;  // names of the results
+  const char *X_what, *Z_what;
+  const char* b_columns;  // what the b columns hold
+  const char* footer;
+  bool camera_on_arm;
+};
+constexpr PoseCommand kPoseCommands[] = {
+    {"hand-eye", "where a camera sits on the stylus, from poses of stylus and target (A X = X B)", "X_SK", "X_HM",
+     "the camera K on the stylus S", "the target M in the base H", "of the target in the camera (X_KM)",
+     "Solves X_HS X_SK X_KM = X_HM for X_SK and X_HM. With --motions every row holds a motion of the stylus and the "
+     "one\n"
+     "of the camera: A X_SK = X_SK B.\nTurn the stylus by 30° and more, about two axes; 15 poses or more.\n"
+     "Example: typodont calibrate hand-eye --poses poses.csv --out hand_eye.json",
+     true},
+    {"robot-world", "where a tracker stands and where its marker sits on the stylus (A X = Z B)", "X_SM", "X_HK",
+     "the marker M on the stylus S", "the tracker K in the base H", "of the marker in the tracker (X_KM)",
+     "Solves X_HS X_SM = X_HK X_KM for X_SM and X_HK.\n"
+     "Turn the stylus by 30° and more, about two axes; 15 poses or more.\n"
+     "Example: typodont calibrate robot-world --poses poses.csv --out robot_world.json",
+     false}};
+
+void add_pose_command(cli::Command& calibrate, const PoseCommand& kind) {
+  struct Options {
+    std::string poses;
+    bool motions = false;
+    Output out;
+  };
+  auto options = std::make_shared<Options>();
+  cli::Command* command = calibrate.add_command(kind.name, kind.about);
+  command
+      ->add_option(
+          "--poses", options->poses,
+          fmt::format("CSV: ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz of the stylus in the base (X_HS), the same with b "
+                      "{}; _m for metres",
+                      kind.b_columns))
+      ->required();
+  if (kind.camera_on_arm) {
+    command->add_flag("--motions", options->motions, "the rows hold motions of stylus and camera instead of poses");
+  }
+  options->out.add_to(*command);
+  command->footer(kind.footer);
+  command->callback([options, &kind] {
+    PosePairs pairs = read_pose_pairs(options->poses);
+    HandEyeOptions settings;
+    settings.motions = options->motions;
+    if (kind.camera_on_arm && !options->motions) {
+      for (Pose& pose : pairs.B) pose = inverse(pose);
+    }
+    if (const std::size_t least = options->motions ? 2 : 3; pairs.A.size() < least) {
+      throw Error(options->poses, "", fmt::format("{} rows", pairs.A.size()), fmt::format("at least {}", least));
+    }
+    const HandEyeResult result = solve_hand_eye(pairs.A, pairs.B, settings);
+    if (!result.not_determined.empty()) throw RunFailure(fmt::format("{}: {}", kind.name, result.not_determined));
+    const auto line = [](const char* name, const char* what, const Pose& X, const std::array<double, 36>& covariance) {
+      const auto sigma = [&](std::size_t first) {
+        double variance = 0;
+        for (std::size_t i = first; i < first + 3; ++i) variance = std::max(variance, covariance[7 * i]);
+        return std::sqrt(variance);
+      };
+      return fmt::format(
+          "{}   {}: translation {} mm ± {:.4f}, rotation {:.6f}, {:.6f}, {:.6f}, {:.6f} (wxyz) ± {:.4f}°\n", name, what,
+          words(X.p * 1e3), sigma(3) * 1e3, X.R.w, X.R.x, X.R.y, X.R.z, sigma(0) / kDegree);
+    };
+    std::string text = line(kind.X, kind.X_what, result.X, result.X_covariance);
+    if (!options->motions) text += line(kind.Z, kind.Z_what, result.Z, result.Z_covariance);
+    text += fmt::format(
+        "noise  {:.4f} mm and {:.4f}° per axis; {} rows used, {} set aside; turns of {:.1f}° and {:.1f}° rms\n",
+        result.translation_sigma * 1e3, result.rotation_sigma / kDegree, result.inliers.size(), result.outliers.size(),
+        result.main_turn / kDegree, result.second_turn / kDegree);
+    options->out.write(hand_eye_json(result, kind.X, options->motions ? nullptr : kind.Z), text);
   });
 }
 
@@ -635,6 +716,7 @@ void add_calibrate_command(cli::Command& app) {
   add_rig_step(*calibrate, "screen", "panel and mirror, from touches of the stylus", "marks.csv and mirror.csv");
   add_rig_step(*calibrate, "eyes", "eye centre and distance, from alignments through the mirror", "eyes.csv");
   add_register(*calibrate);
+  for (const PoseCommand& kind : kPoseCommands) add_pose_command(*calibrate, kind);
   add_delay(*calibrate);
   add_rig_step(*calibrate, "verify", "fresh points: does it hold?", "verify.csv");
   add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");

@@ -22,6 +22,7 @@ void add_pack_command(cli::Command& program);
 void add_render_command(cli::Command& program);
 void add_replay_command(cli::Command& program);
 void add_report_command(cli::Command& program);
+void add_rig_command(cli::Command& program);
 void add_run_command(cli::Command& program);
 void add_servo_command(cli::Command& program);
 void add_sound_command(cli::Command& program);

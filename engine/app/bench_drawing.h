@@ -1,0 +1,15 @@
+// The plan of a mirror bench as a drawing with measures, one A4 page: side view, view from above, table of positions.
+#pragma once
+
+#include <string>
+
+#include "engine/base/file_kind.h"
+#include "engine/display/rig_plan.h"
+
+namespace typodont {
+
+/// The bytes of an SVG drawing (FileKind::kDrawing) or a PDF document (FileKind::kDocument). Throws RunFailure where
+/// the drawing library fails.
+std::string draw_bench(const display::BenchSpec& spec, const display::BenchPlan& plan, FileKind kind);
+
+}  // namespace typodont
