@@ -5,6 +5,7 @@
 #include "calibration/bench_simulator.h"
 #include "calibration/guided_capture.h"
 #include "calibration/rig_file.h"
+#include "engine/base/json.h"
 #include "tests/support/program.h"
 
 namespace typodont::calibration {
@@ -236,11 +237,13 @@ TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
   EXPECT_THAT(ran.out, HasSubstr("to and fro"));
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
   EXPECT_GT(captures.delay_a.t.size(), 1000u);
-  const double delay = estimate_delay(captures.delay_a, captures.delay_b).delay;
-  EXPECT_NEAR(delay, 0.06, 0.02) << "in real time, on whatever machine this is";
   EXPECT_THAT(test::read_text(folder / "rig.json"), HasSubstr("delay_ms"));
+  // How late a busy machine lets samples arrive is not the program's: what it tells is the delay of what it kept
+  // (property/calibration_delay_test.cpp holds the estimate against the truth).
   const Ran again = folder.run(fmt::format("calibrate delay --rig {} --json", folder / "rig.json"));
-  EXPECT_EQ(again.status, 0) << again.err;
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_NEAR(Json::parse(again.out, "delay")["delay_ms"].number(),
+              1e3 * estimate_delay(captures.delay_a, captures.delay_b).delay, 1e-9);
   const Ran still = folder.run(fmt::format(
       "calibrate delay --hand script:{0} --with script:{0} --seconds 4",
       folder.write("rest.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n")));

@@ -36,6 +36,9 @@ using namespace std::chrono_literals;
 class Recording {
  public:
   virtual ~Recording() { stop(); }
+  /// Takes the first sample, which starts the clock of a hand that has one of its own. Called for all recordings of a
+  /// run before any begins, so that no thread's start counts as a delay.
+  virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
   Stream so_far() const {
@@ -84,10 +87,14 @@ class HandRecording : public Recording {
   }
   ~HandRecording() override { stop(); }
 
+  void wake() override {
+    haptics::HandSample first;
+    awake_ = device_->read(first);
+  }
   void begin() override {
     start([this] {
       haptics::HandSample sample;
-      while (!stopping() && device_->read(sample)) {
+      while (awake_ && !stopping() && device_->read(sample)) {
         device_->write(dvec3(0), dvec3(0));
         add(now(), sample.X_WT.p);
       }
@@ -97,6 +104,7 @@ class HandRecording : public Recording {
 
  private:
   std::unique_ptr<haptics::HapticDevice> device_;
+  bool awake_ = false;  // it gave its first sample
 };
 
 class TrackerRecording : public Recording {
@@ -151,6 +159,7 @@ std::unique_ptr<Recording> open(const std::string& address, const std::string& p
 
 DelayCapture capture_delay(const DelayCaptureOptions& options) {
   const auto a = open(options.hand, options.pedal), b = open(options.with, "none");
+  a->wake(), b->wake();
   a->begin(), b->begin();
   fmt::print("Hold both together and move them to and fro, unevenly, as fast as is comfortable.\n");
   std::fflush(stdout);
