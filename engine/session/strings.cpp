@@ -402,8 +402,8 @@ constexpr Entry kCatalogue[] = {
     {"tissue.composite", {"Composite", "Komposit", "复合树脂"}},
 
     {"tool.carrier_amalgam", {"Amalgam carrier", "Amalgampistole", "银汞合金输送器"}},
-    {"tool.carver_cleoid", {"Cleoid carver", "Schnitzinstrument (Cleoid)", "爪形雕刻器"}},
-    {"tool.carver_discoid", {"Discoid carver", "Schnitzinstrument (Discoid)", "盘形雕刻器"}},
+    {"tool.carver_cleoid", {"Cleoid carver", "Cleoid-Schnitzer", "爪形雕刻器"}},
+    {"tool.carver_discoid", {"Discoid carver", "Discoid-Schnitzer", "盘形雕刻器"}},
     {"tool.condenser_amalgam", {"Amalgam condenser", "Amalgamstopfer", "银汞合金充填器"}},
     {"tool.condenser_composite", {"Composite condenser", "Kompositstopfer", "树脂充填器"}},
     {"tool.cone", {"Cone bur", "Kegelbohrer", "锥形钻"}},
@@ -514,6 +514,10 @@ std::string tool_text(std::string_view name, Language language) {
   std::replace(plain.begin(), plain.end(), '-', ' ');
   if (!plain.empty()) plain[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(plain[0])));
   return plain;
+}
+
+std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked) {
+  return {{{"realtime.fifo", fifo}, {"realtime.pinned", pinned}, {"realtime.locked", memory_locked}}};
 }
 
 std::vector<std::string_view> catalogue_keys() {

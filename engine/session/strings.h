@@ -1,6 +1,7 @@
 // Every text the reports show, in three languages, in one catalogue (strings.cpp).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,6 +31,13 @@ std::string quantity_text(double v, std::string_view unit, Language language);
 /// "round_012" → "Round bur": what kind of tool it is, without the number at its end. Tools that are not shipped are
 /// called as they are.
 std::string tool_text(std::string_view name, Language language);
+/// What the loop that feels may be granted by the system, and whether it was; the report and the operator's window tell
+/// the same.
+struct Granted {
+  std::string_view name;  // key of the catalogue
+  bool yes = false;
+};
+std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);
 std::vector<std::string_view> catalogue_keys();
 
 }  // namespace typodont::session

@@ -8,6 +8,7 @@
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/file_field.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/operator/result_picture.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/session_report.h"
 #include "engine/app/task/task.h"
@@ -108,6 +109,40 @@ TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
   // Made anew from that, it starts from the same rules.
   const auto again = rule_choices(scene);
   for (const RuleChoice& rule : again) EXPECT_EQ(rule.counts, rule.name == "residual_caries_mm3");
+}
+
+TEST_F(Exercise, ThePictureOfTheResultShowsWhereItWasCutTooDeep) {
+  const Scene plain = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
+  std::string text = kBase;
+  text.insert(text.rfind('}'), R"(, "task": {"goal": "g", "ideal": {"remove": [
+    {"box": {"center_mm": [0, 0, 3], "size_mm": [2, 2, 2]}}]}})");
+  const Scene aimed = parse_scene(Json::parse(text, "aimed.json"), folder / "aimed.json");
+  const auto deeper = [&] {  // a millimetre more than the ideal
+    std::string deep = text;
+    deep.replace(deep.find("[2, 2, 2]"), 9, "[2, 2, 4]");
+    const Scene scene = parse_scene(Json::parse(deep, "deep.json"), folder / "deep.json");
+    return std::move(*ideal_tissue(scene, load_tissue(scene)));
+  };
+  const auto pixels = [](const render::Picture& p, const auto& wanted) {
+    int count = 0;
+    for (int y = 0; y < p.size.y; ++y)
+      for (int x = 0; x < p.size.x; ++x) count += wanted(p.at(x, y));
+    return count;
+  };
+  const auto red = [](const std::uint8_t* c) { return c[0] > 2 * c[1] && c[0] > 2 * c[2] && c[0] > 60; };
+  const auto ground = [](const std::uint8_t* c) { return c[0] == 32 && c[1] == 32 && c[2] == 33; };
+  const haptics::TissueVolume left = deeper();
+  const session::ReportOptions compared = result_of(aimed, left), alone = result_of(plain, left);
+  EXPECT_TRUE(compared.ideal);
+  EXPECT_FALSE(alone.ideal);
+  EXPECT_GT(pixels(picture_of_result(compared), red), 300);
+  EXPECT_EQ(pixels(picture_of_result(alone), red), 0);
+  for (const session::ReportOptions* one : {&compared, &alone}) {
+    const int bare = pixels(picture_of_result(*one), ground);
+    EXPECT_GT(bare, 10'000);
+    EXPECT_LT(bare, 560 * 420 / 2 + 80'000);
+  }
+  EXPECT_TRUE(picture_of_result({}).rgba.empty());
 }
 
 TEST_F(Exercise, ARuleThatCannotBeKeptIsNamedAsTheTeacherKnowsItAndNothingIsWritten) {

@@ -80,6 +80,25 @@ TEST(Keys, AndStepsOfQualityAreNamedInTheReadersLanguage) {
     EXPECT_TRUE(session::has_text(fmt::format("op.quality.{}", step.name))) << step.name;
 }
 
+TEST(RealTime, TheWindowSaysOfEachThingWhetherItWasGrantedAndInTheReportsWords) {
+  OperatorState s;
+  EXPECT_TRUE(widgets::granted_lines(s).empty()) << "nothing is known before the first tick";
+  s.status.timing.ticks = 1;
+  s.status.real_time = "not pinned: fewer than three cores";  // no word about the priority, which was granted
+  s.status.granted = {.fifo = true, .pinned = false, .memory_locked = true};
+  for (const session::Language language : {session::Language::kEnglish, session::Language::kGerman}) {
+    s.language = language;
+    const auto lines = widgets::granted_lines(s);
+    ASSERT_EQ(lines.size(), 3u);
+    EXPECT_EQ(lines[0].name, session::text("realtime.fifo", language));
+    EXPECT_EQ(lines[0].value, session::text("realtime.yes", language));
+    EXPECT_FALSE(lines[1].granted);
+    EXPECT_EQ(lines[1].name, session::text("realtime.pinned", language));
+    EXPECT_NE(lines[1].value, lines[0].value);
+    EXPECT_TRUE(lines[2].granted);
+  }
+}
+
 TEST(ShareColor, IsRedBelowThePassMarkAndNotAtIt) {
   const session::PassMark pass{60, "x"};
   const auto same = [](const ImVec4& a, const ImVec4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; };

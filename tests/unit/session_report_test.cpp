@@ -412,6 +412,10 @@ TEST(Report, TellsTheWorstPlacesInADentistsWordsWhereTheSceneSaysHowTheToothStan
   EXPECT_THAT(page(Language::kEnglish), HasSubstr("Difference from the ideal: Lingual view"));
   EXPECT_THAT(page(Language::kEnglish), HasSubstr("Difference from the ideal: Mesial view"));
   EXPECT_THAT(page(Language::kEnglish), HasSubstr(">Occlusal view</button>"));
+  EXPECT_THAT(page(Language::kEnglish),
+              HasSubstr(">distal</text><text x=\"394\" y=\"14\" text-anchor=\"end\">mesial</text>"));
+  EXPECT_THAT(page(Language::kGerman),
+              HasSubstr(">lingual</text><text x=\"394\" y=\"14\" text-anchor=\"end\">bukkal</text>"));
 }
 
 TEST(Places, AreNamedByPartSideAndThirdForEveryDirectionAndDepth) {

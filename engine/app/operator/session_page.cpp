@@ -1,6 +1,5 @@
 // A session as the instructor watches and steers it: the trainee's picture, what is held and how, and the way to stop.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -332,15 +331,8 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.frames"), fmt::format("{:.0f} /s", s.status.frames_per_second));
   if (const std::string step = fmt::format("op.quality.{}", s.status.quality); session::has_text(step))
     row(s.text("op.quality"), s.text(step));
-  // The same three that the report tells, in the same words.
-  if (t.ticks > 0) {
-    const LoopGranted& granted = s.status.granted;
-    row(s.text("realtime.fifo"), s.text(granted.fifo ? "realtime.yes" : "op.not_granted"),
-        granted.fifo ? nullptr : &kWarn);
-    std::vector<std::string> refused;
-    if (!granted.pinned) refused.emplace_back(s.text("realtime.pinned"));
-    if (!granted.memory_locked) refused.emplace_back(s.text("realtime.locked"));
-    if (!refused.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.not_granted"), fmt::join(refused, ", ")));
+  for (const GrantedLine& line : granted_lines(s)) {
+    row(line.name.c_str(), line.value, line.granted ? nullptr : &kWarn);
     if (!s.status.real_time.empty() && ImGui::IsItemHovered())
       ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
   }
@@ -373,7 +365,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w) {
 
   ImGui::SameLine();
   begin_column("right", {side, room.y});
-  const float stop = 4 * u, timing = 15.2f * u, device = (s.author ? 15.5f : 13.5f) * u;
+  const float stop = 4 * u, timing = 16.2f * u, device = (s.author ? 15.5f : 13.5f) * u;
   if (stop_button(fmt::format("{}   {}", s.text("op.emergency_stop"), s.keys("Space  Esc")).c_str(), {-1, stop})) {
     s.ask(Ask::kEmergencyStop);
   }

@@ -136,8 +136,9 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  if (s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
-  if (pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
+  // These would end the work that is under way.
+  if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
+  if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
   if (key(display::keys::kF1)) s.help = true;
 }
@@ -148,6 +149,15 @@ bool key(int code, bool control) {
   const bool edits = std::string_view("ACVXYZ").find(static_cast<char>(code)) != std::string_view::npos;
   const bool theirs = io.WantTextInput && !function_key && (!control || edits);
   return !theirs && io.KeyCtrl == control && ImGui::IsKeyPressed(code, false);
+}
+
+std::vector<GrantedLine> granted_lines(const OperatorState& s) {
+  std::vector<GrantedLine> lines;
+  if (s.status.timing.ticks == 0) return lines;
+  const LoopGranted& loop = s.status.granted;
+  for (const auto& [name, yes] : session::granted(loop.fifo, loop.pinned, loop.memory_locked))
+    lines.push_back({s.text(name), s.text(yes ? "realtime.yes" : "op.not_granted"), yes});
+  return lines;
 }
 
 void message_line(const OperatorState& s) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/app/operator/shortcuts.h"
 #include "engine/app/operator/state.h"
@@ -65,6 +66,14 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
                 std::span<const std::string> endings, OperatorState& s, InterfaceWindow& w);
 /// Millimetres a mesh's unit has.
 void unit_field(float& unit_mm);
+
+/// What the system granted the session's loop and what not, line by line, as the report will tell it; nothing before
+/// its first tick.
+struct GrantedLine {
+  std::string name, value;
+  bool granted = false;
+};
+std::vector<GrantedLine> granted_lines(const OperatorState& s);
 
 /// The line at the page's foot.
 void message_line(const OperatorState& s);

@@ -220,10 +220,8 @@ void Page::loop_times(const LoopReport& loop) {
 void Page::real_time(const LoopReport& loop) {
   put("<h3>{}</h3>\n<dl class=\"list\">", say("realtime"));
   const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
-  const auto granted = [&](bool yes) { return say(yes ? "realtime.yes" : "realtime.no"); };
-  entry("realtime.fifo", granted(loop.fifo));
-  entry("realtime.pinned", granted(loop.pinned));
-  entry("realtime.locked", granted(loop.memory_locked));
+  for (const auto& [name, yes] : granted(loop.fifo, loop.pinned, loop.memory_locked))
+    entry(name.data(), say(yes ? "realtime.yes" : "realtime.no"));
   if (loop.bearable_force > 0) {  // a hand with motors
     entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
     std::vector<std::string> events;

@@ -209,8 +209,14 @@ void Page::sections(const Views& at) {
     const Place& worst = over.depth > under.depth ? over : under;
     if (worst.depth > 0) through = worst.p_W;
   }
-  const std::string front = section_svg(p, through, at.to_right, say("section_alt"));
-  const std::string side = section_svg(p, through, glm::cross(p.axis_W, at.to_right), say("section_alt"));
+  const auto section = [&](const dvec3& along_W) {
+    const auto side = [&](const dvec3& direction) {  // as an eye there would see it
+      const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
+      return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
+    };
+    return section_svg(p, through, along_W, say("section_alt"), {side(-along_W), side(along_W)});
+  };
+  const std::string front = section(at.to_right), side = section(glm::cross(p.axis_W, at.to_right));
   if (front.empty() && side.empty()) return;
   put("<h3>{}</h3>\n<p class=\"soft\">{}</p>\n<div class=\"pictures\">\n", say("sections"), say("sections_note"));
   for (const std::string& svg : {front, side}) {

@@ -53,7 +53,8 @@ std::string contour(const Window& w, double step, double scale, const std::funct
 
 }  // namespace
 
-std::string section_svg(const Preparation& in, const dvec3& through_W, const dvec3& along_W, const std::string& label) {
+std::string section_svg(const Preparation& in, const dvec3& through_W, const dvec3& along_W, const std::string& label,
+                        const SectionSides& sides) {
   const dvec3 up = glm::normalize(in.axis_W);
   const dvec3 along = glm::normalize(along_W - glm::dot(along_W, up) * up);
   const auto at = [&](double x, double y) { return in.frame.to_voxels(through_W + x * along + y * up); };
@@ -84,9 +85,10 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   };
   return fmt::format(
       "<svg class=\"section\" viewBox=\"0 0 400 {:.0f}\" role=\"img\" aria-label=\"{}\">{}{}{}"
-      "<path class=\"ruler\" d=\"M12 {:.1f}h{:.1f}\"/><text x=\"12\" y=\"{:.1f}\">1 mm</text></svg>",
+      "<path class=\"ruler\" d=\"M12 {:.1f}h{:.1f}\"/><text x=\"12\" y=\"{:.1f}\">1 mm</text>"
+      "<text x=\"6\" y=\"14\">{}</text><text x=\"394\" y=\"14\" text-anchor=\"end\">{}</text></svg>",
       height, escaped(label), curve(in.before, "was"), curve(in.ideal, "ideal"), curve(in.after, "is"), height - 10,
-      1e-3 * scale, height - 15);
+      1e-3 * scale, height - 15, escaped(sides.left), escaped(sides.right));
 }
 
 }  // namespace typodont::session

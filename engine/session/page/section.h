@@ -7,9 +7,14 @@
 
 namespace typodont::session {
 
+/// What is written at the left and the right of a section, e.g. "distal" and "mesial"; may be empty.
+struct SectionSides {
+  std::string left, right;
+};
+
 /// The plane through `through_W` that holds the preparation's axis (upright) and `along_W` (to the right, square to
 /// it).
 std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
-                        const std::string& label);
+                        const std::string& label, const SectionSides& sides);
 
 }  // namespace typodont::session
