@@ -109,12 +109,10 @@ TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
 
 TEST(Retreat, WhereNoWayBackIsKnownTheUserIsTold) {
   // Opened inside a closed hollow: nothing led there.
-  haptics::ServoSettings settings = drill(3);
-  settings.tool.cuts = false;
   HapticBench bench(
       R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [
            {"box": {"size_mm": [6, 6, 6]}}, {"sphere": {"radius_mm": 1.2}}]}}]})",
-      settings);
+      drill(3));
   bench.tick({dvec3(0)});
   for (int i = 0; i <= 600; ++i) bench.tick({dvec3(0, 0, 1e-5 * i)});
   int told_after = -1;

@@ -465,23 +465,24 @@ bool OffsetModel::lead_back() noexcept {
   return true;
 }
 
-/// Notes the path of the proxy, and whether the hand has left a proxy that does not follow it.
+/// Notes the path of a tool that cuts, and whether the hand has left it where it does not follow.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
   retreat_.wedged = false;
   const Step& p = step_;
-  if (settings_.laws < 3 || p.lost || p.deep) return;
+  if (settings_.laws < 3 || !settings_.cutting || !tool().cuts || p.lost || p.deep) return;
   const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
   outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
-  const double far = glm::length(p.target - p.c);
-  if (far * voxel() < R::far || glm::length(p.c - retreat_.held_at) * voxel() > R::still) {
+  const dvec3 pull = p.target - p.c, moved = p.c - retreat_.held_at;
+  const double least = R::far / voxel(), still = R::still / voxel();
+  if (glm::dot(pull, pull) < least * least || glm::dot(moved, moved) > still * still) {
     retreat_.held_at = p.c;
     retreat_.held_for = 0;
     return;
   }
   retreat_.held_for += in.dt;
   if (retreat_.held_for < R::patience || !hand_has_left()) return;
-  retreat_.to = retreat_.path.nearest(p.target, far - R::gain / voxel());
+  retreat_.to = retreat_.path.nearest(p.target, glm::length(pull) - R::gain / voxel());
   retreat_.leading = retreat_.to < retreat_.path.size();
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
 }

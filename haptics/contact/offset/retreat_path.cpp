@@ -1,5 +1,7 @@
 #include "haptics/contact/offset/retreat_path.h"
 
+#include <algorithm>
+
 namespace typodont::haptics::offset {
 
 namespace {
@@ -13,8 +15,13 @@ double square(const dvec3& v) {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
+  // From a point that is farther away than this place, so many of the next ones are as well.
   std::size_t visited = 0;
-  while (visited < points_.size() && square(c - points_[visited]) > kSamePlace * kSamePlace) ++visited;
+  while (visited < points_.size()) {
+    const double off = glm::length(c - points_[visited]) - kSamePlace;
+    if (off <= 0) break;
+    visited += std::max<std::size_t>(1, static_cast<std::size_t>(off / longest_));
+  }
   if (visited < points_.size()) {
     points_.resize(visited + 1);
     return;
@@ -22,7 +29,9 @@ void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.size() == kMost) {
     for (std::size_t i = 0; i < kMost / 2; ++i) points_[i] = points_[2 * i];
     points_.resize(kMost / 2);
+    longest_ *= 2;
   }
+  longest_ = std::max(longest_, glm::length(c - points_.back()));
   points_.push_back(c);
 }
 

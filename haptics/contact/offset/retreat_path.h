@@ -18,6 +18,7 @@ class RetreatPath {
   void begin(const dvec3& c) noexcept {
     points_.clear();
     points_.push_back(c);
+    longest_ = kSpacing;
   }
   /// The proxy has come to c.
   void add(const dvec3& c) noexcept;
@@ -34,6 +35,7 @@ class RetreatPath {
   static constexpr double kLeap = 8;         // voxels: a proxy that came this far since was moved freely
 
   std::vector<dvec3> points_;
+  double longest_ = kSpacing;  // voxels between two points, at most
 };
 
 }  // namespace typodont::haptics::offset
