@@ -83,7 +83,7 @@ class PackedMethod final : public ContactMethod {
 
 class Rows {
  public:
-  explicit Rows(std::vector<BenchRow>& rows) : rows_(rows) {}
+  Rows(std::vector<BenchRow>& rows, const TissueVolume& tissue) : rows_(rows), tissue_(tissue) {}
 
   void of(const SpherePacking& packing, bool quick) {
     size_ = static_cast<double>(packing.size());
@@ -173,8 +173,9 @@ class Rows {
     const dvec3 a = 4.8e-3 * n - 2e-3 * along, b = 4.8e-3 * n + 2e-3 * along;
     const double exact = exact_groove(a, b, kHead);
     std::vector<int> changed(packing.size());
+    const std::vector<double> cell = cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue_);
     for (const Removal form : {Removal::kMended, Removal::kAsPrinted}) {
-      SphereTissue tissue(packing, form);
+      SphereTissue tissue(packing, form, cell);
       Removed removed;
       constexpr int kSteps = 400;
       const Nanos start = thread_cpu_time();
@@ -226,6 +227,7 @@ class Rows {
   }
 
   std::vector<BenchRow>& rows_;
+  const TissueVolume& tissue_;
   std::string knob_;
   double size_ = 0;
   bool differ_ = false;
@@ -235,8 +237,8 @@ class Rows {
 
 std::vector<BenchRow> bench_packing(bool quick) {
   std::vector<BenchRow> rows;
-  Rows measured(rows);
   const TissueVolume field(ball_field());
+  Rows measured(rows, field);
   std::vector<std::size_t> sizes = {10000, 36000};
   if (!quick) sizes.push_back(300000);
   for (const std::size_t n : sizes) {

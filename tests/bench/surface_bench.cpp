@@ -9,7 +9,7 @@ namespace {
 
 const std::vector<BenchRow>& rows() {
   static const std::vector<BenchRow> measured = [] {
-    std::vector<BenchRow> all = bench_surface(true);
+    std::vector<BenchRow> all = bench_surface({.quick = true});
     for (const auto& r : all)
       fmt::print("{:<44}{:<20}{:>9.3g} {:<42}{:>10.4g} ms per {:<13}{:>9.0f} triangles  ratio {:.4f} to {}\n", r.name,
                  r.knob, r.error, r.error_unit, r.time_ns * 1e-6, r.per, r.size, r.ratio, r.baseline);

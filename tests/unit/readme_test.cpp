@@ -113,13 +113,16 @@ TEST(Readme, EveryPathOfTheTreeIsThere) {
 
 const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
 
-/// What the source of a command (COMMAND.cpp) declares; --json, which every command has alike, aside.
+/// What the source of a command (COMMAND.cpp, a hyphen of its name an underscore) declares; --json, which every command
+/// has alike, aside.
 std::map<std::string, std::set<std::string>> options_by_command() {
   static const std::regex string(R"re("((?:-\w,)?--[a-z][a-z-]+(?:,[\w-]+)*)")re"), option(R"((--[a-z][a-z-]*\w))");
   std::map<std::string, std::set<std::string>> found;
   for (const auto& entry : fs::directory_iterator("engine/app/commands")) {
     if (entry.path().stem() == "command_line") continue;  // it reads the options of all
-    std::set<std::string>& options = found[entry.path().stem()];
+    std::string command = entry.path().stem();
+    std::replace(command.begin(), command.end(), '_', '-');
+    std::set<std::string>& options = found[command];
     for (const std::string& declared : all(text_of(entry.path()), string)) options.merge(all(declared, option));
     options.erase("--json");
   }

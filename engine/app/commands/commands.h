@@ -1,4 +1,4 @@
-// The program's commands: one file each, named as the user types it.
+// The program's commands: one file each, named as the user types it (a hyphen is an underscore).
 #pragma once
 
 namespace typodont {

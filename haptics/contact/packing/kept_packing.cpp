@@ -1,0 +1,69 @@
+#include "haptics/contact/packing/kept_packing.h"
+
+#include <fstream>
+
+#include "engine/base/cache.h"
+#include "engine/base/clock.h"
+#include "engine/base/error.h"
+
+namespace typodont::haptics::packing {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
+constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, of all
+constexpr const char* kSuffix = ".packing";
+
+/// Calls use(bytes, count) for all that a packing of the right size consists of.
+template <class Packing, class Use>
+bool each_part(Packing& p, Use&& use) {
+  const auto part = [&](auto& value) { return use(&value, sizeof value); };
+  const auto list = [&](auto& values) { return use(values.data(), values.size() * sizeof values[0]); };
+  return part(p.seed) && part(p.tissue_hash) && part(p.max_radius) && part(p.largest_hole) && part(p.solid_volume) &&
+         list(p.center) && list(p.radius) && list(p.tissue);
+}
+
+/// Throws Error.
+void write(const fs::path& path, const SpherePacking& packing) {
+  std::ofstream out(path, std::ios::binary);
+  const bool written = each_part(packing, [&](const auto* data, std::size_t bytes) {
+    return static_cast<bool>(out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(bytes)));
+  });
+  if (!written || !out.flush()) throw Error(path.string(), "", "not written", "a writable place");
+}
+
+/// False where the file does not hold that.
+bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
+  std::ifstream in(path, std::ios::binary);
+  packing.center.resize(spheres), packing.radius.resize(spheres), packing.tissue.resize(spheres);
+  return each_part(packing, [&](auto* data, std::size_t bytes) {
+    return static_cast<bool>(in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(bytes)));
+  });
+}
+
+}  // namespace
+
+SpherePacking kept_packing(const TissueVolume& tissue, const PackOptions& options) {
+  const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "packing";
+  Fnv1a key;
+  cache::add_program(key);
+  key.add(tissue.hash());
+  key.add(static_cast<std::uint64_t>(options.spheres));
+  key.add(options.seed);
+  key.add(options.max_radius);
+  if (!in.empty()) {
+    SpherePacking kept;
+    const fs::path file = cache::find(in, key.value, kSuffix);
+    if (!file.empty() && read(file, options.spheres, kept)) return kept;
+  }
+  const Nanos began = now();
+  SpherePacking packing = pack_spheres(tissue, options);
+  if (!in.empty() && now() - began > kWorthKeeping) {
+    cache::keep(in, key.value, kSuffix, kMostKept, [&](const fs::path& file) { write(file, packing); });
+  }
+  return packing;
+}
+
+}  // namespace typodont::haptics::packing
