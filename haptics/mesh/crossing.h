@@ -22,12 +22,12 @@ bool passes_through(const dvec3& from, const dvec3& to, const dvec3& a, const dv
 bool cross_each_other(const Corners& a, const Corners& b) noexcept;
 
 /// The first face of the mesh that a triangle crosses, of those for which counts(face) is true; kNone where there is
-/// none. `slack`: m by which vertices may have moved since their faces were put into the grid.
+/// none.
 template <class Counts>
-Index crossed_by(const EditableMesh& mesh, const Corners& t, double slack, Counts&& counts) {
+Index crossed_by(const EditableMesh& mesh, const Corners& t, Counts&& counts) {
   const dvec3 lo = glm::min(glm::min(t.p[0], t.p[1]), t.p[2]), hi = glm::max(glm::max(t.p[0], t.p[1]), t.p[2]);
   Index found = kNone;
-  mesh.near(lo - slack, hi + slack, [&](Index g) {
+  mesh.near(lo, hi, [&](Index g) {
     if (found != kNone || !counts(g)) return;
     const Corners other = corners(mesh, g);
     for (int axis = 0; axis < 3; ++axis) {

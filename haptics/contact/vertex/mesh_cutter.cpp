@@ -49,6 +49,7 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
   moved_.reserve(mesh.vertex_room());
   affected_.reserve(mesh.face_room());
   suspects_.reserve(2 * mesh.face_room());
+  for (std::vector<float>* list : {&ball_x_, &ball_y_, &ball_z_, &ball_r_, &apart_}) list->resize(mesh.face_room());
 }
 
 MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) const noexcept {
@@ -198,6 +199,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
     if (vertex_seen_[v] != look_ || place_of_[v] == kNone || moved_[place_of_[v]].stays) continue;
     Moved& m = moved_[place_of_[v]];
     mesh.move_back(v, m.before);
+    mesh.settle(v);
     m.stays = any = true;
   }
   return any;
@@ -224,27 +226,54 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
+/// The balls around the faces near the head, side by side.
+void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
+  const std::size_t count = near_.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const glm::vec3& c = mesh.ball_center(near_[k]);
+    ball_x_[k] = c.x, ball_y_[k] = c.y, ball_z_[k] = c.z, ball_r_[k] = mesh.ball_radius(near_[k]);
+  }
+}
+
+/// A face near the head that f crosses, of pairs of which at least one has changed; kNone where there is none.
+Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
+  const std::size_t count = near_.size();
+  const glm::vec3 c = mesh.ball_center(f);
+  const float r = mesh.ball_radius(f);
+  for (std::size_t k = 0; k < count; ++k) {
+    const float x = ball_x_[k] - c.x, y = ball_y_[k] - c.y, z = ball_z_[k] - c.z, far = ball_r_[k] + r;
+    apart_[k] = x * x + y * y + z * z - far * far;
+  }
+  const bool changed = face_seen_[f] == look_;
+  const mesh::Corners corners = mesh::corners(mesh, f);
+  const dvec3 n = normal2(mesh, f);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (apart_[k] > 0) continue;
+    const Index g = near_[k];
+    if (g == f || !(changed || face_seen_[g] == look_)) continue;
+    // Two that share a vertex and lie nearly in one plane cross only where the surface folds, and then others do, too.
+    const mesh::Face& other = mesh.face(g);
+    bool shares = false;
+    for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
+    if (shares) {
+      const dvec3 m = normal2(mesh, g);
+      const double d = glm::dot(n, m);
+      if (d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m)) continue;
+    }
+    if (mesh::cross_each_other(corners, mesh::corners(mesh, g))) return g;
+  }
+  return kNone;
+}
+
 /// As long as all faces near the head look at its centre, the surface there is seen from it whole, and cannot cross
 /// itself. Faces that look away are tested one by one: those of a thin wall's other side, or of an undercut.
 void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
-  double farthest2 = 0;  // a vertex that moved: the grid does not know yet
-  for (const Moved& m : moved_) farthest2 = std::max(farthest2, glm::dot(m.to - m.before.p, m.to - m.before.p));
-  const double slack = std::sqrt(farthest2);
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
-  // Two that share a vertex and lie nearly in one plane cross only where the surface folds, and then others cross, too.
-  const auto beside = [&](Index f, Index g) {
-    const mesh::Face &a = mesh.face(f), &b = mesh.face(g);
-    bool shares = false;
-    for (const Index v : a.v) shares |= v == b.v[0] || v == b.v[1] || v == b.v[2];
-    if (!shares) return false;
-    const dvec3 n = normal2(mesh, f), m = normal2(mesh, g);
-    const double d = glm::dot(n, m);
-    return d > 0 && d * d > P::same_way * P::same_way * glm::dot(n, n) * glm::dot(m, m);
-  };
   for (int round = 0; round < kMostRounds; ++round) {
     bool held = false;
     ++edge_look_;
+    list_balls(mesh);
     suspects_.clear();
     for (const Index f : near_) {
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
@@ -272,9 +301,7 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       std::sort(suspects_.begin() + static_cast<std::ptrdiff_t>(looking_away), suspects_.end());
     }
     for (const Index f : suspects_) {
-      const bool changed = is_affected(f);
-      const Index g = mesh::crossed_by(mesh, mesh::corners(mesh, f), slack,
-                                       [&](Index h) { return h != f && (changed || is_affected(h)) && !beside(f, h); });
+      const Index g = crossed_near(mesh, f);
       if (g == kNone) continue;
       held |= hold_back(mesh, f);
       held |= hold_back(mesh, g);
@@ -341,7 +368,7 @@ bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, 
       const Index b = mesh.face(h).v[(c + 1) % 3], d = mesh.face(h).v[(c + 2) % 3];
       if (crosses || b == kept || d == kept) return;
       const mesh::Corners t{{kept, b, d}, {to, mesh.vertex(b).p, mesh.vertex(d).p}};
-      crosses = mesh::crossed_by(mesh, t, 0, stays) != kNone;
+      crosses = mesh::crossed_by(mesh, t, stays) != kNone;
     });
     if (crosses) return false;
   }
@@ -368,7 +395,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
-      if (mesh::crossed_by(mesh, mesh::corners(mesh, h), 0, [&](Index k) { return k != h; }) == kNone) continue;
+      if (mesh::crossed_by(mesh, mesh::corners(mesh, h), [&](Index k) { return k != h; }) == kNone) continue;
       mesh.flip(f, 1);  // f is now a, d, c: its edge 1 is the one that was turned
       return false;
     }
@@ -429,15 +456,15 @@ bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, doubl
 }
 
 void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  gather(mesh, head, edge);
+  gather(mesh, head, P::longest * edge);
   refine(mesh, head, edge, done);
   find_inside(mesh, head, edge, done);
   if (moved_.empty()) return;
   collect_affected(mesh, head);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   keep_unfolded(mesh, head);
-  keep_uncrossed(mesh, head, edge);
   for (const Affected& a : affected_) mesh.settle_face(a.f);
+  keep_uncrossed(mesh, head, edge);
   account(mesh, head, done);
   for (const Moved& m : moved_) {
     if (!m.stays || give_way(mesh, head, m.v, edge, done)) {

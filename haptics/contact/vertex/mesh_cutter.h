@@ -89,6 +89,8 @@ class MeshCutter {
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_uncrossed(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void list_balls(const mesh::EditableMesh& mesh) noexcept;
+  mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
   void mend(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
@@ -115,6 +117,7 @@ class MeshCutter {
   std::uint32_t edge_look_ = 0;
   std::vector<std::uint32_t> edge_seen_;  // of a vertex: the last look in which a face at it looked away from the head
   std::vector<mesh::Index> near_, suspects_;
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // near the head a face looks away from it
