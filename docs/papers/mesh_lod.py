@@ -101,7 +101,7 @@ def hand(line):
 def run(program, folder, name, model, rows):
     scene = json.loads(SCENE.read_text())
     scene["model"] = {"mesh_lod": model}
-    scene["passivity"] = False  # the force as the model makes it
+    scene["passivity"] = scene["friction"] = False  # the force as the model makes it
     scene["tissue"]["mesh"]["file"] = str(MESH)
     (folder / "scene.json").write_text(json.dumps(scene))
     with open(folder / "hand.csv", "w", newline="") as out:
@@ -119,12 +119,17 @@ def run(program, folder, name, model, rows):
     return ticks
 
 
-def steps_at_switches(ticks):
-    """The greatest change of force in a tick in which the level changes, N."""
-    return max((math.dist(a[1], b[1]) for a, b in zip(ticks, ticks[1:]) if a[2] != b[2]), default=0.0)
+def switches(ticks):
+    """The ticks in which the level changes."""
+    return [i for i in range(1, len(ticks)) if ticks[i][2] != ticks[i - 1][2]]
 
 
-def draw(runs, file):
+def greatest_step(ticks, at):
+    """The greatest change of force in these ticks, N."""
+    return max((math.dist(ticks[i][1], ticks[i - 1][1]) for i in at), default=0.0)
+
+
+def draw(runs, at, file):
     width, height, left, gap = 900, 150, 60, 40
     end = runs[0][1][-1][0]
     most = max(math.hypot(*f) for _, ticks in runs for _, f, _ in ticks)
@@ -150,8 +155,8 @@ def draw(runs, file):
         parts.append('<rect x="%d" y="%d" width="%d" height="%d" fill="none" stroke="#888"/>' % (left, top, width, height))
         points = " ".join("%.1f,%.1f" % (x(t), y(math.hypot(*f))) for t, f, _ in ticks)
         parts.append('<polyline points="%s" fill="none" stroke="#123a7a" stroke-width="1"/>' % points)
-        parts.append('<text x="%d" y="%d">%s; greatest step at a switch: %.3f N</text>' % (
-            left, top - 5, name, steps_at_switches(ticks)))
+        parts.append('<text x="%d" y="%d">%s; greatest step in the ticks of a switch: %.3f N</text>' % (
+            left, top - 5, name, greatest_step(ticks, at)))
         for force in (0, round(most, 1)):
             parts.append('<text x="%d" y="%.1f" text-anchor="end">%g N</text>' % (left - 5, y(force) + 4, force))
         for second in range(int(end) + 1):
@@ -171,10 +176,11 @@ def main():
             ("one mesh, 33,140 vertices", "one", {"levels": [33140]}),
             ("levels by speed, contact point mapped, ramped", "mapped", {}),
             ("levels by speed, not mapped", "unmapped", {"mapping": False}))]
+    at = switches(runs[1][1])
     for title, ticks in runs:
-        print("%-50s %d switches, greatest step %.4f N" % (
-            title, sum(a[2] != b[2] for a, b in zip(ticks, ticks[1:])), steps_at_switches(ticks)))
-    draw(runs, HERE / "mesh_lod.svg")
+        print("%-50s %d switches, greatest step in the ticks of a switch %.4f N" % (
+            title, len(switches(ticks)), greatest_step(ticks, at)))
+    draw(runs, at, HERE / "mesh_lod.svg")
 
 
 if __name__ == "__main__":

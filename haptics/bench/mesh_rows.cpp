@@ -61,7 +61,7 @@ std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
 
 TissueVolume with_mesh(TissueMesh mesh) {
   TissueVolume volume(read_solids(Json::parse(
-      R"({"voxel_mm": 1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "bench")));
+      R"({"voxel_mm": 0.5, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "bench")));
   volume.set_mesh(std::make_shared<const TissueMesh>(std::move(mesh)));
   return volume;
 }

@@ -29,8 +29,6 @@ struct SoFar {
   bool down = false;  // it is down
   dvec3 p{0};         // m, W: where the hand is
   std::uint64_t ticks = 0;
-};  // m, W: where the hand is
-std::uint64_t ticks = 0;
 };
 SoFar so_far(const std::string& file) {
   SoFar found;

@@ -161,7 +161,8 @@ haptics::SharedContactMethod chosen_method(const Options& options) {
     if (std::find(taking.begin(), taking.end(), name) == taking.end())
       throw Error("--model", name, "a part that measures no contact model", fmt::format("{}", fmt::join(taking, ", ")));
   }
-  if (options.names.empty()) throw Error("--model", "parts to measure", "all of them", fmt::format("{}", fmt::join(taking, ", ")));
+  if (options.names.empty())
+    throw Error("--model", "parts to measure", "all of them", fmt::format("{}", fmt::join(taking, ", ")));
   return haptics::contact_method(options.model, "--model");
 }
 

@@ -1,5 +1,6 @@
-// A scene's solids, or its mesh, on voxels. Where that takes long (a mesh's distances do), what was sampled is kept between runs,
-// under a key made of the JSON text, the meshes' bytes and this program, so that the next start need not wait for it.
+// A scene's solids, or its mesh, on voxels. Where that takes long (a mesh's distances do), what was sampled is kept
+// between runs, under a key made of the JSON text, the meshes' bytes and this program, so that the next start need not
+// wait for it.
 #pragma once
 
 #include "engine/base/json.h"

@@ -142,11 +142,20 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
   level_ = next;
-  if (parameters_.maps)
-    point().map_to(grid());
-  else
-    point().put(grid(), in.X_WT * ends_[tool_]);
   return true;
+}
+
+/// The contact point on another mesh: where that would hold the hand of the last tick. `anew`: found from the hand,
+/// as if it had just come. The difference is given to the hand at a pace.
+void MeshLodModel::take_over(bool anew) noexcept {
+  const dvec3 before = point().place();
+  if (anew) {
+    point().put(grid(), hip_);
+    return;
+  }
+  point().map_to(grid());
+  point().follow(grid(), hip_);
+  if (parameters_.ramp > 0) offset_ += before - point().place();
 }
 
 void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -166,7 +175,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   const bool was_touching = placed_ && point().touching();
-  const dvec3 before = point().place();
+  const bool give = in.cuts || behind();
+  const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
   // The servo moves a free tool without asking, and holds a tip that has sunk in where it is.
@@ -177,16 +187,14 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
       out.faults |= bits(Fault::kDeepPenetration);
     }
     placed_ = true;
+  } else if (was_touching && (switched || renewed)) {
+    take_over(switched && !parameters_.maps);
   }
-  const bool give = in.cuts || behind();
-  const bool renewed = std::exchange(adopted_, false) && !give;
-  if (renewed && was_touching && placed_) point().map_to(grid());
+  const dvec3 before = point().place();
   point().follow(grid(), hip, give);
+  hip_ = hip;
   cutting_ = cutting_ && in.cuts;
-  // The difference that another level, a fresh snapshot, or a wall that gave way, makes is given to the hand at a pace.
-  if (was_touching && ((switched && parameters_.maps) || renewed || point().gave_way())) {
-    if (parameters_.ramp > 0) offset_ += before - point().place();
-  }
+  if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
   fade_offset(in);
   out.touching = point().touching();
   out.breaking_through = !out.touching && offset_ != dvec3(0);

@@ -62,6 +62,7 @@ class MeshLodModel final : public ContactModel {
   const SurfacePoint& point() const noexcept { return points_[tool_]; }
   /// True where it is another one than before.
   bool choose_level(const ContactInput& in) noexcept;
+  void take_over(bool anew) noexcept;
   PerTissue engaged_area(const dvec3& way) const noexcept;
   void fade_offset(const ContactInput& in) noexcept;
 
@@ -74,6 +75,7 @@ class MeshLodModel final : public ContactModel {
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
   bool placed_ = false;
+  dvec3 hip_{0};     // m, in the last tick
   dvec3 offset_{0};  // m, from the contact point to where the last level, or a wall, held the tool: fades
   // Of the wall that holds the tool, or did and fades with the offset.
   dvec3 wall_normal_{0};
