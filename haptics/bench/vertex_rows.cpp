@@ -27,7 +27,8 @@ constexpr double kDepth = 0.1e-3;  // m that a probe is pressed in, and that a b
 
 TissueVolume with_mesh(TissueMesh mesh) {
   TissueVolume volume(read_solids(Json::parse(
-      R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})", "bench")));
+      R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 4]}}}]})",
+      "bench")));
   volume.set_mesh(std::make_shared<const TissueMesh>(std::move(mesh)));
   return volume;
 }
