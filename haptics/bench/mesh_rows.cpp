@@ -27,7 +27,7 @@ using namespace mesh_lod;
 constexpr double kSpeed = 30e-3;              // m/s of the hand
 constexpr double kDepth = 0.3e-3;             // m below the surface
 constexpr double kTips[] = {1e-9, 0.125e-3};  // m, radius of what slides: the paper's point, the explorer's tip
-constexpr int kTurn = 400;                    // ticks after which the hand goes on in another direction
+constexpr int kTurn = 60;                     // ticks after which the hand goes on in another direction
 constexpr int kApproach = 100;                // ticks from the open to the surface
 
 /// Where a hand goes that feels its way over the mesh, the same for all levels: found on one of them.

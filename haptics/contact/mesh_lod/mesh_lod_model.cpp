@@ -97,7 +97,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  if (fresh.edits != snapshot_.edits) placed_ = false;  // tissue may have come back around the tool
+  if (fresh.edits != snapshot_.edits) placed_ = flew_ = false;  // tissue may have come back around the tool
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
 }
@@ -117,6 +117,7 @@ double MeshLodModel::clearance(const Pose& X_WG) noexcept {
 }
 
 void MeshLodModel::release() noexcept {
+  flew_ = flew_ || placed_;
   placed_ = false;
   offset_ = wall_normal_ = dvec3(0);
   wall_stiffness_ = 0;
@@ -134,7 +135,7 @@ bool MeshLodModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
 
 void MeshLodModel::take_up(std::uint32_t tool) noexcept {
   tool_ = tool;
-  placed_ = false;
+  placed_ = flew_ = false;
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
@@ -168,7 +169,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   const dvec3 hip = in.X_WT * ends_[tool_], end = in.X_WT.R * ends_[tool_];
   if (!holds(in.X_WG * ends_[tool_], point().radius() + kNearby)) {
-    placed_ = false;
+    placed_ = flew_ = false;
     out.p_WG = in.X_WG.p;
     out.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
@@ -179,14 +180,17 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo moves a free tool without asking, and holds a tip that has sunk in where it is.
-  if (!placed_ || (!was_touching && offset_ == dvec3(0))) {
+  // The servo moves a free tool without asking, as far as clearance() allows: also through a hole of an open mesh.
+  if (!placed_) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
-    if (!point().put(grid(), X_WG * ends_[tool_])) {
+    if (flew_) {
+      point().put_free(X_WG * ends_[tool_]);
+    } else if (!point().put(grid(), X_WG * ends_[tool_])) {
       out.leading_out = true;
       out.faults |= bits(Fault::kDeepPenetration);
     }
     placed_ = true;
+    flew_ = false;
   } else if (was_touching && (switched || renewed)) {
     take_over(switched && !parameters_.maps);
   }

@@ -17,7 +17,6 @@ class LevelBySpeed {
   /// The level from now on, of `count`; 0 is the finest. `way` of the hand in this tick, m; `dt` in s.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
-  double speed() const noexcept { return speed_; }
 
  private:
   std::vector<double> speeds_;  // m/s
@@ -37,7 +36,7 @@ class MeshLodModel final : public ContactModel {
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
-  void begin_anew() noexcept override { placed_ = false; }
+  void begin_anew() noexcept override { placed_ = flew_ = false; }
   void release() noexcept override;
   bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
@@ -74,9 +73,10 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;
-  dvec3 hip_{0};     // m, in the last tick
-  dvec3 offset_{0};  // m, from the contact point to where the last level, or a wall, held the tool: fades
+  bool placed_ = false;  // the contact point is where the tool is
+  bool flew_ = false;    // else the servo moved it, from where it was free to where it is
+  dvec3 hip_{0};         // m, in the last tick
+  dvec3 offset_{0};      // m, from the contact point to where the last level, or a wall, held the tool: fades
   // Of the wall that holds the tool, or did and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;

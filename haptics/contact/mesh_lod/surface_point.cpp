@@ -30,11 +30,15 @@ double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double 
   return grid.nearest(p, most + radius()).distance - radius();
 }
 
-bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
+void SurfacePoint::put_free(const dvec3& p) noexcept {
   c_ = p;
   count_ = 0;
   ground_ = Tissue::kAir;
   behind_ = false;
+}
+
+bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
+  put_free(p);
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;

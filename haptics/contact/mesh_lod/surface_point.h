@@ -51,6 +51,8 @@ class SurfacePoint {
 
   /// Begins at p. False where p was inside the tissue or nearer to it than the radius: then the point was led out.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept;
+  /// Goes on at p, which is known to be free.
+  void put_free(const dvec3& p) noexcept;
   /// The point on another mesh: the place nearest to the old one that is outside it (SCP mapping, section 3.2).
   void map_to(const TriangleGrid& grid) noexcept;
   /// Follows the HIP. `give`: the faces that the ball overlaps are cut away as deep as it does.

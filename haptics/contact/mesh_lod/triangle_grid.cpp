@@ -163,25 +163,6 @@ TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const n
   }
 }
 
-TriangleGrid::Hit TriangleGrid::first_hit(const dvec3& p, const dvec3& q) const noexcept {
-  Hit hit;
-  const dvec3 way = q - p;
-  for_near(glm::min(p, q), glm::max(p, q), [&](std::uint32_t i) {
-    // Moeller & Trumbore 1997, both sides, edges included with a margin: no segment slips between two faces.
-    constexpr double kMargin = 1e-9;  // of the face's own size
-    const Face& f = faces_[i];
-    const dvec3 e1 = f.b - f.a, e2 = f.c - f.a, h = glm::cross(way, e2);
-    const double det = glm::dot(e1, h);
-    if (!(std::abs(det) > 0)) return;
-    const dvec3 s = p - f.a, k = glm::cross(s, e1);
-    const double u = glm::dot(s, h) / det, v = glm::dot(way, k) / det, at = glm::dot(e2, k) / det;
-    if (u < -kMargin || v < -kMargin || u + v > 1 + kMargin || at < 0 || at > hit.at) return;
-    if (hit.found && at == hit.at && i > hit.face) return;
-    hit = {true, i, at};
-  });
-  return hit;
-}
-
 bool TriangleGrid::inside(const dvec3& p) const noexcept {
   if (!part_) return winding_sixths(p) >= 3;
   constexpr double kFar = 2e-3;  // m

@@ -49,7 +49,6 @@ class TriangleGrid {
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  double cell() const noexcept { return cell_; }  // m
   /// Of faces, boxes and cells.
   std::size_t bytes() const noexcept;
 
@@ -72,14 +71,6 @@ class TriangleGrid {
   };
   /// The nearest point of the surface within `most` metres.
   Nearest nearest(const dvec3& p, double most) const noexcept;
-
-  /// The first face that the segment from p to q meets, from either side, and where: at p + at (q - p).
-  struct Hit {
-    bool found = false;
-    std::uint32_t face = 0;
-    double at = 1;
-  };
-  Hit first_hit(const dvec3& p, const dvec3& q) const noexcept;
 
   /// Six times the generalized winding number along the directions of the axes: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
