@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <functional>
 #include <thread>
 
 #include "engine/base/error.h"
@@ -15,6 +17,52 @@ namespace typodont::test {
 namespace {
 
 using namespace std::chrono_literals;
+
+bool eventually(const std::function<bool()>& condition) {
+  for (int i = 0; i < 1200 && !condition(); ++i) std::this_thread::sleep_for(100ms);
+  return condition();
+}
+
+/// What a recording tells so far.
+struct SoFar {
+  int presses = 0;    // how often the pedal went down
+  bool down = false;  // it is down
+  dvec3 p{0};         // m, W: where the hand is
+  std::uint64_t ticks = 0;
+};
+SoFar so_far(const std::string& file) {
+  SoFar found;
+  try {
+    const session::SessionReader session(file);
+    found.ticks = session.tick_count();
+    for (const ServoTick& tick : session.ticks(0, found.ticks)) {
+      found.presses += tick.pedal > 0 && !found.down;
+      found.down = tick.pedal > 0;
+      found.p = tick.X_WT.p;
+    }
+  } catch (const Error&) {  // not there yet
+  }
+  return found;
+}
+
+/// Three clicks are three presses, four notches of the wheel four steps along `toward_eye`, no more.
+void click_and_turn(const std::string& file, double step, const dvec3& toward_eye) {
+  for (int click = 1; click <= 3; ++click) {
+    Desktop::xdotool("click 1");
+    const auto pressed = [&] {
+      const SoFar now = so_far(file);
+      return now.presses == click && !now.down;
+    };
+    EXPECT_TRUE(eventually(pressed)) << click << " " << so_far(file).presses;
+  }
+  const double before = glm::dot(so_far(file).p, toward_eye);
+  for (int notch = 1; notch <= 4; ++notch) {
+    Desktop::xdotool("click 4");
+    const auto moved = [&] { return glm::dot(so_far(file).p, toward_eye) - before; };
+    EXPECT_TRUE(eventually([&] { return std::abs(moved() - notch * step) < 1e-5; })) << notch << " " << moved();
+  }
+  EXPECT_EQ(so_far(file).presses, 3);
+}
 
 TEST(MouseInTheWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTheToolByItsStep) {
   const Desktop desktop({640, 480});
@@ -31,46 +79,45 @@ TEST(MouseInTheWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTheToolByIt
       folder.start(fmt::format("run {} --rig {} --hand mouse:0.5 --pedal none --audio none: --record {}",
                                folder / "scene.json", folder / "rig.json", file),
                    fmt::format("DISPLAY={}", std::getenv("DISPLAY")));
-  const auto eventually = [](const auto& condition) {
-    for (int i = 0; i < 1200 && !condition(); ++i) std::this_thread::sleep_for(100ms);
-    return condition();
-  };
-  /// How often the pedal went down, and how far the tool is from the screen (z of W), so far.
-  struct SoFar {
-    int presses = 0;
-    double z = -1;
-    std::uint64_t ticks = 0;
-  };
-  const auto so_far = [&] {
-    SoFar found;
-    try {
-      const session::SessionReader session(file);
-      found.ticks = session.tick_count();
-      bool down = false;
-      for (const ServoTick& tick : session.ticks(0, found.ticks)) {
-        found.presses += tick.pedal > 0 && !down;
-        down = tick.pedal > 0;
-        found.z = tick.X_WT.p.z;
-      }
-    } catch (const Error&) {  // not there yet
-    }
-    return found;
-  };
-  EXPECT_TRUE(eventually([&] { return so_far().ticks > 500; })) << folder.said();
+  EXPECT_TRUE(eventually([&] { return so_far(file).ticks > 500; })) << folder.said();
   Desktop::xdotool("search --name Typodont windowfocus");
   Desktop::xdotool("mousemove 500 100");
-  const double before = so_far().z;
-  for (int click = 1; click <= 3; ++click) {
-    Desktop::xdotool("click 1");
-    EXPECT_TRUE(eventually([&] { return so_far().presses == click; })) << click << " " << so_far().presses;
-  }
-  for (int notch = 1; notch <= 4; ++notch) {
-    Desktop::xdotool("click 4");
-    EXPECT_TRUE(eventually([&] { return std::abs(so_far().z - (before + notch * 0.5e-3)) < 1e-5; }))
-        << notch << " " << so_far().z - before;
-  }
+  EXPECT_TRUE(eventually([&] { return std::abs(so_far(file).p.x) > 3e-3; }));
+  click_and_turn(file, 0.5e-3, {0, 0, 1});
   const Ran ended = folder.finish(child);
   EXPECT_EQ(ended.status, 0) << ended.err;
+}
+
+TEST(MouseInTheOperatorsWindow, ClicksShorterThanAFrameDrillAndEveryNotchMovesTheToolByItsStep) {
+  const Desktop desktop({1280, 800});
+  ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
+  const ProgramFolder folder(TYPODONT_PROGRAM);
+  std::filesystem::create_directories(folder / "home/scenes");
+  folder.write("home/scenes/zz_ball.json", R"({"name": "ball", "tissue": {"voxel_mm": 0.2, "solids": [
+    {"tissue": "dentin", "solid": {"sphere": {"center_mm": [6.8, 5.5, 16], "radius_mm": 2}}}]}, "tool": "round_012",
+    "spindle_krpm": 300, "parts": ["haptics", "render"]})");
+  const pid_t child = folder.start("", fmt::format("DISPLAY={} HOME={} TYPODONT_HOME={}", std::getenv("DISPLAY"),
+                                                   folder.path().string(), folder / "home"));
+  EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name Typodont").empty(); })) << folder.said();
+  std::this_thread::sleep_for(2s);
+  Desktop::xdotool("search --name Typodont windowfocus");
+  Desktop::xdotool("key --delay 60 ctrl+Up");  // the user's own scenes come last
+  std::this_thread::sleep_for(500ms);
+  Desktop::xdotool("key --delay 60 F5");  // the mouse is the hand where no device is plugged in
+  std::string file;
+  EXPECT_TRUE(eventually([&] {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path()))
+      if (entry.path().extension() == ".h5") file = entry.path().string();
+    return !file.empty() && so_far(file).ticks > 500;
+  })) << folder.said();
+  const dvec3 rests = so_far(file).p;
+  Desktop::xdotool("mousemove 640 260");
+  EXPECT_TRUE(eventually([&] { return glm::length(so_far(file).p - rests) > 1e-3; }));
+  std::this_thread::sleep_for(500ms);
+  // The screen of assets/rigs/window.json, as its corners say.
+  click_and_turn(file, 0.15e-3, glm::normalize(dvec3(0, -7.56, 11.1846)));
+  const Ran ended = folder.finish(child, SIGTERM);
+  EXPECT_NE(ended.status, -1) << ended.err;
 }
 
 }  // namespace
