@@ -10,7 +10,6 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/commands/picture_size.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/picture_stage.h"
 #include "engine/app/picture/teaching_views.h"
