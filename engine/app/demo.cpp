@@ -34,6 +34,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRate = 1000;           // Hz
+constexpr double kUsualLength = 80;      // s of the shipped scene's session, for the forecast
+constexpr double kDuring = 0.4;          // share of the strokes after which the picture "during" is taken
 constexpr std::size_t kFilmQuality = 2;  // step of the ladder: thousands of full-HD frames, drawn by a processor
 
 /// The pictures of one moment: both eyes and the composed screen.
@@ -54,10 +56,10 @@ void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const 
   stage.set_quality(of_film);
 }
 
-/// How the work ended, from what was removed.
-std::string what_is_left(const ServoTick& tick, double caries_before) {
-  const double left = 1 - tick.removed[static_cast<std::size_t>(Tissue::kCaries)] / caries_before;
-  return fmt::format("done: {:.1f} % of the caries left", 100 * std::max(0.0, left));
+/// How the work ended, from the tissue that is there.
+std::string what_is_left(const haptics::TissueVolume& tissue, const PerTissue& before) {
+  constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
+  return fmt::format("done: {:.1f} % of the caries left", 100 * tissue.volumes()[kCaries] / before[kCaries]);
 }
 
 std::vector<std::uint8_t> rgb_of(const render::Picture& picture) {
@@ -85,11 +87,10 @@ void run_demo(const DemoOptions& options) {
   log::info("scene {} ({})", scene.name, scene.file.string());
   haptics::TissueVolume tissue = load_tissue(scene);
   rig = magnified_for(rig, tissue);
-  const StudentPlan plan = plan_caries_removal(scene, tissue, kRate);
-  const auto hand = haptics::make_scripted_hand(plan.path, kRate, /*paced=*/false);
-  HapticLoop loop(scene, std::move(tissue), hand->info());
+  Student student(scene, tissue, kRate);
+  HapticLoop loop(scene, std::move(tissue), student.device().info());
   haptics::TissueVolume& volume = loop.carver().volume();
-  const double length = std::min(plan.path.end(), options.seconds);
+  const double length = std::min(kUsualLength, options.seconds);
 
   PictureStage::Options look;
   look.quality = render::kQualityLadder[kFilmQuality];
@@ -103,7 +104,7 @@ void run_demo(const DemoOptions& options) {
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
-  session::SessionHeader header = session_header(scene, rig_file, *hand, volume, kRate);
+  session::SessionHeader header = session_header(scene, rig_file, student.device(), volume, kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;
   whole.whole_or_nothing = true;
@@ -112,7 +113,7 @@ void run_demo(const DemoOptions& options) {
   TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film, mono;
-  const double caries_before = header.volumes_before[static_cast<std::size_t>(Tissue::kCaries)];
+  std::string end;  // what the last pictures say
 
   Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
@@ -123,9 +124,9 @@ void run_demo(const DemoOptions& options) {
   bool before_taken = false, during_taken = false;
   std::uint64_t frames = 0;
   Nanos timed_from = 0;
-  while (hand->read(sample) && to_seconds(sample.t) <= length) {
+  while (student.read(sample, volume) && to_seconds(sample.t) <= options.seconds) {
     const bool did_cut = loop.tick(sample, tick, cut);
-    hand->write(tick.f_T_W, tick.tau_T_W);
+    student.see(tick);
     if (loop.fresh_patch()) recorder.append({loop.fresh_patch(), 1});
     if (did_cut) recorder.append({&cut, 1});
     recorder.append({&tick, 1});
@@ -137,21 +138,23 @@ void run_demo(const DemoOptions& options) {
     const double t = to_seconds(tick.t);
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
-    progress.at(t / length);
+    progress.at(std::min(t / length, 1.0));
     constexpr std::uint64_t kTimed = 10;  // frames, after the first, which makes things ready
     if (frames == 1) timed_from = now();
     if (frames == 1 + kTimed) {
       const double each = to_seconds(now() - timed_from) / kTimed, all = length * options.fps;
-      log::info("{:.0f} s of session, {:.0f} pictures: about {:.0f} min on this machine", length, all,
+      log::info("about {:.0f} s of session, {:.0f} pictures: about {:.0f} min on this machine", length, all,
                 std::ceil(each * all / 60));
     }
     recorder.heartbeat();
     sound.advance(tick.t);
     debris.step(1 / options.fps);
     stage.show(view.update(volume), volume.frame().origin);
-    const std::string hint = t < plan.explore_end ? "exploring, drill at rest"
-                             : t < plan.drill_end ? "removing caries"
-                                                  : what_is_left(tick, caries_before);
+    using Phase = Student::Phase;
+    if (student.phase() == Phase::kAway && end.empty()) end = what_is_left(volume, header.volumes_before);
+    const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"
+                             : student.phase() == Phase::kDrill ? "removing caries"
+                                                                : end;
     stage.draw(tick, debris.particles(), 1 / options.fps, hint);
     const render::Picture screen = stage.screen();
     const render::Picture left = stage.eye(0);
@@ -166,13 +169,13 @@ void run_demo(const DemoOptions& options) {
       write_pictures(stage, tick, debris.particles(), hint, options.out, "before", pictures, "Before");
       before_taken = true;
     }
-    if (!during_taken && t > plan.explore_end + 0.6 * (plan.drill_end - plan.explore_end)) {
+    if (!during_taken && student.phase() == Phase::kDrill && student.done() > kDuring) {
       write_pictures(stage, tick, debris.particles(), hint, options.out, "during", pictures, "While drilling");
       during_taken = true;
     }
   }
   stage.show(view.update(volume), volume.frame().origin);
-  write_pictures(stage, tick, {}, what_is_left(tick, caries_before), options.out, "after", pictures, "After");
+  write_pictures(stage, tick, {}, what_is_left(volume, header.volumes_before), options.out, "after", pictures, "After");
   sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);

@@ -5,7 +5,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/commands/picture_size.h"
+#include "engine/app/picture/eye_size.h"
 #include "engine/contract/session_length.h"
 
 namespace typodont {

@@ -11,7 +11,6 @@
 #include "engine/app/assets.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/commands/picture_size.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/app/picture/magnify.h"
 #include "engine/app/picture/picture_stage.h"

@@ -12,6 +12,7 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "haptics/fill.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -64,7 +65,7 @@ constexpr double kHardlyLess = 0.7;          // of what a tool leaves: where ano
 constexpr double kSameWidth = 0.01e-3;       // m
 constexpr double kWorthIt = 0.9;             // another tool must leave less than this share of what the last one left
 constexpr double kLeastGain = 0.012;         // of the whole task, that a tool must bring
-constexpr double kWorthCutting = 0.8;        // of what was off before: where more is left, it is not cut once more
+constexpr double kWorthCutting = 0.5;        // of what was off before: where more is left, it is not cut once more
 constexpr double kLeastLayer = 0.01e-9;      // m³ that a layer must bring
 constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
 constexpr std::size_t kMostTools = 3;
@@ -664,7 +665,7 @@ class NotedHand final : public haptics::HapticDevice {
 
 }  // namespace
 
-haptics::HandPath expert_path(const Scene& scene, double rate) {
+std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
   HapticLoop loop(scene, load_tissue(scene), rate);
   Expert expert(scene, load_untouched(scene));
   ExpertHand hand(expert.plan(loop.carver().volume()), rate);
@@ -679,11 +680,7 @@ haptics::HandPath expert_path(const Scene& scene, double rate) {
     rest = expert.plan(loop.carver().volume());
     if (rest.empty()) break;
   }
-  return path;
-}
-
-std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
-  return haptics::make_scripted_hand(expert_path(scene, rate), rate, /*paced=*/true);
+  return haptics::make_scripted_hand(std::move(path), rate, /*paced=*/true);
 }
 
 }  // namespace typodont

@@ -14,7 +14,6 @@
 #include "engine/app/surroundings/surroundings.h"
 #include "engine/app/task/task.h"
 #include "haptics/haptic_device.h"
-#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -99,10 +98,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double most_lead_;   // m, of a cut: as much as gives the force that it works with
 };
 
-/// The expert's whole session in this scene, worked out now, as the path of its hand at `rate` Hz. Shows its progress.
-/// Throws Error where the task names no ideal.
-haptics::HandPath expert_path(const Scene& scene, double rate);
-/// The same as a hand that does it at its own pace in a live session.
+/// The expert's whole session in this scene, worked out now, as a hand of `rate` Hz that does it at its own pace in a
+/// live session. Shows its progress. Throws Error where the task names no ideal.
 std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate);
 
 /// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/app/hands/expert_hand.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 
@@ -69,14 +68,6 @@ class Writer {
   void wait(double seconds, double pedal) {
     rows_.push_back({rows_.back().t + seconds, rows_.back().X_WT, pedal, dvec3(0)});
   }
-  /// A whole path, so much later than it says.
-  void follow(const haptics::HandPath& path, double later) {
-    for (haptics::HandPath::Row row : path.rows) {
-      row.t += later;
-      rows_.push_back(row);
-    }
-  }
-  double now() const { return rows_.back().t; }
   std::vector<haptics::HandPath::Row> take() { return std::move(rows_); }
 
  private:
@@ -86,14 +77,15 @@ class Writer {
 
 }  // namespace
 
-StudentPlan plan_caries_removal(const Scene& scene, const haptics::TissueVolume& tissue, double rate) {
+Student::Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate)
+    : rate_(rate), expert_(scene, load_untouched(scene)) {
   const dvec3 top = top_of_caries(tissue);
   const double r = scene.servo.tool.radius();
-  StudentPlan plan;
+  above_ = top + dvec3(0, 0, 4.0_mm);
+  std::vector<ExpertLeg> legs = expert_.plan(tissue);
 
   Writer hand(dquat(1, 0, 0, 0));
-  const dvec3 above = top + dvec3(0, 0, 4.0_mm);
-  hand.start(above + dvec3(2.0_mm, 1.0_mm, 2.0_mm));
+  hand.start(above_ + dvec3(2.0_mm, 1.0_mm, 2.0_mm));
   hand.wait(0.4, 0);
   for (const dvec3& across : {dvec3(1, 0, 0), dvec3(0, 1, 0)}) {
     bool down = false;
@@ -106,20 +98,44 @@ StudentPlan plan_caries_removal(const Scene& scene, const haptics::TissueVolume&
       hand.move(target, down ? kExploreSpeed : kTravelSpeed / 2, 0);
       down = true;
     }
-    hand.move(above, kTravelSpeed, 0);
+    hand.move(above_, kTravelSpeed, 0);
   }
-  plan.explore_end = hand.now();
+  hand.move(legs.front().to.p, kTravelSpeed, 0);
+  scripted_ = haptics::make_scripted_hand({hand.take()}, rate, /*paced=*/false);
+  hand_ = std::make_unique<ExpertHand>(std::move(legs), rate);
+}
 
-  const haptics::HandPath expert = expert_path(scene, rate);
-  hand.move(expert.rows.front().X_WT.p, kTravelSpeed, 0);
-  // The expert's rows fall on ticks: so do these.
-  const double begin = std::ceil(hand.now() * rate + 1) / rate - expert.rows.front().t;
-  hand.follow(expert, begin);
-  plan.drill_end = hand.now();
-  hand.move(above + dvec3(5.0_mm, 4.0_mm, 5.0_mm), kTravelSpeed, 0);
-  hand.wait(0.8, 0);
-  plan.path.rows = hand.take();
-  return plan;
+bool Student::read(haptics::HandSample& sample, const haptics::TissueVolume& now) {
+  if (!next(sample, now)) return false;
+  sample.t = from_seconds(static_cast<double>(ticks_++) / rate_);
+  last_ = sample.X_WT;
+  return true;
+}
+
+bool Student::next(haptics::HandSample& sample, const haptics::TissueVolume& now) {
+  if (phase_ == Phase::kExplore) {
+    if (scripted_->read(sample)) return true;
+    phase_ = Phase::kDrill;
+  }
+  while (phase_ == Phase::kDrill) {
+    if (hand_->read(sample)) return true;
+    std::vector<ExpertLeg> rest = expert_.plan(now);
+    if (!rest.empty()) {
+      hand_->go_on(std::move(rest));
+      continue;
+    }
+    phase_ = Phase::kAway;
+    Writer away(last_.R);
+    away.start(last_.p);
+    away.move(above_ + dvec3(5.0_mm, 4.0_mm, 5.0_mm), kTravelSpeed, 0);
+    away.wait(0.8, 0);
+    scripted_ = haptics::make_scripted_hand({away.take()}, rate_, /*paced=*/false);
+  }
+  return scripted_->read(sample);
+}
+
+void Student::see(const ServoTick& tick) noexcept {
+  hand_->see(tick);
 }
 
 }  // namespace typodont

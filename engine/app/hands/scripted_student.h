@@ -2,20 +2,41 @@
 // in both directions, removes the caries as the expert does, and draws the tool away.
 #pragma once
 
+#include <memory>
+
+#include "engine/app/hands/expert_hand.h"
 #include "engine/app/scene.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
 
-struct StudentPlan {
-  haptics::HandPath path;
-  double explore_end = 0;  // s: before it the drill stands still
-  double drill_end = 0;    // s: after it the tool is drawn away
-};
+class Student {
+ public:
+  enum class Phase { kExplore, kDrill, kAway };
 
-/// `tissue` as the scene begins. Works out the expert's session at `rate` Hz, which takes a while and shows its
-/// progress. Throws Error when the tissue holds no caries or the scene's task names no ideal.
-StudentPlan plan_caries_removal(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+  /// `tissue` as the scene begins. Throws Error when it holds no caries or the scene's task names no ideal.
+  Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
+  /// The next sample, `now` being the tissue as it is; false at the end.
+  bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
+  /// What came of it.
+  void see(const ServoTick& tick) noexcept;
+
+  Phase phase() const { return phase_; }
+  double done() const { return hand_->done(); }  // share of the drilling
+  const haptics::HapticDevice& device() const { return *hand_; }
+
+ private:
+  bool next(haptics::HandSample& sample, const haptics::TissueVolume& now);
+
+  double rate_;  // Hz
+  std::uint64_t ticks_ = 0;
+  Phase phase_ = Phase::kExplore;
+  dvec3 above_{0};  // m, over the lesion
+  Pose last_;
+  Expert expert_;
+  std::unique_ptr<ExpertHand> hand_;
+  std::unique_ptr<haptics::HapticDevice> scripted_;  // before and after that
+};
 
 }  // namespace typodont
