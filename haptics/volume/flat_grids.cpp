@@ -40,7 +40,7 @@ class Writer {
     for (std::size_t done = 0; done < buffer_.size();) {
       const ssize_t n = ::write(file_, buffer_.data() + done, buffer_.size() - done);
       if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) throw Error(name_, "", std::strerror(errno), "a writable place");
+      if (n <= 0) throw WriteFailure(name_ + ": " + std::strerror(errno));
       done += static_cast<std::size_t>(n);
     }
     buffer_.clear();

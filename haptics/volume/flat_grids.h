@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <span>
+#include <stdexcept>
 #include <string>
 
 namespace typodont::haptics {
@@ -23,7 +24,15 @@ struct FlatGrids {
 /// a damaged file may do worse, so only the guarded process calls it.
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names);
 
-/// To an open file; `name` is for messages. Throws Error when it cannot be written.
+/// The place has no room, or does not take what is written for another reason.
+struct WriteFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// Exit status of the guarded process after a WriteFailure.
+inline constexpr int kReaderCannotWrite = 3;
+
+/// To an open file; `name` is for messages. Throws WriteFailure when it cannot be written, Error for a grid of another
+/// kind.
 void write_flat(int file, const std::string& name, const FlatGrids& grids);
 /// Throws Error(`name`, …) for anything that write_flat() does not write.
 FlatGrids read_flat(const std::filesystem::path& file, const std::string& name);

@@ -78,9 +78,9 @@ std::filesystem::path reader_program() {
   throw Error((own / "typodont-volume-reader").string(), "", "no such program", "the one that reads volume files");
 }
 
-/// Runs it as a fresh process, which shares nothing with this one; true when that ended well.
-bool read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
-                    std::span<const std::string> grids) {
+/// Runs it as a fresh process, which shares nothing with this one. Its exit status; -1 where a signal ended it.
+int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
+                   std::span<const std::string> grids) {
   std::vector<std::string> words = {reader_program().string(), file.string(), flat.string()};
   words.insert(words.end(), grids.begin(), grids.end());
   std::vector<char*> arguments;
@@ -107,7 +107,7 @@ bool read_elsewhere(const std::filesystem::path& file, const std::filesystem::pa
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 /// Walks the header, the metadata and the grid descriptors (format 218 to 224, as OpenVDB 4 and later write it).
@@ -213,13 +213,18 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
     const std::string& file;
     ~Temporary() { unlink(file.c_str()); }
   } const temporary{pattern};
-  if (read_elsewhere(file, pattern, grids)) {
+  const int status = read_elsewhere(file, pattern, grids);
+  if (status == 0) {
     FlatGrids result = read_flat(pattern, name);
     if (!folder.empty())
       cache::keep(folder, key.value, ".flat", kMostKept, [&](const std::filesystem::path& to) {
         std::filesystem::copy_file(pattern, to, std::filesystem::copy_options::overwrite_existing);
       });
     return result;
+  }
+  if (status == kReaderCannotWrite) {
+    throw Error(std::filesystem::temp_directory_path().string(), "", fmt::format("no room for a copy of {}", name),
+                "free space in the folder for temporary files; TMPDIR names another one");
   }
   std::ifstream in(pattern, std::ios::binary);
   std::string message(kLongestMessage + 1, '\0');

@@ -139,12 +139,14 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const std::bad_alloc&) {
     message = Error(from, "", "sizes beyond what a file of its length may take", "a tissue volume (.vdb)").what();
+  } catch (const haptics::WriteFailure&) {
+    return haptics::kReaderCannotWrite;
   } catch (const Error& e) {
     message = e.what();
   } catch (const std::exception& e) {
     message = Error(from, "", e.what(), "a tissue volume (.vdb)").what();
   }
   // In place of the grids.
-  if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return 3;
+  if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return haptics::kReaderCannotWrite;
   return 1;
 }

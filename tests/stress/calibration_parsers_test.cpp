@@ -32,6 +32,9 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
   rig.save();
   std::ofstream(folder / "sightings.csv")
       << "picture,on,px,py,u,v,x_mm,y_mm,z_mm\n0,1,10,20,0.1,0.2,,,\n0,0,30,40,,,1,2,3\n";
+  std::ofstream(folder / "poses.csv")
+      << "ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz,bx_m,by_m,bz_m,bqw,bqx,bqy,bqz\n"
+         "1,2,50,1,0,0,0,0.1,0.2,0.3,0.6,0.8,0,0\n-1,2,50,0,1,0,0,0.1,0.2,0.3,0,0,0,1\n";
   const std::vector<std::pair<const char*, std::function<void(const std::filesystem::path&)>>> readers = {
       {"arm.csv", [](auto& f) { read_arm_captures(f); }},
       {"marks.csv", [](auto& f) { read_mark_captures(f); }},
@@ -39,6 +42,8 @@ TEST(CalibrationStress, MutatedFilesGiveDataOrAnError) {
       {"eyes.csv", [](auto& f) { read_eye_captures(f); }},
       {"register.csv", [](auto& f) { read_pair_captures(f); }},
       {"delay_a.csv", [](auto& f) { read_stream(f); }},
+      {"register.csv", [](auto& f) { read_pairs(f); }},
+      {"poses.csv", [](auto& f) { read_pose_pairs(f); }},
       {"drift.csv", [](auto& f) { read_points(f); }},
       {"rig.json", [](auto& f) { RigFile::load(f).captures_folder(); }},
       {"sightings.csv", [](auto& f) { read_sightings(f); }}};

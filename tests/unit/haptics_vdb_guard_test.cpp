@@ -1,10 +1,12 @@
 // Volume files that were damaged, wherever that is.
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -59,6 +61,31 @@ TEST_F(VdbGuard, AnyChangedByteOfASealedFileIsNoticed) {
     write(damaged);
     EXPECT_THAT(message(), HasSubstr("changed since it was written"));
   }
+}
+
+TEST_F(VdbGuard, WithoutRoomForItsCopyAGoodVolumeIsNotCalledDamaged) {
+  // The process that reads says so by its exit status: /dev/full takes nothing …
+  const std::string reader =
+      (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "typodont-volume-reader").string();
+  ASSERT_TRUE(std::filesystem::exists(reader)) << reader;
+  const int status =
+      std::system(fmt::format("{} {} /dev/full distance >/dev/null 2>&1", reader, file_.string()).c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  // … and the program, whose temporary folder is full, passes it on.
+  const std::string cache = file_.string() + ".cache";  // an empty one: what is kept needs no copy
+  ::setenv("TYPODONT_CACHE", cache.c_str(), 1);
+  const std::string stand_in = file_.string() + ".reader";
+  std::ofstream(stand_in) << "#!/bin/sh\nexit 3\n";
+  std::filesystem::permissions(stand_in, std::filesystem::perms::owner_all);
+  ::setenv("TYPODONT_VOLUME_READER", stand_in.c_str(), 1);
+  const std::string said = message();
+  ::unsetenv("TYPODONT_VOLUME_READER");
+  std::filesystem::remove(stand_in);
+  EXPECT_THAT(said, testing::AllOf(HasSubstr("no room for a copy of " + file_.string()), HasSubstr("TMPDIR"),
+                                   testing::Not(HasSubstr("damaged"))));
+  EXPECT_EQ(message(), "");  // with room again
+  ::unsetenv("TYPODONT_CACHE");
+  std::filesystem::remove_all(cache);
 }
 
 TEST_F(VdbGuard, AFileFromElsewhereWithoutASealIsReadAsItIs) {

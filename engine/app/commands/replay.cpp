@@ -17,13 +17,14 @@
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "engine/session/session_file.h"
+#include "engine/session/signature.h"
 
 namespace typodont {
 
 namespace {
 
 struct Options {
-  std::string session, with, out, eye;
+  std::string session, with, out, eye, key;
   double ipd = 0;
   PlaybackOptions playback;
   bool check = false, json = false, show = false;
@@ -36,10 +37,11 @@ void check(const Options& options) {
     result = replay_session(options.session, [&](double done) { progress.at(done); });
   }
   if (options.json) {
-    const nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},
-                                         {"ticks", result.ticks},           {"field_hash", result.field_hash},
-                                         {"force_hash", result.force_hash}, {"faults", result.ticks_with_faults},
-                                         {"truncated", result.truncated}};
+    nlohmann::ordered_json json = {{"identical", result.identical},   {"seconds", result.seconds},
+                                   {"ticks", result.ticks},           {"field_hash", result.field_hash},
+                                   {"force_hash", result.force_hash}, {"faults", result.ticks_with_faults},
+                                   {"truncated", result.truncated}};
+    if (!options.key.empty()) json["signature"] = "valid";
     fmt::print("{}\n", json.dump());
   } else {
     fmt::print("{}: {} ticks, {:.3f} s{}\n", options.session, result.ticks, result.seconds,
@@ -92,6 +94,7 @@ void rerun(const Options& options) {
 }
 
 void run(Options options) {
+  if (!options.key.empty()) session::require_signature(options.session, options.key);
   try {
     if (session::repair_session(options.session))
       log::warn("{}: was cut off; repaired as far as it goes", options.session);
@@ -153,6 +156,7 @@ void add_replay_command(cli::Command& app) {
       "  typodont replay student.h5 --with '{\"force_filter\": \"slew\"}' --out slew.h5");
   command->add_option("session", options->session, "recorded session (.h5)")->required();
   command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
+  command->add_option("--key", options->key, "exit 1 where the session is not signed with the key in this file");
   command->add_flag("--show", options->show, "watch it in a window");
   command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,

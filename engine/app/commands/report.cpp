@@ -18,13 +18,14 @@
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/session/place.h"
+#include "engine/session/signature.h"
 
 namespace typodont {
 
 namespace {
 
 struct Options {
-  std::string session, out, language, expert, earlier;
+  std::string session, out, language, expert, earlier, key;
   std::vector<std::string> pictures;
   bool json = false, verify = false;
 };
@@ -70,6 +71,7 @@ void run(const Options& options) {
   using namespace session;
   std::error_code code;
   if (std::filesystem::is_directory(options.session, code)) return run_folder(options, language_of(options.language));
+  if (!options.key.empty()) require_signature(options.session, options.key);
   if (repair_session(options.session)) log::warn("{}: was cut off; repaired as far as it goes", options.session);
   const SessionReader reader(options.session);
   require_output(options.out, FileKind::kPage);
@@ -130,6 +132,7 @@ void run(const Options& options) {
       }
     }
     nlohmann::json result = {{"report", options.out},
+                             {"signature", options.key.empty() ? nlohmann::json() : nlohmann::json("valid")},
                              {"ticks", reader.tick_count()},
                              {"truncated", reader.truncated()},
                              {"points", report.score->points},
@@ -179,11 +182,12 @@ void add_report_command(cli::Command& app) {
   command->add_flag(
       "--verify", options->verify,
       "Replay the recorded hand first; the page says whether the recording is what it makes, exit 1 if not");
+  command->add_option("--key", options->key, "No page and exit 1 where it is not signed with the key in this file");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
   command->callback([options, command] {
     std::error_code code;
-    command->refuse_without({"--expert", "--earlier", "--picture"},
+    command->refuse_without({"--expert", "--earlier", "--picture", "--key"},
                             !std::filesystem::is_directory(options->session, code), "one session");
     run(*options);
   });

@@ -190,6 +190,7 @@ void plan(const Options& options) {
 void add_rig_command(cli::Command& app) {
   cli::Command* rig = app.add_command("rig", "plan a bench: where panel, mirror, eyes and arm go");
   rig->expect_commands(1, 1);
+  rig->footer("Example: typodont rig plan --out bench.pdf");
   auto options = std::make_shared<Options>();
   cli::Command* command = rig->add_command("plan",
                                            "a mirror bench with its measures: what fits, where, and how large the "
