@@ -10,9 +10,6 @@ namespace {
 
 /// Spheres are linked across gaps of up to this share of the smaller radius.
 constexpr double kLink = 0.5;
-/// Only a sphere that was cut down to this share of its radius can have lost a link: a link of two touching spheres
-/// ends where their diameters together are less than their distance.
-constexpr double kSmall = 0.6;
 constexpr int kPace = 16;  // spheres that each flood takes in a turn
 
 struct Flood {
@@ -23,7 +20,11 @@ struct Flood {
 }  // namespace
 
 LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
-    : radius_(packing.radius), body_(packing.size(), -1), seen_(packing.size(), 0), flood_(packing.size(), 0) {
+    : body_(packing.size(), -1),
+      before_(packing.size()),
+      cut_(packing.size(), 0),
+      seen_(packing.size(), 0),
+      flood_(packing.size(), 0) {
   std::vector<int> near(packing.size());
   for (std::size_t i = 0; i < packing.size(); ++i) {
     first_.push_back(links_.size());
@@ -57,15 +58,33 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, int j) {
   return ri > 0 && rj > 0 && glm::distance(tissue.tree().center(i), tissue.tree().center(j)) < 2 * (ri + rj);
 }
 
-std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue, std::span<const int> changed) {
+/// Whether that link held before the cut that is looked at.
+bool LooseSpheres::held_before(const SphereTissue& tissue, const Changed& i, int j) const {
+  const auto k = static_cast<std::size_t>(j);
+  const bool both = cut_[k] == cuts_;
+  const dvec3 center = both ? before_[k].center : tissue.tree().center(j);
+  const double radius = both ? before_[k].radius : tissue.tree().radius(j);
+  return i.radius > 0 && radius > 0 && glm::distance(i.center, center) < 2 * (i.radius + radius);
+}
+
+std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue, std::span<const Changed> changed) {
+  ++cuts_;
+  for (const Changed& c : changed) {
+    before_[static_cast<std::size_t>(c.sphere)] = c;
+    cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
+  }
+  // Parts can only have come apart where a link broke: floods begin around there.
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
   };
-  for (const int i : changed) {
-    if (tissue.tree().radius(i) > kSmall * radius_[static_cast<std::size_t>(i)]) continue;
-    seed(i);
-    for (const int j : links(i)) seed(j);
+  for (const Changed& c : changed) {
+    const auto own = links(c.sphere);
+    const bool broke = std::any_of(own.begin(), own.end(),
+                                   [&](int j) { return !hold(tissue, c.sphere, j) && held_before(tissue, c, j); });
+    if (!broke) continue;
+    seed(c.sphere);
+    for (const int j : own) seed(j);
   }
   std::vector<std::vector<int>> loose;
   const auto body = [&](int i) { return body_[static_cast<std::size_t>(i)]; };

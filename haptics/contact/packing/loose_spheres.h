@@ -20,9 +20,15 @@ class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
 
-  /// After a cut that changed these spheres: the pieces that it set loose, which are still in the tissue. Lists of
-  /// spheres.
-  std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const int> changed);
+  /// A sphere that a cut changed, and what it was before.
+  struct Changed {
+    int sphere;
+    dvec3 center;   // m
+    double radius;  // m
+  };
+  /// After a cut that changed these spheres, each named once: the pieces that it set loose, which are still in the
+  /// tissue. Lists of spheres.
+  std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
   /// How many bodies there were at the start.
   int bodies() const { return bodies_; }
 
@@ -32,13 +38,16 @@ class LooseSpheres {
     return std::span(links_).subspan(first_[k], first_[k + 1] - first_[k]);
   }
   static bool hold(const SphereTissue& tissue, int i, int j);
+  bool held_before(const SphereTissue& tissue, const Changed& i, int j) const;
   void flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose);
 
   std::vector<std::size_t> first_;  // of each sphere's links
   std::vector<int> links_;
-  std::vector<double> radius_;  // m, as packed
-  std::vector<int> body_;       // of each sphere
+  std::vector<int> body_;  // of each sphere
   int bodies_ = 0;
+  std::vector<Changed> before_;  // of each sphere, in the cut that last changed it …
+  std::vector<unsigned> cut_;    // … and which cut that was
+  unsigned cuts_ = 0;
   std::vector<unsigned> seen_;  // in which search a sphere was last reached …
   std::vector<int> flood_;      // … and by which flood
   unsigned search_ = 0;

@@ -53,6 +53,7 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
       buffers_(packing.size()),
       loose_(packing, spheres_.tree()),
       kept_in_(packing.size(), 0),
+      changed_in_(packing.size(), 0),
       last_noted_(packing.size(), kNowhere),
       paints_(volume_.paints()) {
   for (std::size_t t = 0; t < tools.size(); ++t) tools_.push_back(spheres_of(tools, t, parameters));
@@ -120,9 +121,11 @@ void PackingBody::note(int i, const CutSphere& state) {
 void PackingBody::carve(const Cut& cut, bool) {
   take_over_paint();
   cut_now_.clear();
+  ++cut_number_;
   packing::carve(spheres_, tools_[cut.tool], cut.X_WA, cut.X_WB, buffers_, [&](int i, const CutSphere& before) {
     changed(i, before);
-    cut_now_.push_back(i);
+    if (std::exchange(changed_in_[static_cast<std::size_t>(i)], cut_number_) == cut_number_) return;
+    cut_now_.push_back({i, before.center(), before.radius()});
   });
   take_out_pieces(cut);
 }

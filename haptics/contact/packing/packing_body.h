@@ -79,10 +79,12 @@ class PackingBody final : public TissueBody {
   bool in_stroke_ = false;
   std::vector<std::uint64_t> kept_in_;  // the stroke that last kept each sphere's state
   std::uint64_t stroke_ = 0;
+  std::vector<LooseSpheres::Changed> cut_now_;  // by the cut that is being made
+  std::vector<std::uint64_t> changed_in_;       // the cut that last changed each sphere
+  std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
   std::vector<int> written_;       // since remember_writes(true)
-  std::vector<int> cut_now_;       // by the cut that is being made
   std::vector<dvec3> last_noted_;  // m, of each sphere: where the tool's ball was
   std::vector<Note> notes_;
   std::uint64_t paints_ = 0;  // of the volume, as far as the spheres know
