@@ -62,6 +62,9 @@ class Consensus {
   /// the pairs, wrong in whatever way, cannot prevent that (least trimmed squares).
   Agreement find() const {
     Agreement best = find_core();
+    // A spread of a billionth of the coordinates is arithmetic, whose errors have no normal distribution: nothing is
+    // wrong there.
+    if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
       best = {majority, nfa_of(majority)};
@@ -288,6 +291,8 @@ class Consensus {
     }
     return fit;
   }
+
+  static constexpr double kArithmetic = 1e5;  // roundings
 
   Points p_H_, p_D_;
   std::size_t n_;
