@@ -537,6 +537,7 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
   info_.address = "expert:";
   info_.model = "a hand that knows the task";
   info_.rate = rate;
+  info_.force_limit = info_.torque_limit = 1e9;  // it bears whatever the servo gives, as HapticLoop takes for granted
   seen_.X_WG = seen_.X_WT = from_;
 }
 
