@@ -47,7 +47,7 @@ with h5py.File(sys.argv[1], "r", swmr=swmr) as f:
         assert len(rows) == len(t["t_s"])
         tissue = labels(t["tissue"])
         for name in rows[0]:
-            if name.startswith("model_force_"):
+            if name.startswith("model_force_") or name == "level":
                 continue  # of tables only: a replay computes it again
             column = t[name][:]
             for row, value in zip(rows, column):

@@ -67,7 +67,7 @@ TEST(TicksCsv, NumbersAreTheShortestTextInPeoplesUnits) {
   EXPECT_EQ(
       text.substr(text.find('\n') + 1),
       "1.001,1,-0.25,0,0,0,0,0.1,0.3333333333333333,-2,0,0,0,0,0,0,0,0,1,1,0,0,0,0,0,0,0,0,cortical_bone,0,0,1.5,256,"
-      "0.5,2,0.25,0,-1\n");
+      "0.5,2,0.25,0,-1,0\n");
 }
 
 TEST(TicksCsv, ReadsBackWhatItWrote) {

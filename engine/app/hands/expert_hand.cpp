@@ -537,7 +537,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.address = "expert:";
   info.model = "a hand that knows the task";
   info.rate = rate;
-  info.torque_limit = 1e9;
+  info.force_limit = info.torque_limit = 1e9;  // it bears whatever the servo gives
   return info;
 }
 

@@ -24,7 +24,7 @@ class Student {
 
   Phase phase() const { return phase_; }
   double done() const { return hand_->done(); }  // share of the drilling
-  const haptics::HapticDevice& device() const { return *hand_; }
+  const haptics::HapticDevice& device() const { return *scripted_; }
 
  private:
   bool next(haptics::HandSample& sample, const haptics::TissueVolume& now);
