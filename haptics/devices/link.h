@@ -30,8 +30,8 @@ class SampleSpacing {
  public:
   /// `rate` in Hz: DeviceInfo::rate.
   explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
-  /// ns until the next sample may be handed over; 0 or less: now. A clock that leaps makes nobody wait longer.
-  Nanos left(Nanos t) const noexcept { return started_ ? std::min(last_ + least_ - t, least_) : 0; }
+  /// ns until the next sample may be handed over; 0 or less: now. A clock that was set back makes nobody wait.
+  Nanos left(Nanos t) const noexcept { return started_ && t >= last_ ? last_ + least_ - t : 0; }
   /// A sample was handed over.
   void taken(Nanos t) noexcept { last_ = t, started_ = true; }
 
