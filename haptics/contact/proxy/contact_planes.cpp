@@ -4,36 +4,17 @@
 #include <cmath>
 
 #include "haptics/contact/proxy/head_samples.h"
+#include "haptics/contact/proxy/parameters.h"
 #include "haptics/contact/proxy/sharp_edge.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFootOff = 0.05;   // voxels; of a ball of four voxels' radius the linear look alone is off by as much
-constexpr double kUnbent = 2e-4;    // a gradient whose length is off by less, over a surface …
-constexpr double kBelow = 3;        // … that lies so many voxels of tissue away from any edge …
-constexpr double kAbove = 3.5;      // … and so many of air from where another wall is nearer, is that of one wall
-constexpr double kMostBehind = 4;   // voxels that a hand may be under the surface which its ball lies on
-constexpr double kStraight = 1e-8;  // voxels², how far aside from straight above a point of the wall …
-constexpr int kMostSteps = 6;       // … after so many steps along it at most …
-constexpr double kUneven = 1e-3;  // … while the field's gradient is no longer or shorter than one by more than this,
-constexpr double kEven = 5e-5;    // … and than this where nothing else is near
-constexpr int kExactSteps = 2;    // cubic queries a contact may take on its way to the closest point while a head cuts
-constexpr double kStaysExact =
-    0.02;  // voxels a ball may move before a contact is made exact again: 2e-5 voxels of gap,
-constexpr double kStaysExactEdged = 2e-3;  // … and a head with edges, where the gap may change by as much as the way
-constexpr double kGained = 1e-4;           // voxels: the next step would gain the square of that
-// While nothing is cut the force's direction counts, and sideways a contact is off by the root of what a step still
-// gains.
-constexpr int kFineSteps = 8;
-constexpr double kFineStays = 1e-3, kFineGained = 3e-8;
-constexpr double kStillConverges = 0.95, kMostGain = 10;
-// A rim that lies in the tissue: what its sides say about the way out is wrong, the tissue's normal is right …
-constexpr double kAskew = 0.99999;  // … where these differ, by their cosine, …
-constexpr double kSmooth = 0.05;    // … the tissue is smooth, its gradient no shorter than this from one, …
-constexpr double kSameWall = 0.9;   // … and the same around, by the cosine of its normals, …
-constexpr double kNearRim = 2;      // … as far as this many voxels from the rim, and from what of it is sunk
+using O = OffsetQueryParameters;
+using S = WallSeatParameters;
+using R = RefineParameters;
+using Rim = RimParameters;
 
 }  // namespace
 
@@ -72,20 +53,21 @@ bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, Co
     return false;  // the centre is inside: the field there is not what the offset needs
   dvec3 n = at.gradient / length;
   double distance = at.value;
-  const dvec3 below = c - (distance + kBelow) * n;
-  const dvec3 above = c + kAbove * n;
-  if (!patch.holds(above, 0) || sample_linear(patch, above) < std::min(distance + kAbove, patch.band) - kFootOff)
+  const dvec3 below = c - (distance + O::depth_below) * n;
+  const dvec3 above = c + O::height_above * n;
+  if (!patch.holds(above, 0) ||
+      sample_linear(patch, above) < std::min(distance + O::height_above, patch.band) - O::foot_tolerance)
     return false;
-  if (std::abs(length - 1) > kUnbent || !patch.holds(below, 0) ||
-      std::abs(sample_linear(patch, below) + kBelow) > kFootOff) {
+  if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(below, 0) ||
+      std::abs(sample_linear(patch, below) + O::depth_below) > O::foot_tolerance) {
     dvec3 foot = c - distance * n;
     if (nearest_on_edge(patch, c, foot, distance, foot)) {
       distance = glm::length(c - foot);
       n = (c - foot) / distance;
     } else {
       // Bent, or its foot in the air: a mixture of two walls'.
-      if (std::abs(length - 1) > kUnbent || !patch.holds(foot, 0)) return false;
-      if (std::abs(sample_linear(patch, foot)) > kFootOff) return false;
+      if (std::abs(length - 1) > O::gradient_tolerance || !patch.holds(foot, 0)) return false;
+      if (std::abs(sample_linear(patch, foot)) > O::foot_tolerance) return false;
     }
   }
   set.origin_ = c;
@@ -114,10 +96,10 @@ bool ContactFinder::find_in_crease(const SurfacePatch& patch, const dvec3& c, do
 
 bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
                          bool& alone) const noexcept {
-  if (!sphere_ || !patch.holds(target, kBelow + kMostBehind)) return false;
+  if (!sphere_ || !patch.holds(target, O::depth_below + S::hand_depth)) return false;
   FieldSample at = sample_cubic(patch, target);
   double slope = glm::length(at.gradient);
-  if (at.value < -kMostBehind || at.value > radius_ || slope < 0.5 ||
+  if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
   // From the hand onto the wall, and along it to where the hand is straight above or below.
@@ -129,22 +111,22 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
     if (!patch.holds(x, 0)) return false;
     height = glm::dot(target - x, n);
     const dvec3 aside = target - x - height * n;
-    if (step > 0 && glm::dot(aside, aside) < kStraight) break;
-    if (step == kMostSteps) return false;
+    if (step > 0 && glm::dot(aside, aside) < S::aligned) break;
+    if (step == S::iterations) return false;
     x += aside;
     at = sample_cubic(patch, x);
     slope = glm::length(at.gradient);
     uneven = std::abs(slope - 1);
-    if (uneven > kUneven) return false;
+    if (uneven > S::gradient_tolerance) return false;
   }
-  const double deep = std::max(kBelow, 1 - height);
+  const double deep = std::max(O::depth_below, 1 - height);
   const dvec3 below = x - deep * n, on = target + (radius_ - height) * n;
-  if (std::abs(sample_linear(patch, below) + deep) > kFootOff) return false;
+  if (std::abs(sample_linear(patch, below) + deep) > O::foot_tolerance) return false;
   if (height > radius_ || glm::length(on - c) > kMostSeated || !patch.holds(on, 0)) return false;
   seated = on;
-  const dvec3 above = on + kAbove * n;
-  alone = uneven < kEven && patch.holds(above, 0) &&
-          sample_linear(patch, above) >= std::min(radius_ + kAbove, patch.band) - kFootOff;
+  const dvec3 above = on + O::height_above * n;
+  alone = uneven < S::gradient_tolerance_alone && patch.holds(above, 0) &&
+          sample_linear(patch, above) >= std::min(radius_ + O::height_above, patch.band) - O::foot_tolerance;
   if (!alone) return true;
   set.clear();
   set.origin_ = on;
@@ -224,7 +206,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
                            bool fine) const noexcept {
   if (set.sunk_ || set.flat_ || i >= set.own()) return false;
   const ContactSet::Exact* known = set.exact(i);
-  const double stays = fine ? kFineStays : sphere_ ? kStaysExact : kStaysExactEdged;
+  const double stays = fine ? R::stays_exact_fine : sphere_ ? R::stays_exact : R::stays_exact_edged;
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
@@ -235,24 +217,24 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);
   double gain = 1;
-  for (int step = 0; step < (fine ? kFineSteps : kExactSteps); ++step) {
+  for (int step = 0; step < (fine ? R::iterations_fine : R::iterations); ++step) {
     if (step > 0 && !patch.holds(x, 0)) break;
     const FieldSample field = sample_cubic(patch, x);
     const double length = glm::length(field.gradient);
     if (length < 0.1) break;
     const dvec3 n = field.gradient / length;
     x -= field.value * n;
-    if (std::abs(field.value) > static_cast<double>(HeadSamples::kOnSurface)) continue;
+    if (std::abs(field.value) > static_cast<double>(HeadSampleParameters::on_surface)) continue;
     dvec3 m;
     const double gap = head_distance(X_VT, x, m), gained = best.gap - gap;
     if (!(gained > 0)) break;
     best = {x, -m, gap, rough.yields};
-    if (gained < (fine ? kFineGained : kGained)) break;
+    if (gained < (fine ? R::gained_fine : R::gained)) break;
     const dvec3 slide = -(radius_ + gap) * (m - glm::dot(m, n) * n);
     if (fine) {
       const double before2 = glm::dot(last_slide, last_slide);
       const double share = before2 > 0 ? glm::dot(slide, last_slide) / before2 : 0;
-      gain = share != 0 && std::abs(share) < kStillConverges ? std::min(gain / (1 - share), kMostGain) : 1;
+      gain = share != 0 && std::abs(share) < R::still_converges ? std::min(gain / (1 - share), R::most_gain) : 1;
       last_slide = slide;
     }
     x += gain * slide;
@@ -271,7 +253,7 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   }
   const bool rim = fine && touch_with_rim(patch, X_VT, best);
   set.put(i, X_VT.p, best);
-  if (rim) set.put_beside(best, kNearRim + 2 * std::abs(best.gap));
+  if (rim) set.put_beside(best, Rim::near_rim + 2 * std::abs(best.gap));
   return true;
 }
 
@@ -303,20 +285,20 @@ bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, 
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);
   double slope = glm::length(field.gradient);
-  if (std::abs(slope - 1) > kSmooth) return false;
+  if (std::abs(slope - 1) > Rim::gradient_tolerance) return false;
   const dvec3 wall = field.gradient / slope;
-  if (glm::dot(plane.n, wall) > kAskew) return false;
+  if (glm::dot(plane.n, wall) > Rim::askew) return false;
   dvec3 n = wall, q;
   for (int step = 0; step < 2; ++step) {
     q = farthest(X_VT, -n);
     if (!patch.holds(q, 0)) return false;
     field = sample_cubic(patch, q);
     slope = glm::length(field.gradient);
-    if (std::abs(slope - 1) > kSmooth) return false;
+    if (std::abs(slope - 1) > Rim::gradient_tolerance) return false;
     n = field.gradient / slope;
   }
   const double gap = field.value / slope;
-  if (glm::dot(n, wall) < kSameWall || glm::length(q - plane.x) > kNearRim + 2 * std::abs(gap)) return false;
+  if (glm::dot(n, wall) < Rim::same_wall || glm::length(q - plane.x) > Rim::near_rim + 2 * std::abs(gap)) return false;
   plane = {q - gap * n, n, gap, plane.yields, true};
   return true;
 }

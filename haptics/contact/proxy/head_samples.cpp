@@ -8,16 +8,15 @@
 #include <vector>
 
 #include "engine/base/dispatch.h"
+#include "haptics/contact/proxy/parameters.h"
 #include "haptics/lanes.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr float kOnSurface = HeadSamples::kOnSurface;
-constexpr float kNear = 1.5f;  // voxels: samples closer than this to the surface are looked at
+using P = HeadSampleParameters;
 constexpr int kBatch = RoughPlanes::kBatch;
-constexpr double kNearEnd = 0.5;  // of the samples
 
 /// The head where it is looked at, from some voxel near it.
 struct FlatHead {
@@ -185,7 +184,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     for (int i = 0; i < 8; ++i) coarse[i] = field.samples[j[i]];
     w.from[batches] = k;
     w.qx[batches] = qx, w.qy[batches] = qy, w.qz[batches] = qz;
-    batches += any_of(coarse < kNear + 0.87f);
+    batches += any_of(coarse < P::examined + 0.87f);
   }
 
   // Onto the surface …
@@ -196,7 +195,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   for (int b = 0; b < batches; ++b) {
     const F8 qx = w.qx[b], qy = w.qy[b], qz = w.qz[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
     F8 value = w.value[b];
-    const I8 close = value < kNear;
+    const I8 close = value < P::examined;
     F8 engaged, nx, ny, nz;
     const int k = w.from[b];
     std::memcpy(&engaged, samples->area + k, sizeof engaged);
@@ -227,7 +226,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
     // Only a point that was already nearly on the surface counts: across a ridge the step may end anywhere.
-    w.again[to] = steep & (value < kOnSurface) & (value > -kOnSurface);
+    w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
 
@@ -255,7 +254,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   for (int b = 0; b < close_batches; ++b) {
     const F8 value = w.value[b], gx = w.gx[b], gy = w.gy[b], gz = w.gz[b];
     F8 length2 = gx * gx + gy * gy + gz * gz;
-    w.again[b] = w.again[b] & (length2 > 0.01f) & (value < kOnSurface) & (value > -kOnSurface);
+    w.again[b] = w.again[b] & (length2 > 0.01f) & (value < P::on_surface) & (value > -P::on_surface);
     length2 = length2 > 0.01f ? length2 : F8{} + 0.01f;
     take_root(length2);
     const F8 inverse = value / length2;
@@ -371,7 +370,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
       ball_radius(tool.shape == HeadShape::kSphere ? static_cast<float>(tool.radius() / voxel) : 0.0f),
       thickness(static_cast<float>(tool.radius() / voxel)),
       reach(static_cast<float>(tool.reach() / voxel)) {
-  std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, kNearEnd);
+  std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, P::near_free_end);
   // Neighbours into one batch: halved across the longest side until eight are left.
   const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
     if (count <= kBatch) return;

@@ -25,8 +25,6 @@ struct Found {
 /// The samples side by side, in clusters of eight neighbours: what one of a batch is near to, most of it are. Built at
 /// set-up, in voxels; the rest is servo-safe.
 struct HeadSamples {
-  static constexpr float kOnSurface = 0.25f;  // voxels: a point nearer than this lies on the surface
-
   HeadSamples(const Tool& tool, const HeadField& head, double voxel);
 
   /// Looks around with the head at X_VT: those that are near tissue are slid to where head and surface are closest, and

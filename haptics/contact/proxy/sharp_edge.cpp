@@ -4,32 +4,14 @@
 #include <cmath>
 
 #include "engine/base/units.h"
+#include "haptics/contact/proxy/parameters.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr int kDirections = 12;      // in which faces are looked for: those of a corner may be hit in few of them
-constexpr double kAside = 8;         // voxels from the foot, where they are looked for …
-constexpr double kDown = 6.8;        // … and aside and down by so much from it, beyond an edge …
-constexpr double kLeastAside = 5.2;  // … and found at least: the stencil then ends before the edge
-constexpr int kSteps = 3;            // onto a face
-constexpr double kOnFace = 1e-3;     // voxels
-constexpr double kClean = 1e-3;      // a gradient shorter or longer by more is that of no single face
-constexpr double kBelow = 4.5;       // voxels of tissue under a face where it is far from any other, …
-constexpr double kJustBelow = 3.7;   // … and where, at a corner, nothing better may be found of it …
-constexpr double kNotAsDeep = 0.05;  // … but for so much
-constexpr double kAlike = 0.98;      // cosine: a face found well and one found badly may be the same
-constexpr double kSameFace = 1e-5;   // 1 - cosine, and voxels off: what interpolation leaves of a plane
-constexpr double kConvex = 0.02;     // voxels that a face may stand out over another
-constexpr double kAgrees = 0.05;     // voxels between the nearest point's distance and the field's
+using E = SharpEdgeParameters;
 constexpr int kMostFaces = FlatWalls::kMost;
-constexpr double kFarther = 1.5;  // voxels farther from a groove its wall must …
-constexpr double kFlat = 1e-10,
-                 kFlatOff = 2e-5;  // … be the same, by 1 - cosine and voxels off: what floats leave of a plane
-constexpr int kMostMisses = 6;     // directions in which a groove shows no wall
-constexpr double kFilled =
-    0.15;  // voxels by which interpolation fills a groove at most, for each unit its walls' normals differ
 
 struct Face {
   dvec3 x{0}, n{0};    // a point on it, its outward normal
@@ -40,18 +22,18 @@ struct Face {
 bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
   const auto is_below = [&](const dvec3& p, const dvec3& n, double depth) {
     const dvec3 q = p - depth * n;
-    return patch.holds(q, -2) && std::abs(sample_linear(patch, q) + depth) < kNotAsDeep;
+    return patch.holds(q, -2) && std::abs(sample_linear(patch, q) + depth) < E::depth_tolerance;
   };
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < E::steps; ++step) {
     if (!patch.holds(x, 0)) return false;
     const FieldSample at = sample_cubic(patch, x);
     const double slope = glm::length(at.gradient);
     if (slope < 0.5) return false;
     const dvec3 n = at.gradient / slope;
-    if (std::abs(at.value) < kOnFace) {
-      face = {x - at.value * n, n, is_below(x - at.value * n, n, kBelow)};
-      return std::abs(slope - 1) < kClean && glm::length(face.x - foot) > kLeastAside &&
-             is_below(face.x, n, kJustBelow);
+    if (std::abs(at.value) < E::on_face) {
+      face = {x - at.value * n, n, is_below(x - at.value * n, n, E::depth_clean)};
+      return std::abs(slope - 1) < E::gradient_tolerance && glm::length(face.x - foot) > E::least_aside &&
+             is_below(face.x, n, E::depth_least);
     }
     x -= at.value * n;
   }
@@ -61,20 +43,22 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
 /// The same plane a little farther from the groove: nothing of the other wall is in it.
 bool goes_on(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
-  const dvec3 p = face.x + kFarther * glm::normalize(along);
+  const dvec3 p = face.x + E::farther * glm::normalize(along);
   if (!patch.holds(p, 0)) return false;
   const FieldSample at = sample_cubic(patch, p);
-  return std::abs(at.value) < kFlatOff && 1 - glm::dot(at.gradient, face.n) / glm::length(at.gradient) < kFlat;
+  return std::abs(at.value) < E::flat_distance &&
+         1 - glm::dot(at.gradient, face.n) / glm::length(at.gradient) < E::flat;
 }
 
 struct Faces {
   int count = 0;
-  Face face[kDirections];
+  Face face[E::directions];
 
   bool add(const Face& more) noexcept {
     for (int i = 0; i < count; ++i) {
-      if (!more.clean && glm::dot(face[i].n, more.n) > kAlike) return true;
-      if (1 - glm::dot(face[i].n, more.n) < kSameFace && std::abs(glm::dot(face[i].n, more.x - face[i].x)) < kOnFace) {
+      if (!more.clean && glm::dot(face[i].n, more.n) > E::alike) return true;
+      if (1 - glm::dot(face[i].n, more.n) < E::same_face &&
+          std::abs(glm::dot(face[i].n, more.x - face[i].x)) < E::on_face) {
         return true;
       }
     }
@@ -85,7 +69,7 @@ struct Faces {
   bool convex() const noexcept {
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
-        if (glm::dot(face[j].n, face[i].x - face[j].x) > kConvex) return false;
+        if (glm::dot(face[j].n, face[i].x - face[j].x) > E::convex) return false;
       }
     }
     return true;
@@ -93,7 +77,7 @@ struct Faces {
   bool concave() const noexcept {
     for (int i = 0; i < count; ++i) {
       for (int j = 0; j < count; ++j) {
-        if (glm::dot(face[j].n, face[i].x - face[j].x) < -kConvex) return false;
+        if (glm::dot(face[j].n, face[i].x - face[j].x) < -E::convex) return false;
       }
     }
     return true;
@@ -130,7 +114,7 @@ struct Faces {
         solved = solved && push[i] >= 0;
         at -= push[i] * face[on[i]].n;
       }
-      for (int i = 0; i < count; ++i) solved = solved && above(i, at) < kOnFace;
+      for (int i = 0; i < count; ++i) solved = solved && above(i, at) < E::on_face;
       const double distance = glm::length(c - at);
       if (solved && distance < least) least = distance, p = at;
     }
@@ -145,7 +129,7 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
   const dvec3 n = (c - foot) / distance;
   const auto face_along = [&](const dvec3& u, Face& face) {
     // Straight aside, and where that leads past the edge into the air, downward too.
-    return face_from(patch, foot + kAside * u, foot, face) || face_from(patch, foot + kDown * (u - n), foot, face);
+    return face_from(patch, foot + E::aside * u, foot, face) || face_from(patch, foot + E::down * (u - n), foot, face);
   };
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(n, aside)), v = glm::cross(n, u);
@@ -153,10 +137,10 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
   bool few = true;
   Face most[2];  // the two that differ most
   double cosine = 2;
-  Face found[kDirections];
+  Face found[E::directions];
   int count = 0;
-  for (int i = 0; i < kDirections; ++i) {
-    const double a = 2 * kPi * i / kDirections;
+  for (int i = 0; i < E::directions; ++i) {
+    const double a = 2 * kPi * i / E::directions;
     Face face;
     if (!face_along(std::cos(a) * u + std::sin(a) * v, face)) continue;
     for (int j = 0; j < count; ++j) {
@@ -185,7 +169,7 @@ bool nearest_on_edge(const SurfacePatch& patch, const dvec3& c, const dvec3& foo
   // face.
   double farthest = -1e300;
   for (int i = 0; i < faces.count; ++i) farthest = std::max(farthest, faces.above(i, c));
-  return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < kAgrees;
+  return std::min(std::abs(glm::length(c - nearest) - distance), std::abs(farthest - distance)) < E::agrees;
 }
 
 bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSample& at, FlatWalls& walls) noexcept {
@@ -194,14 +178,14 @@ bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSampl
   const dvec3 aside = std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);
   const dvec3 u = glm::normalize(glm::cross(n, aside)), v = glm::cross(n, u);
   Faces faces;
-  for (int i = 0, misses = 0; i < kDirections; ++i) {
-    const double a = 2 * kPi * i / kDirections;
+  for (int i = 0, misses = 0; i < E::directions; ++i) {
+    const double a = 2 * kPi * i / E::directions;
     Face face;
-    if (face_from(patch, foot + kAside * (std::cos(a) * u + std::sin(a) * v), foot, face) &&
+    if (face_from(patch, foot + E::aside * (std::cos(a) * u + std::sin(a) * v), foot, face) &&
         goes_on(patch, face, foot)) {
       face.clean = true;
       if (!faces.add(face)) return false;
-    } else if (++misses > kMostMisses) {
+    } else if (++misses > E::misses) {
       return false;
     }
   }
@@ -213,7 +197,7 @@ bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSampl
     for (int j = 0; j < i; ++j) most_apart = std::max(most_apart, glm::length(walls.n[i] - walls.n[j]));
   }
   walls.count = faces.count;
-  return std::abs(at.value - least) < kAgrees + kFilled * most_apart;
+  return std::abs(at.value - least) < E::agrees + E::filled * most_apart;
 }
 
 }  // namespace typodont::haptics

@@ -3,19 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/contact/proxy/parameters.h"
+
 namespace typodont::haptics {
 
 namespace {
 
-constexpr double kWide = 0.25e-3;  // m between samples of the wide patch
-constexpr double kBlurred = 0.5;   // wide voxels that a linear look may overestimate a distance by
-constexpr double kAtBand = 1e-3;   // wide voxels: rounding
-constexpr double kEdgeOff = 0.4;  // … and, on an edge, a surface: a nearest point farther out was made by intersecting
-constexpr double kEnough = 3;   // voxels of room for which the shank is not looked at anew, nor is it while half of …
-constexpr double kClose = 0.8;  // … less is left, but for what is so near that its contacts are looked for
-constexpr double kSameWay = 0.985;  // cosine: contacts that push alike, and lie closer together than …
-constexpr double kLedOut = 0.1;     // voxels a look: found deeper inside tissue it is led out so fast
-constexpr double kSamePlace = 2;    // … so many voxels, are one
+using P = SmoothPartParameters;
 
 }  // namespace
 
@@ -26,7 +20,7 @@ WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel)
       reach = std::max(reach, shank->z + std::hypot(shank->shape.length / 2, shank->shape.radius()));
   }
   if (reach == 0) return {};
-  const int every = std::max(2, static_cast<int>(std::lround(kWide / voxel)));
+  const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
   const double half = (reach / voxel + travel) / every + 6;  // a stencil, and the room that samples slide in
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
@@ -40,7 +34,7 @@ SmoothContacts::Part::Part(const SmoothPart& part, double voxel, double patch_vo
       taper(std::max(part.shape.neck_length / voxel, 1e-3)) {}
 
 SmoothContacts::SmoothContacts(const Tool& tool, double voxel) : head_(tool.radius() / voxel) {
-  every_ = std::max(2, static_cast<int>(std::lround(kWide / voxel)));
+  every_ = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
   if (const auto part = shank_of(tool)) shank_.emplace(*part, voxel, every_ * voxel);
   if (const auto part = safe_end_of(tool)) safe_end_.emplace(*part, voxel, voxel);
 }
@@ -56,7 +50,7 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     // An angle of 2 acos |q·q'| is no more than 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
-    if (left > std::max(kClose, std::min(kEnough, free_ / 2))) return left;
+    if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
   // Along its axis as far as the field says that nothing is near.
   const SurfacePatch& wide = patch.wide.front();
@@ -74,7 +68,7 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     const double around = sample_linear(wide, p);
     // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between
     // them.
-    const double blurred = around > wide.band - kAtBand ? 3 / (8 * wide.band) : kBlurred;
+    const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
     // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
@@ -114,7 +108,8 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
     contacts_[static_cast<std::size_t>(count_++)] = {plane, shank, let[best]};
     for (int i = 0; i < set_.count(); ++i) {
       const ContactPlane other = set_.plane(i);
-      refused[i] |= i == best || (glm::dot(other.n, plane.n) > kSameWay && glm::length(other.x - plane.x) < kSamePlace);
+      refused[i] |= i == best ||
+                    (glm::dot(other.n, plane.n) > P::same_direction && glm::length(other.x - plane.x) < P::same_place);
     }
   }
 }
@@ -144,13 +139,13 @@ void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch,
   for (double u = -half + first; u <= half; u += 0.7) {
     const dvec3 p = X.p + u * axis;
     const double around = sample_linear(patch, p);
-    if (around > widest + near + kBlurred || around < 1.5 || !is_true_around(patch, p, around)) continue;
+    if (around > widest + near + P::overestimate || around < 1.5 || !is_true_around(patch, p, around)) continue;
     const FieldSample field = sample_cubic(patch, p);
     const double slope = glm::length(field.gradient);
     if (std::abs(slope - 1) > 0.05) continue;
     ContactPlane plane;
     plane.x = p - field.value * field.gradient / slope;
-    if (!patch.holds(plane.x, 0) || sample_linear(patch, plane.x) > kEdgeOff) continue;
+    if (!patch.holds(plane.x, 0) || sample_linear(patch, plane.x) > P::edge_distance) continue;
     part.finder.see_again(X, plane);
     if (plane.gap < best.gap) best = plane;
   }
@@ -162,7 +157,7 @@ void SmoothContacts::hand_over(ContactSet& set) const noexcept {
     const Known& known = contacts_[static_cast<std::size_t>(i)];
     const double every = known.shank ? every_ : 1;
     ContactPlane plane = known.plane;
-    plane.x *= every, plane.gap = std::max((plane.gap + known.let) * every, -kLedOut), plane.yields = 0;
+    plane.x *= every, plane.gap = std::max((plane.gap + known.let) * every, -P::led_out), plane.yields = 0;
     if (!set.add(plane)) return;
   }
 }
