@@ -314,7 +314,10 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  now.X_WT = out.X_WT = {hand.X_WT.p, s.motion.R_WT};
+  // Each from its source: one copied from the other would be read back before its stores are through.
+  out.X_WT.p = now.X_WT.p = hand.X_WT.p;
+  out.X_WT.R = s.motion.R_WT;
+  now.X_WT.R = s.motion.R_WT;
   out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
   if (!s.motion.started) s.begin_anew(now.X_WT, hand.t);
 

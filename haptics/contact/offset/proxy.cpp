@@ -538,7 +538,8 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
 
 void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   const Step& p = step_;
-  held_ = p.touching ? held_by(contacts_, p.active) : HeldBy{};
+  held_.count = 0;
+  if (p.touching) held_by(contacts_, p.active, held_);
   out.p_WG = p.c == p.target ? in.X_WT.p : settings_.frame.to_world(p.c);
   out.touching = p.touching;
   out.breaking_through = breaking_through_;

@@ -208,10 +208,9 @@ ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept 
   return guess;
 }
 
-HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept {
-  HeldBy held;
-  for (; held.count < active.count; ++held.count) held.n[held.count] = set.plane(active.index[held.count]).n;
-  return held;
+void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept {
+  for (held.count = 0; held.count < active.count; ++held.count)
+    held.n[held.count] = set.plane(active.index[held.count]).n;
 }
 
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,

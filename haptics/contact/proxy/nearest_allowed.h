@@ -17,7 +17,8 @@ struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-HeldBy held_by(const ContactSet& set, const ActivePlanes& active) noexcept;
+/// Sets `held` to the active planes' normals. In place: a copy would wait for its own stores.
+void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
 /// The planes of a new look that are most like those; a guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
