@@ -7,7 +7,12 @@ if(TYPODONT_BUILD_haptics)
   find_package(TBB CONFIG REQUIRED)       # before OpenVDB and Ceres, which disagree on how to find it
   list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
   find_package(OpenVDB MODULE REQUIRED)
-  find_package(meshoptimizer CONFIG REQUIRED)
+  # Levels of detail of meshes (model mesh_lod). The program has them; the library alone also builds without.
+  if(TYPODONT_BUILD_program)
+    find_package(meshoptimizer CONFIG REQUIRED)
+  else()
+    find_package(meshoptimizer CONFIG QUIET)
+  endif()
 endif()
 if(TYPODONT_BUILD_audio OR TYPODONT_BUILD_calibration)
   find_package(nlohmann_json CONFIG REQUIRED)

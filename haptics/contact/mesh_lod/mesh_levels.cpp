@@ -1,12 +1,18 @@
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 
+#ifdef TYPODONT_MESHOPTIMIZER
 #include <meshoptimizer.h>
+#endif
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <unordered_map>
 #include <utility>
+
+#include "engine/base/error.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -17,6 +23,21 @@ constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
 constexpr std::size_t kFewestVertices = 64;  // of a level that is made without being asked for
 constexpr int kTries = 8;                    // at the number of triangles that leaves so many vertices
 constexpr double kNear = 0.005;              // of the wanted number
+
+/// At most about so many triangles of those that `indices` names, with their borders. `positions`: x, y, z of each
+/// vertex. Throws Error where the library was built without meshoptimizer.
+std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
+                                         [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
+#ifdef TYPODONT_MESHOPTIMIZER
+  std::vector<unsigned> kept(indices.size());
+  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), positions.size() / 3,
+                               3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
+  return kept;
+#else
+  throw Error("model", "mesh_lod", fmt::format("{} triangles to simplify to {}", indices.size() / 3, triangles),
+              "a library that was built with meshoptimizer");
+#endif
+}
 
 /// Leaves out vertices that no triangle uses.
 TissueMesh compact(TissueMesh mesh) {
@@ -88,9 +109,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
     }
   }
   const auto with_triangles = [&](std::size_t triangles) {
-    std::vector<unsigned> kept(indices.size());
-    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), original.size(),
-                                 3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
+    const std::vector<unsigned> kept = simplified_indices(indices, positions, triangles);
     TissueMesh result;
     result.vertices = mesh.vertices;
     for (std::size_t i = 0; i + 2 < kept.size(); i += 3) {
