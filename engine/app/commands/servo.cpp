@@ -12,6 +12,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
@@ -163,7 +164,7 @@ void run(const Options& options) {
   const session::SessionResult result = session_result(loop.carver().volume());
   sink.finish(result);
   progress.at(1);
-  if (!options.save.empty()) loop.carver().volume().save(options.save);
+  if (!options.save.empty()) save_tissue(copy_of(loop.carver()), options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;
