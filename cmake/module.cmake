@@ -40,17 +40,18 @@ endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
 # every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
-# is too short, and however long a campaign is asked for; [SERIAL]: not beside others; [MEASURED pattern]: these of its tests
-# measure time, and so are of the kind bench.
+# is too short, and however long a campaign is asked for; [LIVE]: its tests need real time, a display or
+# all cores: they also have the label `live`, and run apart, one at a time; [MEASURED pattern]: these of its tests measure
+# time, and so are of the kind bench.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "SERIAL" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "LIVE" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
   set(timeout)
   if(ARG_TIMEOUT)
     set(timeout TIMEOUT ${ARG_TIMEOUT})
   endif()
   set(serial FALSE)
-  if(ARG_SERIAL)
+  if(ARG_LIVE)
     set(serial TRUE)
   endif()
   add_executable(${name} ${ARG_SOURCES})
@@ -66,4 +67,9 @@ function(typodont_test name)
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                        PROPERTIES LABELS ${ARG_KIND} ${timeout} RUN_SERIAL ${serial})
+  if(ARG_LIVE)  # gtest_discover_tests takes one label only
+    set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
+    file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
+  endif()
 endfunction()

@@ -383,11 +383,6 @@ ServoSettings drill() {
   s.damping = 2;
   return s;
 }
-double sum(const PerTissue& v) {
-  double all = 0;
-  for (const double x : v) all += x;
-  return all;
-}
 /// Volume of a ball of radius r at height z that lies below z = 0.
 double cap(double r, double z) {
   const double h = std::clamp(r - z, 0.0, 2 * r);
@@ -398,7 +393,7 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
   Session run(volume(kBlock), drill());
   double most_step = 0, least_energy = 0;
   dvec3 before(0);
-  const double whole = sum(run.steps.carver().volume().volumes());
+  const double whole = total(run.steps.carver().volume().volumes());
   for (int i = 0; i < 1800; ++i) {
     run.step({0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}, 1);
     if (i > 20) most_step = std::max(most_step, glm::distance(run.tick.f_T_W, before));
@@ -409,8 +404,8 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
   ASSERT_GT(run.tick.cuts, 100U);
   const double z = run.tick.X_WG.p.z;
   EXPECT_LT(z, kBur - 0.2e-3);
-  EXPECT_NEAR(sum(run.tick.removed) / cap(kBur, z), 1, 0.05);
-  EXPECT_NEAR((whole - sum(run.steps.carver().volume().volumes())) / cap(kBur, z), 1, 0.1);
+  EXPECT_NEAR(total(run.tick.removed) / cap(kBur, z), 1, 0.05);
+  EXPECT_NEAR((whole - total(run.steps.carver().volume().volumes())) / cap(kBur, z), 1, 0.1);
   EXPECT_LE(most_step, 0.02);
   EXPECT_GE(least_energy, -1e-9);
 }

@@ -13,6 +13,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"
+#include "haptics/contact_method.h"
 #include "haptics/device_safety.h"
 
 namespace typodont {
@@ -121,7 +122,8 @@ void add_run_command(cli::Command& app) {
       ->check(cli::writes({FileKind::kVolume}));
   command->add_option("--resume", options->resume,
                       "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
-  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
+  command->add_option("--model", options->model,
+                      "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_option("--seconds", w.seconds, "end after so many seconds, a day at most")
       ->check(cli::more_than_zero(kLongestSession));
   command->add_flag("--no-real-time", w.no_real_time,

@@ -23,6 +23,7 @@
 #include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
+#include "haptics/contact_method.h"
 #include "haptics/scripted_hand.h"
 
 namespace typodont {
@@ -219,7 +220,8 @@ void add_servo_command(cli::Command& app) {
       ->required()
       ->check(cli::writes({FileKind::kTable, FileKind::kSession}));
   command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
-  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
+  command->add_option("--model", options->model,
+                      "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
       ->check(cli::range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")
