@@ -67,7 +67,7 @@ function(typodont_test name)
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
                        PROPERTIES LABELS ${ARG_KIND} ${timeout} RUN_SERIAL ${serial})
-  if(ARG_LIVE)  # gtest_discover_tests takes one label only
+  if(ARG_LIVE AND NOT ARG_KIND STREQUAL "bench")  # gtest_discover_tests takes one label only
     set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
     file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
     set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
