@@ -40,8 +40,8 @@ endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
 # every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
-# is too short, and however long a campaign is asked for; [LIVE]: its tests need real time, a display or
-# all cores: they also have the label `live`, and run apart, one at a time; [MEASURED pattern]: these of its tests measure
+# is too short, and however long a campaign is asked for; [LIVE]: its tests need real time or a display:
+# they also have the label `live`, and run one at a time; [MEASURED pattern]: these of its tests measure
 # time, and so are of the kind bench.
 include(GoogleTest)
 function(typodont_test name)
@@ -50,9 +50,11 @@ function(typodont_test name)
   if(ARG_TIMEOUT)
     set(timeout TIMEOUT ${ARG_TIMEOUT})
   endif()
-  set(serial FALSE)
-  if(ARG_LIVE)
-    set(serial TRUE)
+  set(alone)
+  if(ARG_KIND STREQUAL "bench")
+    set(alone RUN_SERIAL TRUE)
+  elseif(ARG_LIVE)
+    set(alone RESOURCE_LOCK live)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
@@ -66,8 +68,8 @@ function(typodont_test name)
   endif()
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                       PROPERTIES LABELS ${ARG_KIND} ${timeout} RUN_SERIAL ${serial})
-  if(ARG_LIVE AND NOT ARG_KIND STREQUAL "bench")  # gtest_discover_tests takes one label only
+                       PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
+  if(ARG_LIVE)  # gtest_discover_tests takes one label only
     set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
     file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
     set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
