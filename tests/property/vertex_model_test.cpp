@@ -16,26 +16,17 @@ namespace {
 using namespace literals;
 using haptics::read_contact_method;
 using test::HapticBench;
+using test::probe_settings;
 
 constexpr std::string_view kBall =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})";
 
-haptics::ServoSettings probe(const char* model) {
-  haptics::ServoSettings settings;
-  settings.tool.diameter = settings.tool.length = 1.2_mm;
-  settings.damping = 0;
-  settings.friction = false;
-  settings.cutting = false;
-  settings.method = read_contact_method(Json::parse(model, "scene"));
-  return settings;
-}
 haptics::ServoSettings drill(const char* model) {
-  haptics::ServoSettings settings = probe(model);
-  settings.cutting = true;
+  haptics::ServoSettings settings = test::drill_settings(model);
   settings.damping = 0.5;
-  settings.spindle.free_speed = 300.0_krpm;
   return settings;
 }
+
 /// A ball of 3 mm as a volume, with a mesh of its own of a given edge.
 haptics::TissueVolume ball_of(double edge) {
   haptics::TissueVolume volume(haptics::read_solids(Json::parse(kBall, "tissue")));
@@ -45,7 +36,7 @@ haptics::TissueVolume ball_of(double edge) {
 
 /// N, on a ball pressed 0.15 mm into the top of that mesh; as printed: on one that lies so deep in it.
 double force_on(double edge, const char* model) {
-  HapticBench bench(ball_of(edge), probe(model));
+  HapticBench bench(ball_of(edge), probe_settings(model));
   for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.65_mm - 1e-6 * i}});
   for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 3.45_mm}});
   return bench.last.f_model_W.z;
@@ -61,7 +52,7 @@ TEST(VertexForce, AsAMeanItDoesNotDependOnTheMeshAndAsPrintedItGrowsWithIt) {
 }
 
 TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
-  HapticBench bench(ball_of(0.1_mm), probe(R"({"vertex": {}})"));
+  HapticBench bench(ball_of(0.1_mm), probe_settings(R"({"vertex": {}})"));
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
     const dvec3 n = glm::normalize(dvec3(std::cos(0.3 + 0.004 * i), 0.4, std::sin(0.3 + 0.004 * i)));
@@ -74,7 +65,7 @@ TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
 
 /// rms of the change of force from tick to tick of a ball that slides over a coarse mesh, N.
 double ripple(const char* model, double& most) {
-  HapticBench bench(ball_of(0.45_mm), probe(model));
+  HapticBench bench(ball_of(0.45_mm), probe_settings(model));
   double before = 0, squares = 0, mean = 0;
   most = 0;
   std::vector<double> forces;
@@ -226,7 +217,7 @@ TEST(VertexModel, UnknownParametersAndToolsThatFillAreRefused) {
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge": 1}})", "scene")), Error);
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge_mm": 0}})", "scene")), Error);
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"filter": {"xi": 1}}})", "scene")), Error);
-  haptics::ServoSettings settings = probe(R"({"vertex": {}})");
+  haptics::ServoSettings settings = probe_settings(R"({"vertex": {}})");
   settings.tool.cuts = false;
   settings.tool.fill = Tissue::kComposite;
   EXPECT_THROW(HapticBench(kBall, settings), Error);

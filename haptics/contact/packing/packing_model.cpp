@@ -5,7 +5,8 @@
 #include <span>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "haptics/contact/packing/packing_method.h"
+#include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::packing {
 
@@ -32,17 +33,13 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
       parameters_(parameters),
       density_(densities(parameters, settings.materials)),
       buffers_(parameters.spheres),
-      near_(2 * parameters.spheres),
-      made_(kRemembered) {
+      near_(2 * parameters.spheres) {
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   for (std::size_t t = 0; t < kTissueCount; ++t) energy_[t] = density_[t] * dentin;
   std::size_t head = 0;
   const std::span<const Tool> tools = tool_set(settings);
+  refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    const Tool& tool = tools[t];
-    if (tool.fill != Tissue::kAir) {
-      throw Error(tool.name, "model", "packing with a tool that fills", "the model offset, or another tool");
-    }
     proxies_.emplace_back(spheres_of(tools, t, parameters), kFrictionless);
     head = std::max(head, proxies_.back().tool().head);
   }
@@ -58,9 +55,8 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   const bool first = snapshot_.number == 0;
   // The fresh spheres lack the cuts made since. After an undo, or where a piece was removed, these may take more or
   // less than they did.
-  const std::uint64_t oldest = cuts_ > kRemembered ? cuts_ - kRemembered : 0;
-  for (std::uint64_t i = std::max(fresh.cuts, oldest) + 1; !first && i <= cuts_; ++i) {
-    Made& made = made_[i % kRemembered];
+  for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
+    MadeCut& made = made_[i];
     const PerTissue now =
         carve(fresh.spheres, proxies_[made.tool].tool(), made.X_WA, made.X_WB, buffers_, [](int, const CutSphere&) {
         }).volume;
@@ -234,8 +230,8 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       carve(snapshot_.spheres, tool, from, to, buffers_, [&](int, const CutSphere&) { changed = true; });
   // Where nothing was in the way but rounding, the proxy goes there by itself.
   if (!changed) return false;
-  cut = {++cuts_, in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};
-  made_[cuts_ % kRemembered] = {from, to, tool_, removed.volume};
+  made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
+  cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};
   for (std::size_t t = 1; t < energy_.size(); ++t) energy += removed.hardened[t] * energy_[t];
   proxy().move_to(to);
   contact.p_WG = held_ = to.p;

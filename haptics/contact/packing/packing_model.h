@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "haptics/contact/cut_log.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/surface_estimate.h"
@@ -39,13 +40,6 @@ class PackingModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  struct Made {
-    Pose X_WA, X_WB;
-    std::uint32_t tool = 0;
-    PerTissue removed{};  // m³
-  };
-  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
-
   SphereProxy& proxy() noexcept { return proxies_[tool_]; }
   const SphereProxy& proxy() const noexcept { return proxies_[tool_]; }
   bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
@@ -70,8 +64,7 @@ class PackingModel final : public ContactModel {
   std::vector<std::size_t> near_end_;  // where those of each sphere of the head end
   double price_ = 0;                   // J that the whole way would cost by the price of the last step; 0: not known
   double last_way_ = 0;                // m, the whole way in the last cut
-  std::vector<Made> made_;             // by index modulo kRemembered
-  std::uint64_t cuts_ = 0;
+  RecentCuts<MadeCut> made_;
 };
 
 }  // namespace typodont::haptics::packing
