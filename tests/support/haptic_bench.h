@@ -17,7 +17,10 @@ inline MaterialTable plain_materials() {
   return table;
 }
 
-/// The lock-step with a plain table of materials, and its parts by name.
+/// Whose materials a bench has: plain_materials(), or those of its settings.
+enum class Materials { kPlain, kOfSettings };
+
+/// The lock-step, by default with a plain table of materials, and its parts by name.
 struct HapticBench {
   haptics::LockStep steps;
   const haptics::ServoSettings& settings = steps.settings();
@@ -31,8 +34,8 @@ struct HapticBench {
   HapticBench(std::string_view tissue_json, const haptics::ServoSettings& s)
       : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s) {}
 
-  HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s)
-      : steps(std::move(volume), with_materials(s)) {}
+  HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s, Materials materials = Materials::kPlain)
+      : steps(std::move(volume), materials == Materials::kPlain ? with_materials(s) : s) {}
   HapticBench(const HapticBench&) = delete;
   HapticBench& operator=(const HapticBench&) = delete;
 
