@@ -8,8 +8,9 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Spheres are linked across gaps of up to this share of the smaller radius.
-constexpr double kLink = 0.5;
+/// Spheres are linked across gaps of up to this fraction of the smaller radius. It must reach across the packing's gaps
+/// to the next deeper layer: a sphere that is cut down keeps only its far side, and hangs there.
+constexpr double kLink = 1.5;
 constexpr int kPace = 16;  // spheres that each flood takes in a turn
 
 struct Flood {
