@@ -23,6 +23,8 @@ class ContactMethod {
  public:
   virtual ~ContactMethod() = default;
   virtual std::string_view name() const = 0;
+  /// Whether its bodies have triangles of their own for pictures (TissueBody::surface).
+  virtual bool draws_own_surface() const { return false; }
   /// The servo's half. `settings` outlive it; they are complete (frame included).
   virtual std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const = 0;
   /// The carver's half. `tools` as Cut::tool numbers them.
