@@ -18,7 +18,6 @@ namespace {
 using namespace literals;
 
 using test::HapticBench;
-using test::Materials;
 
 ServoSettings settings(const char* model, double diameter) {
   ServoSettings s;
