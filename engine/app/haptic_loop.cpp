@@ -45,6 +45,7 @@ void HapticLoop::run(haptics::HapticDevice& hand, const std::function<void(const
     sample.faults = hand.faults();
     const bool did_cut = tick(sample, tick_out, cut);
     hand.write(tick_out.f_T_W, tick_out.tau_T_W);
+    hand.see(tick_out);
     each(tick_out, did_cut ? &cut : nullptr);
   }
   steps_.apply_cuts(std::numeric_limits<std::uint64_t>::max());

@@ -62,6 +62,7 @@ bool ServoTurns::turn() noexcept {
   const Nanos wrote = clock_();
   // What the servo was told is in the tick, and nothing that it was not told: a replay tells it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
+  hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;
   if (++ticks_ == 1) s.first_tick = wrote;
