@@ -12,7 +12,6 @@
 #include <sstream>
 
 #include "engine/app/assets.h"
-#include "engine/app/compute/vulkan_sphere_passes.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/sampled_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
@@ -26,7 +25,6 @@
 #include "haptics/import/mesh_tissue.h"
 #include "haptics/packing_loader.h"
 #include "haptics/solid.h"
-#include "haptics/sphere_passes.h"
 #include "haptics/tissue_mesh.h"
 #include "haptics/tool.h"
 
@@ -38,8 +36,6 @@ namespace {
 
 /// {"packing": {"file": "P.h5"}} of a scene's model: haptics links no HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
-/// haptics links no Vulkan either.
-const haptics::SpherePassesRegistration kSpherePasses{make_vulkan_sphere_passes};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\" or \"solids\"";

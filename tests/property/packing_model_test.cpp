@@ -282,6 +282,50 @@ TEST(PackingModel, APieceThatACutSetsLooseIsTakenOutCountedAndComesBack) {
   EXPECT_DOUBLE_EQ(run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)], before);
 }
 
+/// A bur goes down into a block and aside under its roof, the drill stops, and the hand goes straight up.
+void drill_under_a_roof(Session& run) {
+  const auto line = [&](const dvec3& from, const dvec3& to, int ticks, double pedal) {
+    for (int i = 1; i <= ticks; ++i) run.step(from + (to - from) * (i / static_cast<double>(ticks)), pedal);
+  };
+  line({0, 0, 3.5_mm}, {0, 0, 0.3_mm}, 1200, 1);
+  line({0, 0, 0.3_mm}, {2.2_mm, 0, 0.3_mm}, 1600, 1);
+  for (int i = 0; i < 300; ++i) run.step(dvec3(2.2_mm, 0, 0.3_mm), 0);
+  ASSERT_GT(run.last.X_WG.p.x, 1.8_mm);
+  ASSERT_LT(run.last.X_WG.p.z, 0.8_mm);
+  line({2.2_mm, 0, 0.3_mm}, {2.2_mm, 0, 6.0_mm}, 500, 0);
+}
+Session under_a_roof() {
+  return {
+      TissueVolume(read_solids(Json::parse(
+          R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [8, 4, 5]}}}]})", "t"))),
+      settings(R"({"packing": {"spheres": 4000, "speed_mm_per_s": 5}})")};
+}
+
+TEST(PackingModel, ABurUnderAnOverhangComesOutTheWayItWentInWithoutCuttingWhenTheHandHasLeft) {
+  Session run = under_a_roof();
+  drill_under_a_roof(run);
+  ASSERT_LT(run.last.X_WG.p.z, 1.5_mm);
+  const std::uint64_t cuts = run.last.cuts;
+  std::uint32_t faults = 0;
+  for (int i = 0; i < 3000; ++i) {
+    run.step(dvec3(2.2_mm, 0, 6.0_mm), 0);
+    faults |= run.last.faults;
+  }
+  EXPECT_LT(glm::distance(run.last.X_WG.p, run.last.X_WT.p), 1e-6);
+  EXPECT_TRUE(faults & bits(Fault::kWedged)) << "the user was told";
+  EXPECT_FALSE(run.last.faults & bits(Fault::kWedged)) << "no longer";
+  EXPECT_EQ(run.last.cuts, cuts);
+}
+
+TEST(PackingModel, AHandThatPushesIntoAWallIsHeldHoweverLong) {
+  Session run = under_a_roof();
+  for (int i = 0; i < 400; ++i) run.step(dvec3(0, 0, 3.5_mm - i * 0.01_mm), 0);
+  const dvec3 held = run.last.X_WG.p;
+  for (int i = 0; i < 3000; ++i) run.step(dvec3(0, 0, -0.5_mm), 0);
+  EXPECT_LT(glm::distance(run.last.X_WG.p, held), 0.1_mm);
+  EXPECT_FALSE(run.last.faults & bits(Fault::kWedged));
+}
+
 TEST(PackingModel, TwoBodiesThatWereApartFromTheStartStay) {
   Session run(
       TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"union": [

@@ -5,6 +5,7 @@
 #include <span>
 #include <utility>
 
+#include "haptics/contact/offset/parameters.h"
 #include "haptics/contact/packing/packing_method.h"
 #include "haptics/contact/tool_check.h"
 
@@ -16,6 +17,7 @@ constexpr double kLook = 10e-3;        // m, the largest clearance that is searc
 constexpr double kNearby = 0.2e-3;     // m, a point this close to a sphere has that sphere's tissue
 constexpr int kTrials = 8;             // cost evaluations for the length of one step
 constexpr double kWellSpent = 0.85;    // a step that spends this fraction of the budget is accepted
+constexpr double kPathUnit = 0.1e-3;   // m, of the path by which a tool came
 constexpr int kLooks = 16;             // places at which GPU and processor are compared
 constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord leaves the arc by 5e-5 of the head's reach
 
@@ -119,7 +121,67 @@ bool PackingModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
 
 void PackingModel::take_up(std::uint32_t tool) noexcept {
   tool_ = tool;
+  forget_contact();
+}
+
+void PackingModel::forget_contact() noexcept {
   placed_ = false;
+  retreat_.path.begin(proxy().pose().p / kPathUnit);
+  retreat_.held_for = 0;
+  retreat_.leading = retreat_.wedged = false;
+}
+
+/// Notes the path of the tool, and whether the hand has left it: the tool stays where it is, while at the hand's place
+/// it would be free.
+void PackingModel::watch_retreat(const ContactInput& in) noexcept {
+  using R = offset::RetreatParameters;
+  retreat_.wedged = false;
+  const dvec3& p = proxy().pose().p;
+  if (!proxy().touches() && clearance(proxy().pose()) > R::outside) {
+    retreat_.path.begin(p / kPathUnit);
+  } else {
+    retreat_.path.add(p / kPathUnit);
+  }
+  if (glm::distance(in.X_WT.p, p) < R::far || glm::distance(p, retreat_.held_at) > R::still) {
+    retreat_.held_at = p;
+    retreat_.held_for = 0;
+    return;
+  }
+  retreat_.held_for += in.dt;
+  if (retreat_.held_for < R::patience || !is_free(proxy().tool(), in.X_WT)) return;
+  const dvec3 hand = in.X_WT.p / kPathUnit;
+  retreat_.to = retreat_.path.nearest(hand, (glm::distance(in.X_WT.p, p) - R::gain) / kPathUnit);
+  retreat_.leading = retreat_.to < retreat_.path.size();
+  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
+}
+
+/// Leads the tool back along its path, where it has been and tissue has only become less, without cutting and at a pace
+/// that the hand may feel, to the point of the path that is nearest to the hand. True where it is led in this tick.
+bool PackingModel::lead_back(const ContactInput& in) noexcept {
+  using R = offset::RetreatParameters;
+  if (!retreat_.leading) return false;
+  Pose X = proxy().pose();
+  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));  // m
+  const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
+  for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
+    const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
+    const double length = glm::length(way);
+    if (length > left) {
+      X.p += way * (left / length);
+      break;
+    }
+    X.p += way;
+    left -= length;
+    retreat_.path.drop_last();
+  }
+  if (near || retreat_.path.size() <= retreat_.to) {
+    retreat_.leading = false;
+    retreat_.held_for = 0;
+    retreat_.path.add(X.p / kPathUnit);
+    if (near) return false;
+  }
+  proxy().place(X);
+  return true;
 }
 
 void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -133,11 +195,21 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   // While the tool is free the servo moves it without calling this model: take over its pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
+  if (lead_back(in)) {
+    surface_ = {};
+    out.p_WG = held_ = proxy().pose().p;
+    out.breaking_through = true;
+    out.settled = false;
+    out.faults |= bits(Fault::kWedged);
+    return;
+  }
   set_friction(in);
   proxy().follow(snapshot_.spheres.tree(), in.X_WT, gpu_.get());
   out.p_WG = held_ = proxy().pose().p;
   out.touching = proxy().touches();
   out.settled = !out.touching;
+  watch_retreat(in);
+  if (retreat_.wedged) out.faults |= bits(Fault::kWedged);
   if (!out.touching) {
     surface_ = {};
     return;

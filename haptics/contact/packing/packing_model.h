@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/contact/cut_log.h"
+#include "haptics/contact/offset/retreat_path.h"
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
@@ -36,8 +37,8 @@ class PackingModel final : public ContactModel {
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return proxy().tool().radius.size() > 1; }
-  void begin_anew() noexcept override { placed_ = false; }
-  void release() noexcept override { placed_ = false; }
+  void begin_anew() noexcept override { forget_contact(); }
+  void release() noexcept override { forget_contact(); }
   bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
@@ -48,6 +49,9 @@ class PackingModel final : public ContactModel {
  private:
   SphereProxy& proxy() noexcept { return proxies_[tool_]; }
   const SphereProxy& proxy() const noexcept { return proxies_[tool_]; }
+  void forget_contact() noexcept;
+  void watch_retreat(const ContactInput& in) noexcept;
+  bool lead_back(const ContactInput& in) noexcept;
   bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
   void take_tissue_from_contacts() noexcept;
   void set_friction(const ContactInput& in) noexcept;
@@ -67,6 +71,15 @@ class PackingModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   bool placed_ = false;
   dvec3 held_{0};  // m, the proxy's place as last told to the servo
+  /// A tool that is held where the hand has left it comes out the way it went in, as with the model "offset".
+  struct Retreat {
+    offset::RetreatPath path;  // in units of kPathUnit
+    dvec3 held_at{0};          // m, the proxy has stayed near this place …
+    double held_for = 0;       // … for so many s, with the hand far away
+    bool leading = false;      // the proxy is being led back, …
+    std::size_t to = 0;        // … to this point of the path
+    bool wedged = false;       // the hand has left, and no way back is known
+  } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   std::vector<int> near_;              // find_near(): the lists of all spheres of the head, one after the other
