@@ -48,3 +48,7 @@ typodont_test(stress_live KIND stress SOURCES stress/live_replay_test.cpp LIBS t
 typodont_test(stress_constant_push KIND stress SOURCES stress/constant_push_test.cpp LIBS typodont_app)
 typodont_test(unit_app_score KIND unit SOURCES unit/app_score_test.cpp LIBS typodont_app)
 typodont_test(stress_stalls KIND stress SOURCES stress/carver_stall_test.cpp stress/faults_test.cpp LIBS typodont_app)
+typodont_test(unit_state_stream KIND unit SOURCES unit/state_stream_test.cpp LIBS typodont_app nlohmann_json::nlohmann_json)
+if(LIBLO_FOUND)
+  target_compile_definitions(unit_state_stream PRIVATE TYPODONT_LIBLO)
+endif()

@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
   add_report_command(program);
   add_devices_command(program);
   add_doctor_command(program);
+  add_rescore_command(program);
   add_sign_command(program);
   add_sound_command(program);
   add_calibrate_command(program);

@@ -136,6 +136,8 @@ struct Wiring {
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
+  // SERVO → STREAM; null where nobody is told of the session
+  std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
   // SERVO → RENDER: how the loop fares, how warm the motors are
   Latest<LoopReport> loop_to_render;
   // RENDER → RECORDER, whenever it changed

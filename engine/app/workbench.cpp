@@ -1,6 +1,7 @@
 #include "engine/app/workbench.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -70,6 +71,8 @@ struct Workbench::Impl {
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
+  std::optional<StateStream> stream;
+  std::optional<StreamTurns> streaming;
   std::optional<LivePicture> picture;  // where operated or drawn here
   std::optional<XrSession> headset;    // draws on a thread of its own, in the trainee's picture's place
   WorkCounts before;                   // of the process, when the session began
@@ -90,7 +93,7 @@ struct Workbench::Impl {
   std::string keys;    // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder, streamer;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -195,7 +198,7 @@ void Workbench::Impl::set_up() {
   }
 
   if (s.record) {
-    session::SessionHeader header = session_header(scene, rig_file, *hands.right, tissue, hand.rate);
+    session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
     if (hands.left) {
       s.left_stream = header.streams.size();
       header.streams.push_back(left_hand_stream());
@@ -217,6 +220,11 @@ void Workbench::Impl::set_up() {
     s.notes.emplace(scene, heard);
     writer.emplace(options.record, header);
     if (sound) writer->event(0, session::EventKind::kNote, sound->about());
+  }
+  if (!options.stream.empty()) {
+    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate});
+    streaming.emplace(s, *stream, options.stream_rate);
+    explain(fmt::format("stream: on, {}", fmt::join(options.stream, ", ")));
   }
   if (s.operated) {
     meter.emplace(hand.rate);
@@ -278,6 +286,7 @@ void Workbench::Impl::start() {
     left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene.mouth_mirror),
                         s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+  if (streaming) streamer = std::jthread(stream_thread, std::ref(s), std::ref(*streaming));
   began = now();
   if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
@@ -467,6 +476,7 @@ void Workbench::Impl::end() {
   }
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
+  if (streamer.joinable()) streamer.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
   if (headset) {
     headset->stop();

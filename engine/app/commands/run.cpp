@@ -112,6 +112,13 @@ void add_run_command(cli::Command& app) {
       ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
+  command->add_option(
+      "--stream", w.stream,
+      "tell other programs of the session: osc:[HOST:]PORT, ws:[HOST:]PORT; this computer where no host "
+      "is given; can be repeated");
+  command->add_option("--stream-rate", w.stream_rate, "states a second that they are told, Hz")
+      ->check(cli::range(1.0, 1000.0))
+      ->show_default();
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
       ->check(cli::from_zero());
   command
@@ -131,7 +138,10 @@ void add_run_command(cli::Command& app) {
   command->add_flag("--explain", w.explain,
                     "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    command->refuse_without({"--stream-rate"}, !options->workbench.stream.empty(), "--stream");
+    run(*options);
+  });
 }
 
 }  // namespace typodont

@@ -75,6 +75,7 @@ bool ServoTurns::turn() noexcept {
   if (s.sound) s.sound->push(tick_);  // before it is published: a file is made up to the newest that is
   if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
+  if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);  // full: counted, the session goes on
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
   s.last = tick_;

@@ -210,7 +210,12 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
   if (!given.is_object()) given.fail("an object with keys of a scene");
   auto json = nlohmann::ordered_json::parse(own.text);
   const auto changes = nlohmann::ordered_json::parse(overrides);
-  for (const auto& [key, value] : changes.items()) json[key] = value;
+  for (const auto& [key, value] : changes.items()) {
+    if (value.is_null())
+      json.erase(key);
+    else
+      json[key] = value;
+  }
   return parse_scene(Json::parse(json.dump(2), where, Json::Lines::kUnknown), own.file, own.place);
 }
 
@@ -221,7 +226,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   HapticLoop loop(scene, load_tissue(scene), hand->info());
   std::unique_ptr<session::SessionWriter> writer;
   if (!out.empty()) {
-    session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), rate);
+    session::SessionHeader header = session_header(scene, {}, hand->info(), loop.carver().volume(), rate);
     header.hand = "replay:" + session.file().string();
     header.trainee = session.header().trainee;
     header.date.clear();
