@@ -75,7 +75,7 @@ class LiveExpert : public testing::Test {
     s.record = true;
     s.serve(hand->info());
     s.notes.emplace(*scene, std::nullopt);
-    session::SessionWriter writer(file(), session_header(*scene, {}, *hand, s.carver.volume(), 1000));
+    session::SessionWriter writer(file(), session_header(*scene, {}, hand->info(), s.carver.volume(), 1000));
     s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
     session::HandMeter meter(1000);
     {
