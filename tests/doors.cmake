@@ -1,6 +1,6 @@
 # The doors (engine/bindings), from an installation: what sanitizers add to a library its users would need, too.
 if(NOT TYPODONT_SANITIZE)
-  typodont_test(bench_doors KIND bench SOURCES bench/doors_bench.cpp LIBS typodont_scene typodont_c fmt::fmt SERIAL)
+  typodont_test(bench_doors KIND bench SOURCES bench/doors_bench.cpp LIBS typodont_scene typodont_c fmt::fmt)
   typodont_test(acceptance_doors KIND acceptance SOURCES acceptance/doors_test.cpp
                 LIBS fmt::fmt nlohmann_json::nlohmann_json)
   target_compile_definitions(acceptance_doors PRIVATE
