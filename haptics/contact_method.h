@@ -49,6 +49,8 @@ SharedContactMethod read_contact_method(const Json& json);
 /// What a method is called in full ("god-object" is an alias of "offset"); in the order in which they are listed to
 /// users.
 std::vector<std::string> contact_method_names();
+/// These names as words for help and messages: "one of: offset, …".
+std::string known_contact_methods();
 
 /// The one that is used where nothing is chosen: "offset".
 const SharedContactMethod& default_contact_method();
