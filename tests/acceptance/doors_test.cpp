@@ -47,9 +47,8 @@ class Doors : public testing::Test {
     const std::string name = fs::path(source).stem();
     const std::string flags = fmt::format("$(PKG_CONFIG_PATH={}/{}/pkgconfig pkg-config --cflags --libs typodont)",
                                           prefix(), TYPODONT_LIBDIR);
-    const test::Ran ran = sh(
-        fmt::format("{} -std=gnu11 -Wall -Wextra -Wpedantic -Werror -O1 -o {} tests/acceptance/doors/{}.c {} -pthread",
-                    TYPODONT_CC, *folder_ / name, name, flags));
+    const test::Ran ran = sh(fmt::format("{} -std=gnu11 -Wall -Wextra -Wpedantic -Werror -O1 -o {} {} {} -pthread",
+                                         TYPODONT_CC, *folder_ / name, source, flags));
     EXPECT_EQ(ran.status, 0) << ran.err;
     return fmt::format("env LD_LIBRARY_PATH={}/{} {}", prefix(), TYPODONT_LIBDIR, *folder_ / name);
   }

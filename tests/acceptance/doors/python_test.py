@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import typodont
 
-PROGRAM = sys.argv.pop(1)
+PROGRAM = os.path.abspath(sys.argv[1])
 NOTEBOOKS = Path(__file__).resolve().parents[3] / "docs" / "notebooks"
 BALL = {
     "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 2}}}]},
@@ -307,4 +307,4 @@ class Notebooks(InFolder):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
