@@ -285,9 +285,9 @@ TEST_F(Doors, ThePythonPackageFromItsWheelKeepsItsPromises) {
       "--no-index -q --target {4} {3}/*.whl",
       prefix(), TYPODONT_PYTHON, source, wheels, env));
   ASSERT_EQ(made.status, 0) << made.out << made.err;
-  const test::Ran ran = sh(
-      fmt::format("env -u TYPODONT_PREFIX PYTHONPATH={} TYPODONT_PROGRAM={} {} tests/acceptance/doors/python_test.py",
-                  env, TYPODONT_PROGRAM, TYPODONT_PYTHON));
+  const test::Ran ran =
+      sh(fmt::format("env -u TYPODONT_PREFIX PYTHONPATH={} {} tests/acceptance/doors/python_test.py {}", env,
+                     TYPODONT_PYTHON, TYPODONT_PROGRAM));
   EXPECT_EQ(ran.status, 0) << ran.err;
   if (ran.err.find("skipped") != std::string::npos) fmt::print("{}", ran.err);
 

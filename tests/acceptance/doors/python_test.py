@@ -1,5 +1,5 @@
-"""The package `typodont` as its users have it: installed from its wheel. TYPODONT_PROGRAM=build/release/typodont python_test.py
-runs all; each class says what holds. Where pandas or distributed is not installed, what needs it is skipped and said."""
+"""The package `typodont` as its users have it: installed from its wheel. python_test.py PROGRAM runs all; each class says
+what holds. Where pandas or distributed is not installed, what needs it is skipped and said."""
 
 import csv
 import importlib.util
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import typodont
 
-PROGRAM = os.environ["TYPODONT_PROGRAM"]  # worker processes import this file too: they have the environment
+PROGRAM = os.path.abspath(sys.argv[1])
 NOTEBOOKS = Path(__file__).resolve().parents[3] / "docs" / "notebooks"
 BALL = {
     "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 2}}}]},
@@ -307,4 +307,4 @@ class Notebooks(InFolder):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
