@@ -572,13 +572,31 @@ TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
   }
 }
 
+TEST(MeshLodModel, AWholeHeadNeverAllocatesInATick) {
+  MeshBench run(volume(kBlock), drill(HeadShape::kCylinder, 1.0_mm, 3.0_mm));
+  for (int i = 0; i < 200; ++i) run.tick({{0, 0, 1.55_mm - i * 1e-6}}, 1);
+  std::size_t allocated = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Pose X{{0.2e-3 * std::sin(0.01 * i), 0, 1.3_mm}, glm::angleAxis(0.0005 * i, dvec3(0, 1, 0))};
+    const test::NoAlloc guard;
+    run.servo.tick({run.t += 1'000'000, X, 1}, run.last, run.cut);
+    allocated += guard.count();
+  }
+  EXPECT_EQ(allocated, 0U);
+  EXPECT_GT(run.last.cuts, 100U);
+}
+
 TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
-  TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
+  for (const bool whole_head : {false, true}) {
+    TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})");
-  MeshBench run(std::move(tissue), settings());
-  for (int i = 0; i < 200; ++i) {
-    run.tick({{0, 0, i % 2 ? -10e-3 : 3e-3}});
-    ASSERT_GT(run.last.X_WG.p.z, 0.4e-3) << i;
+    ServoSettings s = settings();
+    if (whole_head) s.tool = drill(HeadShape::kFlame, 1.0_mm, 3.0_mm).tool;
+    MeshBench run(std::move(tissue), s);
+    for (int i = 0; i < 200; ++i) {
+      run.tick({{0, 0, i % 2 ? -7e-3 : 5e-3}});
+      ASSERT_GT(run.last.X_WG.p.z, 0.4e-3) << i;
+    }
   }
 }
 

@@ -16,7 +16,6 @@ constexpr double kOverlap = 1e-9;  // m that a free head may seem to overlap by 
 // Of the radius: what a head that stands may overlap. Without it, a sharp rim would never find back into the hole that
 // it has cut, which is exactly as wide.
 constexpr double kSlack = 0.01;
-constexpr int kMostHops = 64;        // of a free head in one follow()
 constexpr double kLiftReach = 2e-3;  // m within which the surface is looked for,
                                      // from a place inside the tissue
 
@@ -131,14 +130,7 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   list_where_needed(grid, c_);
-  // With no point near, the head is free as far as points were looked for.
-  const double free = (FollowParameters::margin - FollowParameters::kept) * head_.radius();
-  for (int hop = 0; points_.empty() && c_ != hip && hop < kMostHops; ++hop) {
-    const dvec3 rest = hip - c_;
-    const double left = glm::length(rest);
-    c_ = left > free ? c_ + free / left * rest : hip;
-    list_where_needed(grid, c_);
-  }
+  c_ = vertex::advance_free(points_, c_, hip, head_.radius(), [&](const dvec3& p) { list_where_needed(grid, p); });
   if (!points_.empty()) c_ = follower_.follow(head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give);
   leading_out_ = !points_.empty() && !give && follower_.led_out();
   count_ = 0;

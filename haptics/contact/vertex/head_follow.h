@@ -57,4 +57,19 @@ class HeadFollower {
   bool led_out_ = false;
 };
 
+/// Where a head on its way to `to` comes while no point is near it: it goes no farther at once than points were looked
+/// for, so no leap passes a thin wall. `list(p)`: lists the points around p, where those that are listed do not reach.
+template <class List>
+dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
+  constexpr int kMostHops = 64;  // in one tick
+  const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
+  for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
+    const dvec3 rest = to - from;
+    const double left = glm::length(rest);
+    from = left > free ? from + free / left * rest : to;
+    list(from);
+  }
+  return from;
+}
+
 }  // namespace typodont::haptics::vertex

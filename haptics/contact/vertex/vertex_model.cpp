@@ -242,10 +242,11 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  const dvec3& from = in.X_WG.p;
   const double probe = P::probe * head().radius();
-  list_where_needed(from);
-  out.p_WG = points_.empty() ? in.X_WT.p : follower_.follow(head(), points_, from, in.X_WT, 0, false);
+  list_where_needed(in.X_WG.p);
+  const dvec3 from =
+      advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [this](const dvec3& p) { list_where_needed(p); });
+  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, 0, false);
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
