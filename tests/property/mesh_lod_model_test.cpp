@@ -21,7 +21,6 @@ namespace typodont::haptics::mesh_lod {
 namespace {
 
 using namespace literals;
-using test::sum;
 
 constexpr double kBall = 3.0_mm;
 
@@ -387,7 +386,7 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
   MeshBench run(volume(kBlock), drill());
   double most_step = 0, least_energy = 0;
   dvec3 before(0);
-  const double whole = sum(run.carver.volume().volumes());
+  const double whole = total(run.carver.volume().volumes());
   for (int i = 0; i < 1800; ++i) {
     run.tick({{0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}}, 1);
     if (i > 20) most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
@@ -398,8 +397,8 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
   ASSERT_GT(run.last.cuts, 100U);
   const double z = run.last.X_WG.p.z;
   EXPECT_LT(z, kBur - 0.2e-3);
-  EXPECT_NEAR(sum(run.last.removed) / cap(kBur, z), 1, 0.05);
-  EXPECT_NEAR((whole - sum(run.carver.volume().volumes())) / cap(kBur, z), 1, 0.1);
+  EXPECT_NEAR(total(run.last.removed) / cap(kBur, z), 1, 0.05);
+  EXPECT_NEAR((whole - total(run.carver.volume().volumes())) / cap(kBur, z), 1, 0.1);
   EXPECT_LE(most_step, 0.02);
   EXPECT_GE(least_energy, -1e-9);
 }
@@ -484,7 +483,7 @@ TEST_P(MeshLodHeads, CutsWhereItIsPressedAndWhatGoesIsCountedWithoutAStepOfTheFo
   EXPECT_EQ(mesh.border_edges(), 0U);
   const double lost = whole - test::volume(mesh);
   EXPECT_GT(lost, 0.5e-12) << "m³";
-  EXPECT_NEAR(sum(run.last.removed) / lost, 1, 1e-6);
+  EXPECT_NEAR(total(run.last.removed) / lost, 1, 1e-6);
   EXPECT_LE(most_step, 0.02);
   EXPECT_GE(least_energy, -1e-9);
 }

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "haptics/contact/vertex/vertex_body.h"
@@ -18,7 +17,6 @@ using namespace literals;
 using haptics::read_contact_method;
 using test::HapticBench;
 using test::probe_settings;
-using test::sum;
 
 constexpr std::string_view kBall =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})";
@@ -158,17 +156,17 @@ TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
   const auto mesh_after = body.mesh().hash();
   const auto field_after = samples(bench.carver.volume());
   EXPECT_FALSE(field_after == field_before);
-  const double removed = sum(bench.last.removed);
+  const double removed = total(bench.last.removed);
   ASSERT_TRUE(bench.carver.undo());
   EXPECT_EQ(body.mesh().hash(), mesh_before);
   EXPECT_TRUE(samples(bench.carver.volume()) == field_before);
   bench.tick({{0, 0, 5.0_mm}});
-  EXPECT_NEAR(sum(bench.last.removed), 0, 1e-9 * removed);
+  EXPECT_NEAR(total(bench.last.removed), 0, 1e-9 * removed);
   ASSERT_TRUE(bench.carver.redo());
   EXPECT_EQ(body.mesh().hash(), mesh_after);
   EXPECT_TRUE(samples(bench.carver.volume()) == field_after);
   bench.tick({{0, 0, 5.0_mm}});
-  EXPECT_NEAR(sum(bench.last.removed), removed, 1e-9 * removed);
+  EXPECT_NEAR(total(bench.last.removed), removed, 1e-9 * removed);
   const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
   EXPECT_EQ(held.mesh.hash(), mesh_after);
   groove(bench, 300, 0.4_mm);
@@ -177,9 +175,9 @@ TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
 
 TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));
-  const double before = sum(bench.carver.volume().volumes());
+  const double before = total(bench.carver.volume().volumes());
   groove(bench, 1000);
-  const double lost = before - sum(bench.carver.volume().volumes()), removed = sum(bench.last.removed);
+  const double lost = before - total(bench.carver.volume().volumes()), removed = total(bench.last.removed);
   EXPECT_GT(removed, 0.05e-9);
   EXPECT_NEAR(lost, removed, 0.05 * removed);
 }
@@ -218,9 +216,9 @@ TEST(VertexModel, ALargerAndASmallerHeadTakeTurnsWhileItRuns) {
   groove(bench, 500);
   for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}}, 0, 1);
   ASSERT_EQ(bench.last.tool, 1u);
-  const double removed = sum(bench.last.removed);
+  const double removed = total(bench.last.removed);
   for (int i = 0; i < 600; ++i) bench.tick({{-1.0_mm + 2e-6 * i, 0.5_mm, 3.5_mm - std::min(i, 300) * 3e-6}}, 1, 1);
-  EXPECT_GT(sum(bench.last.removed), removed + 0.01e-9);
+  EXPECT_GT(total(bench.last.removed), removed + 0.01e-9);
   const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
   EXPECT_EQ(test::crossings(body.mesh()), 0);
 }

@@ -1,7 +1,6 @@
 // A scene without files: solids in, servo and carver in lock-step, for tests of the haptics alone.
 #pragma once
 
-#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -39,11 +38,6 @@ inline haptics::ServoSettings drill_settings(std::string_view model) {
   settings.cutting = true;
   settings.spindle.free_speed = 300 * kKrpm;
   return settings;
-}
-
-/// All tissues together, m³.
-inline double sum(const PerTissue& volumes) {
-  return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
 /// The lock-step with a plain table of materials, and its parts by name.

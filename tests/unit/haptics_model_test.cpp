@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -19,7 +18,6 @@ using haptics::contact_method;
 using test::drill_settings;
 using test::HapticBench;
 using test::probe_settings;
-using test::sum;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
@@ -118,8 +116,8 @@ TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
   const PerTissue before = bench.carver.volume().volumes();
   for (int i = 0; i < 1500; ++i) bench.tick({{0.3_mm * std::sin(0.01 * i), 0, 2.7_mm - 0.6e-6 * i}}, 1);
   EXPECT_GT(bench.last.cuts, 20u);
-  const double gone = sum(before) - sum(bench.carver.volume().volumes());
-  EXPECT_NEAR(sum(bench.last.removed), gone, 1e-6 * gone);
+  const double gone = total(before) - total(bench.carver.volume().volumes());
+  EXPECT_NEAR(total(bench.last.removed), gone, 1e-6 * gone);
   EXPECT_GT(gone, 0.02e-9);
   const haptics::SurfacePatch& patch = bench.patch();
   haptics::SurfacePatch check = bench.empty_patch();
@@ -135,7 +133,7 @@ TEST(VoxelPenalty, RemovedVolumeIsWhatTheEnergyPaysFor) {
     work += bench.last.cutting_power * bench.settings.tick;
   }
   const double dentin = 8e9;  // J/m³ of plain_materials()
-  EXPECT_NEAR(work / dentin, sum(bench.last.removed), 0.01 * sum(bench.last.removed));
+  EXPECT_NEAR(work / dentin, total(bench.last.removed), 0.01 * total(bench.last.removed));
 }
 
 TEST(VoxelPenalty, UndoBringsBackEveryVoxelAndASecondRunRemovesTheSame) {
