@@ -266,7 +266,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (scene.score) json.fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
-      for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
+      for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
   }
   (void)session::tooth_sides(json);  // the report reads it; a mistake in it is said now
@@ -305,6 +305,10 @@ void choose_model(Scene& scene, const std::string& name) {
 
 std::string_view model_name(const Scene& scene) {
   return (scene.servo.method ? scene.servo.method : haptics::default_contact_method())->name();
+}
+
+bool draws_own_surface(const Scene& scene) {
+  return scene.servo.method && scene.servo.method->draws_own_surface();
 }
 
 std::vector<std::string> tool_names(const Scene& scene) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/mesh_lod/mesh_lod_method.h"
 #include "haptics/contact/offset/offset_method.h"
 #include "haptics/contact/packing/packing_method.h"
@@ -26,11 +27,10 @@ struct Entry {
 
 /// Set up before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
-  static std::vector<Entry> entries{{std::string(offset::kName), offset::read},
-                                    {std::string(mesh_lod::kName), mesh_lod::read},
-                                    {std::string(packing::kName), packing::read},
-                                    {std::string(vertex::kName), vertex::read},
-                                    {std::string(voxel_penalty::kName), voxel_penalty::read}};
+  static std::vector<Entry> entries{
+      {std::string(offset::kName), offset::read},     {std::string(implant::kName), implant::read},
+      {std::string(mesh_lod::kName), mesh_lod::read}, {std::string(packing::kName), packing::read},
+      {std::string(vertex::kName), vertex::read},     {std::string(voxel_penalty::kName), voxel_penalty::read}};
   return entries;
 }
 
@@ -38,10 +38,6 @@ const Entry* find(std::string_view name) {
   if (name == offset::kAlias) name = offset::kName;
   const auto found = std::ranges::find(table(), name, &Entry::name);
   return found == table().end() ? nullptr : &*found;
-}
-
-std::string known_names() {
-  return fmt::format("one of: {}", fmt::join(contact_method_names(), ", "));
 }
 
 }  // namespace
@@ -57,24 +53,28 @@ std::vector<std::string> contact_method_names() {
   return names;
 }
 
+std::string known_contact_methods() {
+  return fmt::format("one of: {}", fmt::join(contact_method_names(), ", "));
+}
+
 SharedContactMethod contact_method(std::string_view name, std::string_view where) {
   const Entry* const entry = find(name);
-  if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_names());
+  if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_contact_methods());
   return entry->read(std::nullopt);
 }
 
 SharedContactMethod read_contact_method(const Json& json) {
   if (json.is_string()) {
     const Entry* const entry = find(json.string());
-    if (!entry) json.fail(known_names());
+    if (!entry) json.fail(known_contact_methods());
     return entry->read(std::nullopt);
   }
   if (!json.is_object() || json.keys().size() != 1) {
-    json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_names());
+    json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_contact_methods());
   }
   const std::string name = json.keys().front();
   const Entry* const entry = find(name);
-  if (!entry) json.fail(fmt::format("\"{}\"", name), known_names());
+  if (!entry) json.fail(fmt::format("\"{}\"", name), known_contact_methods());
   return entry->read(json[name]);
 }
 

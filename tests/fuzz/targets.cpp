@@ -21,6 +21,7 @@
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/websocket.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/render/picture.h"
@@ -34,6 +35,8 @@
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/websocket.h"
 #include "haptics/import/import.h"
+#include "haptics/import/mesh_tissue.h"
+#include "haptics/mesh/editable_mesh.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"
@@ -94,8 +97,21 @@ void import_as(Bytes bytes) {
   if (bytes.size() > 64 << 10) return;
   attempt([&] { (void)haptics::import_tissue(as_file(bytes, kName), coarse()); });
 }
+/// As the tissue of a scene: read, made a mesh that can be carved, and, where it is small, a volume.
+template <const char* kName>
+void tissue_as(Bytes bytes) {
+  constexpr double kSmall = 30e-3;  // m
+  if (bytes.size() > 64 << 10) return;
+  attempt([&] {
+    const haptics::TissueMesh mesh = haptics::read_tissue_mesh(as_file(bytes, kName), 1e-3, Tissue::kEnamel).mesh;
+    const haptics::mesh::EditableMesh editable(mesh, 1e-3, 16);
+    dvec3 lo(1e300), hi(-1e300);
+    for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
+    if (glm::all(glm::lessThan(hi - lo, dvec3(kSmall)))) (void)haptics::rasterize(mesh, {.voxel = 1e-3});
+  });
+}
 constexpr char kNrrd[] = "in.nrrd", kNifti[] = "in.nii", kMeta[] = "in.mha", kStl[] = "in.stl", kPly[] = "in.ply",
-               kObj[] = "in.obj";
+               kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb";
 
 void json(Bytes bytes) {
   attempt([&] { (void)Json::parse(text_of(bytes), "fuzz").text(); });
@@ -224,7 +240,7 @@ class Service : public haptics::Link {
       const std::string_view key = asked.substr(at + kKey.size());
       said_.insert(
           0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-                 haptics::websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
+                 websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
     }
     return true;
   }
@@ -264,6 +280,9 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"mesh_stl", import_as<kStl>},
                                    {"mesh_ply", import_as<kPly>},
                                    {"mesh_obj", import_as<kObj>},
+                                   {"tissue_stl", tissue_as<kStl>},
+                                   {"tissue_gltf", tissue_as<kGltf>},
+                                   {"tissue_glb", tissue_as<kGlb>},
                                    {"opentrack", opentrack},
                                    {"device_reports", device_reports},
                                    {"hid_descriptor", hid_descriptor},

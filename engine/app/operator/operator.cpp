@@ -129,7 +129,31 @@ class Operator {
     desk_.make_picture();
   }
 
+  /// The words in the title bar: the page, and whose session it shows.
+  std::string title() const {
+    std::string title = "Typodont";
+    switch (s_.page) {
+      case Page::kStart:
+        break;
+      case Page::kLoading:
+      case Page::kSession:
+        title += ": " + s_.scene_title;
+        break;
+      case Page::kResult:
+        title += fmt::format(": {}, {}", s_.scene_title, s_.text("op.result"));
+        break;
+      case Page::kDoctor:
+        title += fmt::format(": {}", s_.text("op.check_computer"));
+        break;
+      case Page::kArchive:
+        title += fmt::format(": {}", s_.text("op.archive"));
+        break;
+    }
+    return title;
+  }
+
   void draw() {
+    window_.set_title(title());
     result_picture_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
@@ -318,7 +342,11 @@ class Operator {
     s_.page = Page::kLoading;
     draw();
     s_.page = before;  // where the session cannot begin
-    const Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
+    Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
+    // What goes on, goes on with the model it was made with.
+    if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
+    // A brush paints the field, so the field is what is shown and drilled where an exercise is made.
+    if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 

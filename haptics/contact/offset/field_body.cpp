@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "haptics/sweep.h"
@@ -22,8 +21,7 @@ void FieldBody::carve(const Cut& cut, bool continues) {
 }
 
 void FieldBody::fill(const Cut& cut) {
-  const VoxelBox filled = volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
-  if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
+  after_fill(volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame())));
 }
 
 void FieldBody::take_out_pieces(const Cut& cut, const VoxelBox& written) {
@@ -106,7 +104,7 @@ void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
 std::uint64_t FieldBody::elements() const {
   const PerTissue volumes = volume_.volumes();
   const double h = volume_.frame().voxel;
-  return static_cast<std::uint64_t>(std::llround(std::accumulate(volumes.begin(), volumes.end(), 0.0) / (h * h * h)));
+  return static_cast<std::uint64_t>(std::llround(total(volumes) / (h * h * h)));
 }
 
 }  // namespace typodont::haptics::offset
