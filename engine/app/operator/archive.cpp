@@ -30,49 +30,23 @@ namespace fs = std::filesystem;
 
 constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};  // m: the middle of a crown's top, where the shipped rigs look
 
-/// The arrays turned so that the crown points along +z; by whole quarters, so no sample is made up.
-haptics::DenseTissue stood_up(haptics::DenseTissue in, Crown crown) {
-  if (crown == Crown::kUp) return in;
-  // Which axis of the file becomes which, right-handed: new i runs along old axis[i], turned round where sign is −1.
-  glm::ivec3 axis(0, 1, 2), sign(1);
+/// The turn that makes the crown point along +z.
+const char* turn_up(Crown crown) {
   switch (crown) {
     case Crown::kUp:
-      return in;
+      break;
     case Crown::kDown:
-      axis = {0, 1, 2}, sign = {1, -1, -1};
-      break;
+      return "x180";
     case Crown::kRight:
-      axis = {1, 2, 0};
-      break;
+      return "y-90";
     case Crown::kLeft:
-      axis = {2, 1, 0}, sign = {1, 1, -1};
-      break;
+      return "y90";
     case Crown::kBack:
-      axis = {2, 0, 1};
-      break;
+      return "x90";
     case Crown::kFront:
-      axis = {0, 2, 1}, sign = {1, 1, -1};
-      break;
+      return "x-90";
   }
-  haptics::DenseTissue out;
-  out.frame = in.frame;
-  out.band = in.band;
-  out.exact_outside = in.exact_outside;
-  for (int i = 0; i < 3; ++i) out.size[i] = in.size[axis[i]];
-  out.distance.resize(in.distance.size());
-  out.tissue.resize(in.tissue.size());
-  out.hardness.resize(in.hardness.size());
-  glm::ivec3 to, from;
-  for (to.x = 0; to.x < out.size.x; ++to.x)
-    for (to.y = 0; to.y < out.size.y; ++to.y)
-      for (to.z = 0; to.z < out.size.z; ++to.z) {
-        for (int i = 0; i < 3; ++i) from[axis[i]] = sign[i] > 0 ? to[i] : out.size[i] - 1 - to[i];
-        const std::size_t at = out.at(to.x, to.y, to.z), was = in.at(from.x, from.y, from.z);
-        out.distance[at] = in.distance[was];
-        out.tissue[at] = in.tissue[was];
-        if (!in.hardness.empty()) out.hardness[at] = in.hardness[was];
-      }
-  return out;
+  return "";
 }
 
 /// Moved so that the top of the tissue stands where the rigs look.
@@ -135,7 +109,9 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double share) { progress.at(share); };
-  haptics::DenseTissue tissue = stood_up(haptics::import_tissue(tooth.input, options).tissue, tooth.crown);
+  if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
+  haptics::Imported imported = haptics::import_tissue(tooth.input, options);
+  haptics::DenseTissue& tissue = imported.tissue;
   put_in_place(tissue);
   progress.stage("op.importing", 0.9, 1);
   const fs::path folder = user_folder() / "scenes";
@@ -149,7 +125,8 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
-      {"description", tooth.input.filename().string()},
+      // The names of DICOM files are often those of persons.
+      {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
       {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
