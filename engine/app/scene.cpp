@@ -266,7 +266,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (scene.score) json.fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
-      for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
+      for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
   }
   (void)session::tooth_sides(json);  // the report reads it; a mistake in it is said now

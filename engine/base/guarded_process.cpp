@@ -19,6 +19,7 @@
 #include <cstring>
 
 #include "engine/base/error.h"
+#include "engine/base/own_file.h"
 
 namespace typodont {
 
@@ -105,11 +106,11 @@ void give_up_privileges() {
 
 std::filesystem::path companion_program(const char* variable, const std::string& name, const char* built,
                                         const std::string& what) {
-  std::error_code code;
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", code).parent_path();
+  const std::filesystem::path own = own_file().parent_path();
   const char* const set = std::getenv(variable);
-  for (const std::filesystem::path& file : {std::filesystem::path(set ? set : ""), own / name,
-                                            own / "../libexec/typodont" / name, std::filesystem::path(built)}) {
+  for (const std::filesystem::path& file :
+       {std::filesystem::path(set ? set : ""), own / name, own / "../libexec/typodont" / name,
+        own / "../../libexec/typodont" / name, std::filesystem::path(built)}) {
     if (access(file.c_str(), X_OK) == 0) return file;
   }
   throw Error((own / name).string(), "", "no such program", what);
