@@ -111,7 +111,7 @@ void tissue_as(Bytes bytes) {
   });
 }
 constexpr char kNrrd[] = "in.nrrd", kNifti[] = "in.nii", kMeta[] = "in.mha", kStl[] = "in.stl", kPly[] = "in.ply",
-               kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb";
+               kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb", kDicom[] = "in.dcm", kZip[] = "in.zip";
 
 void json(Bytes bytes) {
   attempt([&] { (void)Json::parse(text_of(bytes), "fuzz").text(); });
@@ -277,6 +277,8 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"scan_nrrd", import_as<kNrrd>},
                                    {"scan_nifti", import_as<kNifti>},
                                    {"scan_metaimage", import_as<kMeta>},
+                                   {"scan_dicom", import_as<kDicom>},
+                                   {"scan_zip", import_as<kZip>},
                                    {"mesh_stl", import_as<kStl>},
                                    {"mesh_ply", import_as<kPly>},
                                    {"mesh_obj", import_as<kObj>},

@@ -120,6 +120,10 @@ constexpr BenchPart kParts[] = {
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
      "Wall clock.",
      bench_latency},
+    {"import", "Import",
+     "Scans and meshes in the sizes that clinics have: processor time per voxel, the most memory at a time beside the "
+     "estimate that is made before the work begins.",
+     bench_import},
     {"undo", "Undo",
      "A stroke taken back and brought again, and the memory it takes: on the CT molar, and by several burs in a block "
      "of 0.05 mm voxels.",

@@ -31,60 +31,30 @@ namespace fs = std::filesystem;
 
 constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};  // m: the middle of a crown's top, where the shipped rigs look
 
-/// Which axis of the file becomes which, right-handed: new i runs along old axis[i], turned round where sign is −1.
-struct Turn {
-  glm::ivec3 axis{0, 1, 2}, sign{1};
-};
-/// By whole quarters, so that the crown points along +z.
-Turn turn_for(Crown crown) {
+/// The turn that makes the crown point along +z.
+const char* turn_up(Crown crown) {
   switch (crown) {
     case Crown::kUp:
       break;
     case Crown::kDown:
-      return {{0, 1, 2}, {1, -1, -1}};
+      return "x180";
     case Crown::kRight:
-      return {{1, 2, 0}, {1, 1, 1}};
+      return "y-90";
     case Crown::kLeft:
-      return {{2, 1, 0}, {1, 1, -1}};
+      return "y90";
     case Crown::kBack:
-      return {{2, 0, 1}, {1, 1, 1}};
+      return "x90";
     case Crown::kFront:
-      return {{0, 2, 1}, {1, 1, -1}};
+      return "x-90";
   }
-  return {};
-}
-
-/// The arrays turned so that the crown points along +z; no sample is made up.
-haptics::DenseTissue stood_up(haptics::DenseTissue in, Crown crown) {
-  if (crown == Crown::kUp) return in;
-  const auto [axis, sign] = turn_for(crown);
-  haptics::DenseTissue out;
-  out.frame = in.frame;
-  out.band = in.band;
-  out.exact_outside = in.exact_outside;
-  for (int i = 0; i < 3; ++i) out.size[i] = in.size[axis[i]];
-  out.distance.resize(in.distance.size());
-  out.tissue.resize(in.tissue.size());
-  out.hardness.resize(in.hardness.size());
-  glm::ivec3 to, from;
-  for (to.x = 0; to.x < out.size.x; ++to.x)
-    for (to.y = 0; to.y < out.size.y; ++to.y)
-      for (to.z = 0; to.z < out.size.z; ++to.z) {
-        for (int i = 0; i < 3; ++i) from[axis[i]] = sign[i] > 0 ? to[i] : out.size[i] - 1 - to[i];
-        const std::size_t at = out.at(to.x, to.y, to.z), was = in.at(from.x, from.y, from.z);
-        out.distance[at] = in.distance[was];
-        out.tissue[at] = in.tissue[was];
-        if (!in.hardness.empty()) out.hardness[at] = in.hardness[was];
-      }
-  return out;
+  return "";
 }
 
 void stand_up(haptics::TissueMesh& mesh, Crown crown) {
-  const auto [axis, sign] = turn_for(crown);
-  for (dvec3& p : mesh.vertices) {
-    const dvec3 was = p;
-    for (int i = 0; i < 3; ++i) p[i] = sign[i] * was[axis[i]];
-  }
+  const std::string turn = turn_up(crown);
+  if (turn.empty()) return;
+  const glm::dmat3 by = haptics::quarter_turns(turn);
+  for (dvec3& p : mesh.vertices) p = by * p;
 }
 
 /// Moved so that the top of the tissue stands where the rigs look.
@@ -213,7 +183,9 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double share) { progress.at(share); };
-  haptics::DenseTissue tissue = stood_up(haptics::import_tissue(tooth.input, options).tissue, tooth.crown);
+  if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
+  haptics::Imported imported = haptics::import_tissue(tooth.input, options);
+  haptics::DenseTissue& tissue = imported.tissue;
   put_in_place(tissue);
   progress.stage("op.importing", 0.9, 1);
   const fs::path folder = own_scenes();
@@ -224,7 +196,8 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
-      {"description", tooth.input.filename().string()},
+      // The names of DICOM files are often those of persons.
+      {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
       {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
