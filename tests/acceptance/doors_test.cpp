@@ -159,6 +159,21 @@ TEST_F(Doors, AReaderOfTheStreamIsToldOfALiveSessionToItsEnd) {
   readers.finish(reading, SIGKILL);
 }
 
+TEST_F(Doors, ARosNodeToldOfALiveSessionTellsItsStatesForcesAndEnd) {
+  const std::string built = *folder_ / "ros";
+  if (sh("test -e /usr/share/catkin/cmake/catkinConfig.cmake").status != 0)
+    GTEST_SKIP() << "no ROS: apt install catkin ros-message-generation libgeometry-msgs-dev libstd-msgs-dev "
+                    "python3-rospy python3-rosmaster";
+  const test::Ran made =
+      sh(fmt::format("env PATH=/usr/bin:$PATH sh -c '{0} -S engine/bindings/ros -B {1} -DPYTHON_EXECUTABLE={2} && {0} "
+                     "--build {1}'",
+                     TYPODONT_CMAKE, built, TYPODONT_PYTHON));
+  ASSERT_EQ(made.status, 0) << made.out << made.err;
+  const test::Ran ran =
+      sh(fmt::format("{} tests/acceptance/doors/ros_test.py {} {}/devel", TYPODONT_PYTHON, TYPODONT_PROGRAM, built));
+  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+}
+
 TEST_F(Doors, RescoredSessionsHaveTheScoresOfTheirReportsAndOfOtherRulesWhereTheseCount) {
   const std::string rules =
       R"(, "score": {"defaults": false, "rules": [{"name": "healthy_removed_mm3", "target": 0, "tolerance": 1, "weight": 1}]}})";
