@@ -1,5 +1,16 @@
-# The doors (engine/bindings), from an installation: what sanitizers add to a library its users would need, too.
-if(NOT TYPODONT_SANITIZE)
+# The doors (engine/bindings).
+if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked into them
+  foreach(host two_threads hostile)
+    add_executable(doors_${host} acceptance/doors/${host}.c)
+    set_target_properties(doors_${host} PROPERTIES LINKER_LANGUAGE CXX)
+    target_link_libraries(doors_${host} PRIVATE typodont_bindings)
+  endforeach()
+  add_test(NAME stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers
+           COMMAND doors_two_threads ${CMAKE_CURRENT_SOURCE_DIR}/acceptance/doors/ball.json two_threads.h5)
+  add_test(NAME stress.Doors.AHostileHostUnderSanitizers COMMAND doors_hostile)
+  set_tests_properties(stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers stress.Doors.AHostileHostUnderSanitizers
+                       PROPERTIES LABELS stress)
+else()  # from an installation
   typodont_test(bench_doors KIND bench SOURCES bench/doors_bench.cpp LIBS typodont_scene typodont_c fmt::fmt)
   typodont_test(acceptance_doors KIND acceptance SOURCES acceptance/doors_test.cpp
                 LIBS fmt::fmt nlohmann_json::nlohmann_json)
