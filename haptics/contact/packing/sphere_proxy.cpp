@@ -125,31 +125,51 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   list.free = std::min(list.margin, near[0].gap);
 }
 
-/// What a sphere of the tool first touches on its way, where that is before `until`.
-SphereTree::Hit SphereProxy::first_hit(const SphereTree& tree, std::size_t i, const Motion& motion,
-                                       double until) noexcept {
+/// The first sphere of its list that a sphere of the tool touches on its way before `until`. `certain`: none that is
+/// not in the list comes before that.
+SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
+                                          bool& certain) noexcept {
   NearList& list = lists_[i];
   const double bound = motion.way(arm_[i]);
+  certain = true;
   if (list.moved + until * bound < list.free) return {};
   const dvec3 from = X_W_ * tool_.center_T[i], m = motion.to * tool_.center_T[i] - from;
-  const double r = tool_.radius[i];
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from);
   SphereTree::Hit best;
   best.t = until;
-  if (list.moved < list.margin) {
-    const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
-    for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
-      std::array<int, SphereTree::kWide> some;
-      std::size_t count = 0;
-      for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
-      const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, r, m);
-      if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
-    }
-    // What is not in the list is touched later than that, if at all.
-    if (list.moved + best.t * bound < list.margin) return best ? best : SphereTree::Hit{};
+  const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
+  for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
+    std::array<int, SphereTree::kWide> some;
+    std::size_t count = 0;
+    for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
+    const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
+    if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
   }
-  const SphereTree::Hit hit = tree.first_hit(from, r, m);
-  return hit.t < until ? hit : SphereTree::Hit{};
+  certain = list.moved + best.t * bound < list.margin;
+  return best ? best : SphereTree::Hit{};
+}
+
+/// What the spheres of the tool from `begin` to `end` first touch on their way, where that is before `until`; of
+/// several at once, the one with the least number. The lists come first: with a contact that they know, the way to that
+/// contact is mostly so short that no sphere has to be looked for in the tree.
+FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
+                                        const Motion& motion, double until) noexcept {
+  FirstContact first;
+  asked_.clear();
+  for (std::size_t i = begin; i < end; ++i) {
+    bool certain;
+    const SphereTree::Hit hit = first_listed(tree, i, motion, until, certain);
+    if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
+    if (!certain) asked_.push_back(i);
+  }
+  for (const std::size_t i : asked_) {
+    if (lists_[i].moved + until * motion.way(arm_[i]) < lists_[i].margin) continue;
+    const dvec3 from = X_W_ * tool_.center_T[i];
+    const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], motion.to * tool_.center_T[i] - from);
+    if (!(hit.t < until || (hit.t == until && static_cast<int>(i) <= first.ball))) continue;
+    first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
+  }
+  return first;
 }
 
 /// What the tool first touches on its way to `goal`.
@@ -169,12 +189,26 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
       return first;
     }
   }
-  double until = kPastTheEnd;
-  for (std::size_t i = 0; i < tool_.size(); ++i) {
-    const SphereTree::Hit hit = first_hit(tree, i, motion, until);
-    if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
+  return first_of_tool(tree, 0, tool_.size(), motion, kPastTheEnd);
+}
+
+std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const Pose& to,
+                                  std::span<int> found) const noexcept {
+  const NearList& list = lists_[i];
+  const Motion motion = motion_to(to);
+  const double bound = motion.way(arm_[i]), r = tool_.radius[i];
+  const dvec3 a = X_W_ * tool_.center_T[i], b = to * tool_.center_T[i];
+  if (!(list.moved + bound < list.margin)) return tree.near_segment(a, b, r, found);
+  std::size_t count = 0;
+  for (const Near& near : std::span(near_).subspan(i * room_, list.count)) {
+    if (near.gap > list.moved + bound) break;
+    if (!tree.is_near(near.sphere, a, b, r)) continue;
+    if (count < found.size()) found[count] = near.sphere;
+    ++count;
   }
-  return first;
+  std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(count, found.size())),
+            [&](int one, int other) { return tree.rank(one) < tree.rank(other); });
+  return count;
 }
 
 double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept {
@@ -183,17 +217,12 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec
   project(move, turn, by, turned, tool_.head);
   move = by, turn = turned;
   const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-  const Motion motion = motion_to(goal);
-  double first = 1;
-  for (std::size_t i = tool_.head; i < tool_.size(); ++i) {
-    if (const SphereTree::Hit hit = first_hit(tree, i, motion, first); hit) {
-      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
-      const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
-      const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
-      first = nearing > 0 ? std::max(0.0, hit.t - kGap / nearing) : 0;
-    }
-  }
-  return first;
+  const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), 1);
+  if (first.ball < 0) return 1;
+  const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
+  const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
+  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+  return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
 
 /// The motion nearest to the wanted one that no constraint of the tool's spheres from `first_sphere` on forbids:

@@ -57,6 +57,10 @@ class SphereProxy {
   /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
+  /// As SphereTree::near_segment(), of the way of one of the tool's spheres from the proxy's pose to another one.
+  std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
+                       std::span<int> found) const noexcept;
+
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
@@ -109,8 +113,10 @@ class SphereProxy {
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                std::size_t first_sphere = 0) noexcept;
   FirstContact first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept;
-  SphereTree::Hit first_hit(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion,
-                            double until) noexcept;
+  SphereTree::Hit first_listed(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion, double until,
+                               bool& certain) noexcept;
+  FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
+                             double until) noexcept;
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
