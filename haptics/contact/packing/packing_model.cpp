@@ -328,7 +328,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
   dvec3 turn = turns_matter() ? SphereProxy::turn_between(from.R, in.X_WT.R) : dvec3(0);
-  double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), move, turn);
+  double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
   if (!(way > 0)) return false;
   price_ *= way / std::max(last_way_, 1e-12);

@@ -21,7 +21,7 @@ constexpr double kRounding = 1e-12;    // m, that bounds of distances are made l
 constexpr double kStickOut = 1e-6;  // m: what a sphere sticks out by is up to here taken from the margin of all lists
 constexpr double kPastTheEnd = 1.0000001;  // of a motion: contacts at its very end count
 constexpr std::size_t kListed = 64;        // spheres in a list, at least …
-constexpr std::size_t kAllListed = 4096;   // … and room for those of all lists together, at least
+constexpr std::size_t kAllListed = 16384;  // … and room for those of all lists together, at least
 constexpr int kNotAgain = 64;              // searches until a list that did not fit is tried again
 
 }  // namespace
@@ -48,7 +48,8 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       lists_(tool.size()),
       room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1))),
       near_(room_ * tool.size()),
-      found_(4 * room_) {
+      found_(4 * room_),
+      found_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), asked_.reserve(tool.size());
 }
@@ -106,21 +107,22 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     list.margin = list.free = tree.room(center, kLook + r) - r - kRounding;
     return;
   }
-  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
-  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
   for (std::size_t k = 0; k < count; ++k) {
     const int sphere = found_[k];
-    const Near one{glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
-    if (list.count == room_) {
-      // The farthest one makes room, and limits how far the list serves.
-      const auto last = std::max_element(near.begin(), near.end(), nearer);
-      margin = std::min(margin, std::max(last->gap, one.gap));
-      if (nearer(one, *last)) *last = one;
-    } else {
-      near[list.count++] = one;
-    }
+    found_gaps_[k] = {glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
   }
-  std::sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(list.count), nearer);
+  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
+  const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
+  auto last = to;
+  if (count > room_) {  // the nearest that there is room for; the first that is left out limits how far the list serves
+    last = from + static_cast<std::ptrdiff_t>(room_);
+    std::nth_element(from, last, to, nearer);
+    margin = last->gap;
+  }
+  std::sort(from, last, nearer);
+  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
+  std::copy(from, last, near.begin());
+  list.count = static_cast<std::size_t>(last - from);
   list.margin = margin - kRounding;
   list.free = std::min(list.margin, near[0].gap);
 }
@@ -211,13 +213,15 @@ std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const P
   return count;
 }
 
-double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept {
+double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept {
   if (tool_.head == tool_.size()) return 1;
   dvec3 by, turned;
   project(move, turn, by, turned, tool_.head);
   move = by, turn = turned;
   const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-  const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), 1);
+  const double way = glm::length(by) + tool_.head_reach * glm::length(turned);
+  const double until = way > most_way ? most_way / way : 1;
+  const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), until);
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
@@ -230,19 +234,30 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
-  for (std::size_t k = 0; k < count_; ++k) constraints_[k].multiplier = 0;
+  struct Step {
+    Constraint* constraint;
+    dvec3 turned;   // rotation for a push of 1
+    double yields;  // what a push of 1 adds to the gap
+  };
+  std::array<Step, kMostContacts> steps;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < count_; ++k) {
+    Constraint& c = constraints_[k];
+    c.multiplier = 0;
+    if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
+    const dvec3 turned = c.turn / (lever_ * lever_);
+    steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
+  }
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
-    for (std::size_t k = 0; k < count_; ++k) {
-      if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
-      Constraint& c = constraints_[k];
-      const dvec3 turned = c.turn / (lever_ * lever_);
+    for (std::size_t k = 0; k < count; ++k) {
+      Constraint& c = *steps[k].constraint;
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      c.multiplier = std::max(0.0, before - gap / (1 + glm::dot(c.turn, turned)));
+      c.multiplier = std::max(0.0, before - gap / steps[k].yields);
       const double by = c.multiplier - before;
       allowed_move += by * c.n;
-      allowed_turn += by * turned;
+      allowed_turn += by * steps[k].turned;
       changed = std::max(changed, std::abs(by));
     }
     if (changed < kSettled) break;

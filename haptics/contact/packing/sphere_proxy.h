@@ -52,8 +52,8 @@ class SphereProxy {
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
-  /// touch, and how much of it they can go, 0 to 1.
-  double smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept;
+  /// touch, and how much of it they can go, 0 to 1. What lies beyond `most_way` (m) is not looked at: 1 then.
+  double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
   /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
@@ -132,7 +132,8 @@ class SphereProxy {
   std::vector<NearList> lists_;     // of each of the tool's spheres …
   std::size_t room_;                // … how many spheres each has room for …
   std::vector<Near> near_;          // … and these, list by list
-  std::vector<int> found_;          // of one search
+  std::vector<int> found_;          // of one search …
+  std::vector<Near> found_gaps_;    // … and how far away they are
   std::vector<SweptBall> swept_;    // of one look on the GPU …
   std::vector<std::size_t> asked_;  // … and which of the tool's spheres each is
   double pushed_ = 0;               // m, sum of the pushes
