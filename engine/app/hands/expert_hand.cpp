@@ -21,7 +21,7 @@ namespace {
 struct Lead {
   static constexpr double travel_pace = 60e-3;  // m/s through the air
   static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 40e-3;  // m/s of an edge drawn by hand
+  static constexpr double scrape_pace = 20e-3;  // m/s of an edge drawn by hand
   // A cut slows down before its end: with the hand's lag it would run on into tissue that should stay.
   static constexpr double slowing_time = 0.06;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
@@ -38,9 +38,9 @@ struct Lead {
   static constexpr double gain = 50;             // of a cut
   static constexpr double steady_gain = 1.5;     // limit of the gain, in reaction times per tick: above, it oscillates
   static constexpr double scrape_gain = 30;      // of an edge in soft filling
-  static constexpr double most_scrape_lead = 2.5e-3;  // m
-  // The lead of a cut is limited; the limit is adjusted until the push is the working force, whatever the tissue.
-  static constexpr double working_force = 1.85;                        // N
+  static constexpr double most_scrape_lead = 1.2e-3;  // m
+  // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
+  static constexpr double bulk_force = 1.8, finishing_force = 1.4;     // N
   static constexpr double lead_per_force = 15e-3;                      // m/s of limit for each N that the push is off
   static constexpr double least_most_lead = 0.6e-3, most_lead = 4e-3;  // m, bounds of the limit
 };
@@ -57,7 +57,7 @@ struct Joining {
   static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must pass as well
   static constexpr double beside = 0.3e-3;        // m kept to what stands higher
   static constexpr double above = 1.0e-3;         // m over everything, to travel
-  static constexpr double run_up = 1.0;           // s until the drill has its speed
+  static constexpr double run_up = 0.6;           // s until the drill has its speed
 };
 
 /// Which tools cut, and in which order.
@@ -87,7 +87,8 @@ struct Filling {
   static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
   static constexpr double below_wall = 0.8;  // instrument radii above the floor at most: higher, the wall is nearest
   static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;  // m: nearer walls are moved up against, in such steps
-  static constexpr double head_free = 0.5;                      // voxels that the dome keeps off the instrument
+  static constexpr double rise = 0.3e-3;      // m, step of an instrument that fills the hole that it leaves
+  static constexpr double head_free = 0.5;    // voxels that the dome keeps off the instrument
   static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
   static constexpr double proud = 0.12e-3, overfill = 0.4e-3;  // m of the instrument's end above the contour at most
   // Cost of filling that is not wanted, per volume that is: over the cavity, in the usual and in the last layers, where
@@ -311,6 +312,7 @@ class Plan {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
+      force_ = s.bulk ? Lead::bulk_force : Lead::finishing_force;
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
@@ -336,7 +338,7 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;
@@ -397,6 +399,7 @@ class Plan {
       for (const haptics::HeadSample& sample : haptics::sample_head(t, Filling::head_points))
         head.push_back(R_WT * sample.p_TQ);
     }
+    dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, its free end
   };
   /// A portion of filling: the instrument's end stands over the surface, and a dome grows from the surface point
   /// nearest to it.
@@ -446,10 +449,8 @@ class Plan {
       filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
       if (portions++ == 0) take(which, false);
       hop(portion.X_WT, above);
-      pedal_ = 1;
-      add(ExpertLeg::Kind::kWait, portion.X_WT, Filling::longer * volume / tool.fill_rate + Filling::least_time,
-          volume);
-      pedal_ = 0;
+      press(instrument, portion.X_WT, volume);
+      withdraw(instrument, portion, radius, layer);
       const double a = glm::dot(portion.center, instrument.u), b = glm::dot(portion.center, instrument.v);
       for (Spot& spot : spots) {
         if (std::hypot(spot.a - a, spot.b - b) < 2 * tool.fill_reach)
@@ -457,6 +458,35 @@ class Plan {
       }
     }
     if (portions > 0) lift();
+  }
+
+  /// Holds the pedal until `volume` (m³) is put down.
+  void press(const Instrument& instrument, const Pose& X_WT, double volume) {
+    pedal_ = 1;
+    add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
+        volume);
+    pedal_ = 0;
+  }
+
+  /// Fills the hole that the instrument leaves in a dome of `radius` (m): it rises in steps and puts down a small dome
+  /// under its free end at each step. Left open, later domes would close the hole and make it a void.
+  void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
+    const haptics::Tool& tool = instrument.tool;
+    const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
+    const double a = glm::dot(from.X_WT.p, instrument.u), b = glm::dot(from.X_WT.p, instrument.v),
+                 first = glm::dot(from.X_WT.p, instrument.w),
+                 top = glm::dot(from.center, instrument.w) + radius + instrument.half;
+    for (int step = 1; first + step * Filling::rise < top; ++step) {
+      const auto portion = portion_standing(instrument, layer, a, b, first + step * Filling::rise);
+      if (!portion) return;
+      const double gap = glm::length(instrument.end(portion->X_WT) - portion->center);
+      const double small = std::hypot(hole, gap) + Filling::whole_voxel * voxel;
+      const double volume = put(haptics::Fill(tool, portion->center, small, portion->X_WT, layer.frame), layer);
+      if (volume < Filling::least_volume) continue;
+      state_.fill(haptics::Fill(tool, portion->center, small, portion->X_WT, state_.frame()));
+      add(ExpertLeg::Kind::kMove, portion->X_WT);
+      press(instrument, portion->X_WT, volume);
+    }
   }
 
   /// Voxels that should be full and are not, in order of their height.
@@ -515,7 +545,7 @@ class Plan {
     PerTissue added{};
     dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
                row * static_cast<std::size_t>(layer.after.size.y), row, &added);
-    return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
+    return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
   /// A grid of spots over what should be full and is not.
@@ -569,30 +599,42 @@ class Plan {
         break;
       }
     }
-    const auto below = [&] {  // m to what lies below the end
-      double way = 0;
-      while (way < reach && layer.after.sample(end(c - way)) > 0) way += Filling::down;
-      return way;
-    };
     const double height = std::min(Filling::portion_height * reach, Filling::below_wall * instrument.tool.radius());
-    for (const double from = c; below() < height && c < from + height; c += 0.5 * Filling::down) {
+    for (const double from = c; way_down(instrument, layer, end(c)) < height && c < from + height;
+         c += 0.5 * Filling::down) {
       if (layer.ideal.sample(end(c)) * h > (over_ ? Filling::overfill : Filling::proud)) break;
     }
-    const double gap = layer.after.sample(end(c)) * h;
+    return portion_standing(instrument, layer, a, b, c);
+  }
+
+  /// With the instrument's middle at (a, b, c) of its axes. The dome's centre is where the servo puts it: at the
+  /// surface point nearest to the free end or, midway between walls, at the one below it.
+  std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
+                                          double b, double c) const {
+    const double reach = instrument.tool.fill_reach;
+    const Pose X_WT{a * instrument.u + b * instrument.v + c * instrument.w, instrument.R_WT};
+    dvec3 center = instrument.end(X_WT);
+    const dvec3 end = layer.frame.to_voxels(center), g = layer.after.gradient(end);
+    const double gap = layer.after.sample(end) * layer.frame.voxel;
     if (gap <= 0 || gap > reach) return std::nullopt;
-    // As the servo finds it: the nearest surface, or midway between walls what lies below.
-    dvec3 center = at(c - half);
-    const dvec3 g = layer.after.gradient(end(c));
     if (glm::length(g) >= Filling::one_surface) {
       center -= gap * glm::normalize(g);
     } else {
-      const double way = below();
+      const double way = way_down(instrument, layer, end);
       if (way >= reach) return std::nullopt;
       center -= way * instrument.w;
     }
-    Portion portion{{at(c), instrument.R_WT}, center, {}};
+    Portion portion{X_WT, center, {}, {}};
     measure(layer, instrument, portion);
     return portion;
+  }
+
+  /// m from p (voxels) down to tissue; the reach where that is farther.
+  static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
+    const double reach = instrument.tool.fill_reach;
+    double way = 0;
+    while (way < reach && layer.after.sample(p - way / layer.frame.voxel * instrument.w) > 0) way += Filling::down;
+    return way;
   }
 
   void measure(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
@@ -671,6 +713,7 @@ class Plan {
   double top_ = -1e9, above_ = -1e9;  // m along the axis
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
+  double force_ = 0;  // N
   std::uint32_t tool_ = 0;
   bool over_ = false;  // it fills over the contour
 };
@@ -756,7 +799,7 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
       dt_(1 / rate),
       from_(legs_.front().to),
       free_(from_),
-      most_lead_(Lead::working_force * 1e-3) {
+      most_lead_(Lead::least_most_lead) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -821,7 +864,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
     along_ = length;
-    const double now = -std::accumulate(seen_.removed.begin(), seen_.removed.end(), 0.0);
+    const double now = -total(seen_.removed);
     if (waited_ < 1.5 * dt_) filled_ = now;
     done = waited_ >= leg.seconds || (leg.volume > 0 && now - filled_ >= leg.volume);
   } else if (leg.kind == Kind::kTake) {
@@ -854,9 +897,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     wanted *= most / size;
     // Soft tissue gives way under the same lead: more of it, until the force is right.
     if (!scrapes)
-      most_lead_ =
-          std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (Lead::working_force - glm::length(seen_.f_T_W)),
-                     Lead::least_most_lead, Lead::most_lead);
+      most_lead_ = std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (leg.force - glm::length(seen_.f_T_W)),
+                              Lead::least_most_lead, Lead::most_lead);
   }
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;

@@ -32,6 +32,7 @@ struct ExpertLeg {
   double seconds = 0;
   double volume = 0;    // m³
   double end_pace = 0;  // m/s with which a stroke goes over into the next leg; 0: it stops there
+  double force = 0;     // N, push of a cut
 };
 
 /// Where a portion of filling was put down: m along the two axes square to the preparation's. The instrument leaves a

@@ -14,24 +14,24 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;          // voxels that a head may reach into what should stay: the field's own error
-constexpr double kGrid = 0.1e-3;         // m between the places that are looked at
-constexpr double kLayer = 0.5;           // of the head's diameter: from one layer of the bulk to the next …
-constexpr double kRow = 0.6;             // … and from one row to the next
-constexpr double kSameLevel = 10e-6;     // m: floors whose heights differ by less are one …
-constexpr double kLeastFlat = 0.1e-6;    // … and worth a pass along their walls from so many m² on
-constexpr double kFromWall = 0.45;       // of the diameter: rows end so far from a wall, which its own pass follows
-constexpr double kFromAround = 0.015e-3; // m between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;     // voxels: tissue thinner than this is not worth a pass
-constexpr double kOnLine = 2e-6;         // m: points nearer to the line between their neighbours are left out
-constexpr double kBridged = 0.4e-3;      // m of a pass without anything to take that are not worth lifting for
-constexpr double kStraight = 3e-3;       // m: longer ways between passes go through the air above
-constexpr double kHop = 0.3e-3;          // m between heights that are tried for a way through the air
-constexpr double kRamp = 0.8e-3;         // m: a first row at least so long is entered aslant, by the side of the head
-constexpr double kSteep = 2;             // slope of a floor from which on the passes along the walls are finer
-constexpr double kAlongShank = 6e-3;     // m of the shank, from the head on, that may come near the tissue
-constexpr double kDown = 0.1e-3;         // m between looks down a column
-constexpr double kFloorOfColumn = 1e-6;  // m to which the lowest place of a column is found
+constexpr double kClear = 0.05;           // voxels that a head may reach into what should stay: the field's own error
+constexpr double kGrid = 0.1e-3;          // m between the places that are looked at
+constexpr double kLayer = 0.5;            // of the head's diameter: from one layer of the bulk to the next …
+constexpr double kRow = 0.6;              // … and from one row to the next
+constexpr double kSameLevel = 10e-6;      // m: floors whose heights differ by less are one …
+constexpr double kLeastFlat = 0.1e-6;     // … and worth a pass along their walls from so many m² on
+constexpr double kFromWall = 0.45;        // of the diameter: rows end so far from a wall, which its own pass follows
+constexpr double kFromAround = 0.015e-3;  // m between the head and neighbouring teeth or gum
+constexpr double kLeastTaken = 0.05;      // voxels: tissue thinner than this is not worth a pass
+constexpr double kOnLine = 2e-6;          // m: points nearer to the line between their neighbours are left out
+constexpr double kBridged = 0.4e-3;       // m of a pass without anything to take that are not worth lifting for
+constexpr double kStraight = 3e-3;        // m: longer ways between passes go through the air above
+constexpr double kHop = 0.3e-3;           // m between heights that are tried for a way through the air
+constexpr double kRamp = 0.8e-3;          // m: a first row at least so long is entered aslant, by the side of the head
+constexpr double kSteep = 2;              // slope of a floor from which on the passes along the walls are finer
+constexpr double kAlongShank = 6e-3;      // m of the shank, from the head on, that may come near the tissue
+constexpr double kDown = 0.1e-3;          // m between looks down a column
+constexpr double kFloorOfColumn = 1e-6;   // m to which the lowest place of a column is found
 constexpr int kHeadPoints = 360, kShankPoints = 60;
 constexpr int kHalvings = 7;  // to find the border between two places of the grid
 
@@ -68,6 +68,7 @@ class StrokePlanner {
       for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
     }
     if (!finish) return std::move(strokes_);
+    bulk_ = false;
     // Where walls stand on a floor, then from below: the side of a long head takes a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
@@ -247,7 +248,7 @@ class StrokePlanner {
     return true;
   }
   void add(const dvec3& from, const dvec3& to, bool goes_on) {
-    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on};
+    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_};
     strokes_.push_back(s);
     last_ = to;
     const haptics::Sweep sweep(tool_, s.from, s.to, in_.frame);
@@ -496,6 +497,7 @@ class StrokePlanner {
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // where they end
+  bool bulk_ = true;           // of the strokes that are added
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace typodont {
 struct Stroke {
   Pose from, to;
   bool goes_on = false;  // the next stroke begins where this one ends, without a stop
+  bool bulk = false;     // removes volume away from the final surface
 };
 
 /// Turns T's z, the shank, to the axis.
