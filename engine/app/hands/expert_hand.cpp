@@ -21,7 +21,7 @@ namespace {
 struct Lead {
   static constexpr double travel_pace = 60e-3;  // m/s through the air
   static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 20e-3;  // m/s of an edge drawn by hand
+  static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.06;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
@@ -66,7 +66,7 @@ struct ToolChoice {
                           most_pass = 0.3e-3;  // distance of passes: diameters, bounds in m
   // m that an edge reaches into tissue that should stay. Negative: enamel that the edge touches would carry its push,
   // and the filling beside the enamel would hardly be cut.
-  static constexpr double edge_allowance = -0.015e-3;
+  static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m that a bur reaches into tissue that should stay, about its lag
   // Of the tools that remove at least 1 - hardly_more of what the best one removes, the widest is taken: it is fastest.
   static constexpr double hardly_more = 0.12;
@@ -738,7 +738,14 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   vain_ = missing > missing_ - Rounds::least_layer ? vain_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (vain_ > Rounds::most_vain) vain_ = 0, ++instrument_;
-  if (cuts_ == 0) {
+  if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
+    // Once more after the first carving: overfill what is still open, to carve it again.
+    layers_cut_ = layers_;
+    instrument_ = plan.fillers();
+    vain_ = 0;
+    missing_ = missing;
+  }
+  if (cuts_ <= (layers_cut_ > 0 ? 1 : 0)) {
     while (plan.idle() && instrument_ < 2 * plan.fillers()) {
       plan.fill(instrument_ % plan.fillers(), /*over=*/instrument_ >= plan.fillers());
       if (plan.idle()) ++instrument_;
@@ -748,7 +755,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = left_to_do(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
@@ -756,6 +763,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
     plan.cut(/*by_hand=*/true);
     legs = plan.take_legs();
     if (!legs.empty()) ++cuts_;
+    if (cuts_ > 1) layers_cut_ = layers_;
     off_ = off;
   }
   planned_ = plan.take_state();

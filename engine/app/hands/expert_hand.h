@@ -64,6 +64,7 @@ class Expert {
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;   // plans of filling and of cutting so far
+  int layers_cut_ = 0;          // layers before the last carving; 0 until filling goes on after the first carving
   double missing_ = 1e9;        // m³, the smallest missing volume of filling so far
   double off_ = 0;              // m³ by which the tissue differed from the ideal before the last cutting
   int vain_ = 0;                // consecutive layers that reduced the missing volume too little
