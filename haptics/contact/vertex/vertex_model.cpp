@@ -55,8 +55,8 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  found_ = touching_ = false;
-  filtered_ = dvec3(0);
+  found_ = touching_ = eases_ = false;
+  filtered_ = eased_ = dvec3(0);
 }
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
@@ -140,6 +140,7 @@ void VertexModel::list_where_needed(const dvec3& p) noexcept {
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
+  if (eases_ && eased_ != dvec3(0)) return 0;  // a force still fades
   list_where_needed(X_WG.p);
   const double reach = head().reach();
   if (!points_.empty()) {
@@ -180,7 +181,7 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
-  const double reach2 = head().reach() * head().reach(), stiffness = P::spring * settings_.stiffness / 1000;
+  const double reach2 = head().reach() * head().reach(), stiffness = settings_.stiffness / 1000;
   Springs sum;
   for (const std::uint32_t i : points_.within(X.p, head().reach())) {
     const Sample& sample = samples_[i];
@@ -204,6 +205,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     if (!is_ball) sum.torque += glm::cross(off, push);
+    sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
+    sum.weight -= depth;
     sum.area += sample.area;
     sum.across += sample.area * std::max(0.0, glm::dot(n, pull));
     sum.tissue[tissue] -= depth;
@@ -212,20 +215,35 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls.
-void VertexModel::give(const ContactInput& in, const Springs& springs, double scale, Contact& out) noexcept {
-  springs_ = springs;
+/// A bur that comes free far behind the hand, and one that holds on where the mesh could not give way, change the force
+/// no faster than the hand itself does, and a little.
+dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
+  eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
+  const double turned = 2 * std::acos(std::min(1.0, std::abs(glm::dot(in.X_WT.R, last_R_))));
+  last_R_ = in.X_WT.R;
+  const double moved = force != dvec3(0) ? glm::length(in.moved) + turned * head().reach() : 0;
+  const double most = settings_.stiffness * moved + P::ease * in.dt;
+  const dvec3 change = force - eased_;
+  const double size = glm::length(change);
+  eased_ = eases_ && size > most ? eased_ + most / size * change : force;
+  return eased_;
+}
+
+/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls. `force`, `torque`: of the
+/// springs.
+void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
-  out.area = springs.area;
-  out.force = scale * springs.force;
-  out.torque = scale * springs.torque;
-  const double size = glm::length(out.force);
-  if (!(size > 0)) return;
+  out.area = springs_.area;
+  out.force = force;
+  out.torque = torque;
+  const double size = glm::length(force);
   out.stored = size * out.depth / 2;
-  const dvec3 n = out.force / size;
-  const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, n) / in.dt);
-  out.force = damped * n;
-  out.torque *= damped / size;
+  if (size > 0) {
+    const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, force / size) / in.dt);
+    out.force *= damped / size;
+    out.torque *= damped / size;
+  }
+  if (!parameters_.as_printed) out.force = eased(in, out.force);
   if (!parameters_.filter) return;
   const dvec3 filtered = filter_force(ForceFilter::kStroke, *parameters_.filter, out.force, filtered_);
   const double before = glm::length(out.force);
@@ -246,7 +264,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   list_where_needed(in.X_WG.p);
   const dvec3 from =
       advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [this](const dvec3& p) { list_where_needed(p); });
-  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, 0, false);
+  // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
+  // could not give way there, only keeps it from going deeper.
+  const double slack = head().is_ball() ? 0 : P::slack * head().radius();
+  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, slack, in.cuts);
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -254,13 +275,31 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
   out.settled = !out.touching;
   touching_ = out.touching, touching_at_ = out.p_WG;
-  if (!out.touching) {
-    filtered_ = dvec3(0);
-    return;
-  }
+  if (!out.touching) return come_free(in, out);
   out.depth = depth;
-  const Springs springs = springs_at({out.p_WG + probe / depth * pull, in.X_WT.R}, pull / depth);
-  give(in, springs, springs.area > 0 ? depth / probe / springs.area : 0, out);
+  const dvec3 way = pull / depth;
+  springs_ = springs_at({out.p_WG + probe * way, in.X_WT.R}, way);
+  // The springs tell how stiff the tissue is, and the direction. A head whose sides stand along the pull, as a cone's
+  // do, is pushed to all sides at once: the less of its springs' sum is real.
+  const double along = -glm::dot(springs_.force, way);
+  if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
+  const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
+  dvec3 aside = share / along * (springs_.force + along * way);
+  if (const double size = glm::length(aside); size > P::most_aside) aside *= P::most_aside / size;
+  give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
+}
+
+/// What is left of the last force fades, if it came from a bur.
+void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
+  filtered_ = dvec3(0);
+  if (parameters_.as_printed || eased_ == dvec3(0)) return;
+  const dvec3 rest = eased(in, dvec3(0));
+  const double size = glm::length(rest);
+  if (!(size > 0)) return;
+  out.touching = out.gives_force = true;
+  out.settled = false;
+  out.force = rest;
+  out.stored = size * size / (2 * settings_.stiffness);
 }
 
 /// The head is where the hand is; each vertex inside it pulls, all together.
@@ -286,7 +325,8 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   out.touching = sum.count > 0;
   out.settled = !out.touching;
   if (out.touching) {
-    give(in, sum, 1, out);
+    springs_ = sum;
+    give(in, sum.force, sum.torque, out);
   } else {
     filtered_ = dvec3(0);
   }
