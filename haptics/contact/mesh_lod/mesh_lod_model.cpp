@@ -247,9 +247,9 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
 /// change.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
-  const double turned = 2 * std::acos(std::min(1.0, std::abs(glm::dot(in.X_WT.R, last_R_))));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
   last_R_ = in.X_WT.R;
-  const double most = glm::length(in.moved) + turned * point().reach() + kEase * in.dt / settings_.stiffness;
+  const double most = moved + kEase * in.dt / settings_.stiffness;
   const dvec3 lag = point().place() + offset_ - hip_, change = lag - last_lag_;
   const double size = glm::length(change);
   if (eases_ && size > most) offset_ -= (1 - most / size) * change;

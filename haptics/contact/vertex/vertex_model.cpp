@@ -77,10 +77,16 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   found_ = touching_ = false;
 }
 
-/// The vertices of the faces within reach of a place; of faces larger than the head asks for, those too that refining
-/// would give them.
-void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
+/// The vertices within `margin` of a head; of faces larger than it asks for, those too that refining would give them.
+void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
+  const dvec3& p = X.p;
+  const double reach = head.reach() + margin;
+  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X.R)));
+  const auto is_far = [&](const dvec3& at) {
+    const dvec3 off = at - p;
+    return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
+  };
   near_.clear();
   points_.clear(p);
   samples_.clear();
@@ -94,6 +100,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
       if (mesh.vertex(v).face != f) continue;  // each vertex once, with the face that it names
+      if (is_far(mesh.vertex(v).p)) continue;
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
       add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
@@ -114,7 +121,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
         if (i == n || j == n || k == n) continue;  // a vertex
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
-        if (glm::dot(at - p, at - p) > reach * reach) continue;
+        if (is_far(at)) continue;
         add(at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
       }
     }
@@ -123,28 +130,33 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
   found_ = false;
-  gather(X.p, head.reach(), edge);
+  gather(head, edge, X, 0);
   const dquat R_TW = glm::conjugate(X.R);
   const std::span<const std::uint32_t> near = points_.within(X.p, head.reach());
   return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
 }
 
-/// Lists the points near the head at p, where those that are listed do not reach.
-void VertexModel::list_where_needed(const dvec3& p) noexcept {
+/// Metres that any point of the head moved since the points were listed.
+double VertexModel::moved_since_listing(const Pose& X) const noexcept {
+  return way_between(found_at_, X, head().is_ball() ? 0 : head().reach());
+}
+
+/// Lists the points near the head at X, where those that are listed do not reach.
+void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
-  if (found_ && glm::distance(p, found_at_) <= FollowParameters::kept * radius) return;
-  gather(p, head().reach() + (FollowParameters::margin + P::probe) * radius, edge());
-  found_ = true, found_at_ = p;
+  if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
+  gather(head(), edge(), X, (FollowParameters::margin + P::probe) * radius);
+  found_ = true, found_at_ = X;
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
   if (eases_ && eased_ != dvec3(0)) return 0;  // a force still fades
-  list_where_needed(X_WG.p);
+  list_where_needed(X_WG);
   const double reach = head().reach();
   if (!points_.empty()) {
-    const double listed = (FollowParameters::margin + P::probe) * head().radius() - glm::distance(X_WG.p, found_at_);
+    const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
@@ -219,10 +231,9 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
 /// no faster than the hand itself does, and a little.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
-  const double turned = 2 * std::acos(std::min(1.0, std::abs(glm::dot(in.X_WT.R, last_R_))));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
-  const double moved = force != dvec3(0) ? glm::length(in.moved) + turned * head().reach() : 0;
-  const double most = settings_.stiffness * moved + P::ease * in.dt;
+  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
   const dvec3 change = force - eased_;
   const double size = glm::length(change);
   eased_ = eases_ && size > most ? eased_ + most / size * change : force;
@@ -261,9 +272,10 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  list_where_needed(in.X_WG.p);
-  const dvec3 from =
-      advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [this](const dvec3& p) { list_where_needed(p); });
+  list_where_needed({in.X_WG.p, in.X_WT.R});
+  const dvec3 from = advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [&](const dvec3& p) {
+    list_where_needed({p, in.X_WT.R});
+  });
   // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
   // could not give way there, only keeps it from going deeper.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
@@ -305,7 +317,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
 /// The head is where the hand is; each vertex inside it pulls, all together.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
-  gather(in.X_WT.p, head().reach(), edge());
+  gather(head(), edge(), in.X_WT, 0);
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
   for (std::size_t i = 0; i < samples_.size(); ++i) {

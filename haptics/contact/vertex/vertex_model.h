@@ -66,8 +66,9 @@ class VertexModel final : public ContactModel {
   double edge() const noexcept { return edges_[tool_]; }
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
-  void list_where_needed(const dvec3& p_W) noexcept;
-  void gather(const dvec3& p_W, double reach, double edge) noexcept;
+  double moved_since_listing(const Pose& X) const noexcept;
+  void list_where_needed(const Pose& X) noexcept;
+  void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
   void add(const dvec3& p_W, const Sample& sample) noexcept {
     if (points_.add(p_W)) samples_.push_back(sample);
   }
@@ -91,11 +92,10 @@ class VertexModel final : public ContactModel {
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
   std::vector<Sample> samples_;  // of each of these points
-  bool found_ = false;           // they are those around found_at_, and the mesh has not
-                                 // changed since
-  dvec3 found_at_{0};            // m
-  bool touching_ = false;        // in the last constrain(), at touching_at_
-  dvec3 touching_at_{0};         // m
+  bool found_ = false;           // they are those around found_at_, and the mesh has not changed since
+  Pose found_at_;
+  bool touching_ = false;  // in the last constrain(), at touching_at_
+  dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
   RecentCuts<MadeCut> made_;
 };
