@@ -232,6 +232,28 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
                                          haptics::HeadShape::kPear, haptics::HeadShape::kFlame),
                          [](const auto& each) { return std::string(haptics::name_of(each.param)); });
 
+TEST(DrawnEdges, WithEitherMeshModelASpoonRemovesWhatItDoesFromTheField) {
+  MaterialTable materials = test::plain_materials();
+  materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 1e9;
+  const auto removed = [&](const char* model) {
+    haptics::ServoSettings settings = probe_settings(model);
+    settings.cutting = true;
+    settings.tool.shape = haptics::HeadShape::kPear;
+    settings.tool.diameter = 1.5_mm, settings.tool.length = 1.8_mm;
+    settings.tool.scrapes = 1.5;
+    HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(std::string(kBlock), "tissue"))), settings,
+                      materials);
+    for (int i = 0; i < 400; ++i) bench.tick({{-1.5_mm, 0, 1.2_mm - i * 2e-6}});
+    for (int i = 0; i < 2400; ++i) bench.tick({{-1.5_mm * std::cos(kPi * i / 600), 0, 0.4_mm}});  // to and fro
+    return total(bench.last.removed);
+  };
+  const double from_field = removed("offset");
+  ASSERT_GT(from_field, 1e-12);
+  for (const char* model : {"vertex", "mesh_lod"}) {
+    EXPECT_NEAR(removed(model), from_field, 0.2 * from_field) << model;
+  }
+}
+
 TEST(VertexModel, EqualHandsGiveEqualBits) {
   std::uint64_t hash = 0;
   dvec3 force(0);

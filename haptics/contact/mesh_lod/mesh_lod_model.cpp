@@ -19,7 +19,7 @@ constexpr double kLook = SurfacePoint::kFarthest;  // m, how far a free tool loo
 constexpr double kNearby = 0.2e-3;                 // m, within which a point belongs to the face nearest to it
 constexpr double kLeastStep = 1e-9;                // m that a cut advances
 constexpr double kMeasuredShare = 0.3;             // of a new ratio of volumes that counts, …
-constexpr double kLeastMeasured = 0.25, kMostMeasured = 4.0;  // … which lies in this range
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // … which lies in this range
 constexpr double kNoOffset = 1e-12;                           // m
 constexpr double kLeastStiffness = 1e-3;                      // over that of the settings
 constexpr double kEase = 15;  // N/s by which the force of a bur changes although the hand rests
@@ -57,9 +57,6 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
     : settings_(settings), parameters_(parameters), by_speed_(parameters.switch_speed, parameters.hysteresis) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    if (tool.cuts && !tool.turns()) {
-      throw Error(tool.name, "model", "mesh_lod with an edge that the hand draws", "the model offset, or another tool");
-    }
     if (whole_head(tool)) {
       points_.push_back(std::make_unique<HeadContact>(tool));
     } else {
@@ -257,7 +254,7 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  if (!(in.cuts && in.budget > 0 && contact.touching)) return false;
+  if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;

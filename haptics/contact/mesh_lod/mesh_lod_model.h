@@ -32,7 +32,7 @@ class LevelBySpeed {
 /// Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills, and for one that cuts and does not turn.
+  /// Throws Error for a tool that fills.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;

@@ -352,7 +352,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / springs_.across;
     const double way = std::min({bought, depth, P::stride * edge()});
-    if (!(way >= P::sweep * edge())) return false;
+    if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);

@@ -17,8 +17,9 @@ struct FeelParameters {
   static constexpr double slack = 0.01;       // that a head which is no ball may overlap
   static constexpr double most_aside = 0.25;  // of the force along the pull: what the springs give across it
   static constexpr double ease = 15;          // N/s by which the force of a bur changes although the hand rests
-  static constexpr double sweep = 0.04;  // of the edge: the least way that is cut at once, so that not every tick cuts
-  static constexpr double stride = 0.5;  // of the edge: the longest
+  static constexpr double sweep = 0.04;   // of the edge: the least way that is cut at once, so that not every tick cuts
+  static constexpr double scrape = 2e-4;  // … and of an edge that the hand draws, which holds little energy
+  static constexpr double stride = 0.5;   // of the edge: the longest
   static constexpr double touches = 0.01;       // a head that is nearer than this to a point has no room to move freely
   static constexpr double look_ahead = 0.5e-3;  // m that a free head looks around itself
 };
