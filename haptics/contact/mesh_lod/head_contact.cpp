@@ -33,9 +33,7 @@ HeadContact::HeadContact(const Tool& tool) : head_(tool), slots_(std::size_t{1} 
 }
 
 double HeadContact::moved_since_listing(const dvec3& c) const noexcept {
-  const double half_turn_cosine = std::min(1.0, std::abs(glm::dot(R_WT_, listed_at_.R)));
-  const double angle = 2 * std::acos(half_turn_cosine);
-  return glm::distance(c, listed_at_.p) + angle * head_.reach();
+  return way_between(listed_at_, {c, R_WT_}, head_.reach());
 }
 
 void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {

@@ -19,9 +19,10 @@ constexpr double kLook = SurfacePoint::kFarthest;  // m, how far a free tool loo
 constexpr double kNearby = 0.2e-3;                 // m, within which a point belongs to the face nearest to it
 constexpr double kLeastStep = 1e-9;                // m that a cut advances
 constexpr double kMeasuredShare = 0.3;             // of a new ratio of volumes that counts, …
-constexpr double kLeastMeasured = 0.25, kMostMeasured = 4.0;  // … which lies in this range
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // … which lies in this range
 constexpr double kNoOffset = 1e-12;                           // m
 constexpr double kLeastStiffness = 1e-3;                      // over that of the settings
+constexpr double kEase = 15;  // N/s by which the force of a bur changes although the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -56,9 +57,6 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
     : settings_(settings), parameters_(parameters), by_speed_(parameters.switch_speed, parameters.hysteresis) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    if (tool.cuts && !tool.turns()) {
-      throw Error(tool.name, "model", "mesh_lod with an edge that the hand draws", "the model offset, or another tool");
-    }
     if (whole_head(tool)) {
       points_.push_back(std::make_unique<HeadContact>(tool));
     } else {
@@ -132,6 +130,7 @@ void MeshLodModel::release() noexcept {
   placed_ = false;
   offset_ = wall_normal_ = dvec3(0);
   wall_stiffness_ = 0;
+  eases_ = false;
   by_speed_.reset();
 }
 
@@ -191,7 +190,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
   // The servo moves a free tool without asking, as far as clearance() allows: also through a hole of an open mesh.
-  if (!placed_) {
+  const bool fresh = !placed_;
+  if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
     if (flew_) {
       point().put_free(X_WG * ends_[tool_]);
@@ -211,6 +211,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   cutting_ = cutting_ && in.cuts;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
   fade_offset(in);
+  ease(in, give && !fresh);
   out.touching = point().touching();
   out.breaking_through = !out.touching && offset_ != dvec3(0);
   out.p_WG = point().place() + offset_ - end;
@@ -239,8 +240,21 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
+/// A bur that comes free far behind the hand, or that a fresh snapshot moves, follows no faster than the force may
+/// change.
+void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
+  eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
+  last_R_ = in.X_WT.R;
+  const double most = moved + kEase * in.dt / settings_.stiffness;
+  const dvec3 lag = point().place() + offset_ - hip_, change = lag - last_lag_;
+  const double size = glm::length(change);
+  if (eases_ && size > most) offset_ -= (1 - most / size) * change;
+  last_lag_ = point().place() + offset_ - hip_;
+}
+
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  if (!(in.cuts && in.budget > 0 && contact.touching)) return false;
+  if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
@@ -272,6 +286,7 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   cutting_ = true;
   end_ = end;
   contact.p_WG = to + offset_;
+  last_lag_ = contact.p_WG - in.X_WT.p;
   contact.area = all;
   return true;
 }

@@ -32,7 +32,7 @@ class LevelBySpeed {
 /// Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills, and for one that cuts and does not turn.
+  /// Throws Error for a tool that fills.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -74,6 +74,7 @@ class MeshLodModel final : public ContactModel {
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
+  void ease(const ContactInput& in, bool give) noexcept;
 
   const ServoSettings& settings_;
   Parameters parameters_;
@@ -83,10 +84,13 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // the contact point is where the tool is
-  bool flew_ = false;    // else the servo moved it, from where it was free to where it is
-  dvec3 hip_{0};         // m, in the last tick
-  dvec3 offset_{0};      // m, from the contact point to where the last level, or a wall, held the tool: fades
+  bool placed_ = false;       // the contact point is where the tool is
+  bool flew_ = false;         // else the servo moved it, from where it was free to where it is
+  dvec3 hip_{0};              // m, in the last tick
+  dvec3 offset_{0};           // m, from the contact point to where the last level, or a wall, held the tool: fades
+  bool eases_ = false;        // the bur has cut since it was last free
+  dvec3 last_lag_{0};         // m, from the hand to where it was told that the tool is, in the last tick
+  dquat last_R_{1, 0, 0, 0};  // the hand's orientation then
   // Of the wall that holds the tool, or did and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;

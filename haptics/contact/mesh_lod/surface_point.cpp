@@ -18,8 +18,11 @@ constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are c
 constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
 constexpr double kAhead = 1.1;         // times the way to be gone that one look is about
 constexpr double kMostKept = 0.3e-3;   // m of way, at most, for which collected faces serve; else a cell of the grid
+constexpr double kReachInCut = 0.5;    // of the radius: the most of either where a bur lies in its own cut …
+constexpr double kLeastInCut = 50e-6;  // m … but not less than this
 constexpr double kNextReach = 0.25;    // of the last step: how far the next look reaches, the next step is shorter
-constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding
+constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding …
+constexpr float kClear = 2e-9f;        // … and of floats beside the ball
 constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
 constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
 constexpr int kMostLifts = 16;
@@ -45,6 +48,27 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
       distance2 += off * off;
     }
     for (unsigned bits = bits_of(distance2 <= square); bits; bits &= bits - 1) {
+      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+    }
+  }
+  while (found > 0 && at[found - 1] >= count) --found;
+  return found;
+}
+
+/// Writes the numbers of planes that q does not lie clearly above to `at`; returns how many. The planes are at normal ·
+/// q = -distance, all seen from where q is measured from.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
+                              float clear, std::uint32_t* at) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < count; k += 8) {
+    F8 height, n;
+    std::memcpy(&height, distance + k, sizeof height);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::memcpy(&n, normal[axis] + k, sizeof n);
+      height += n * q[axis];
+    }
+    for (unsigned bits = bits_of(height <= clear); bits; bits &= bits - 1) {
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
@@ -205,20 +229,28 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
       continue;
     }
     const double distance = std::sqrt(square);
-    add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
+    const dvec3 n = distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1});
+    const auto j = static_cast<std::size_t>(planes_.count());
+    add(i, n, distance, at.p);
+    if (planes_.count() == static_cast<int>(j)) continue;
+    inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y), inner_.z[j] = static_cast<float>(n.z);
+    inner_.distance[j] = static_cast<float>(distance);
   }
   const int insides = planes_.count();
+  const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
     // A face that lies below another one's plane cannot be met before that plane.
-    bool covered = false;
-    for (int j = 0; j < insides && !covered; ++j) {
-      const Plane& plane = planes_[j];
+    const glm::vec3 q(at.p - c_);
+    const std::size_t above =
+        list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
+    const bool covered = std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), [&](auto j) {
+      const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
                                     glm::dot(plane.n, face.c - plane.p)});
-      covered = most <= kBelow;
-    }
+      return most <= kBelow;
+    });
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
@@ -227,9 +259,13 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
-      bool over_next = false;
-      for (int j = 0; j < insides; ++j) over_next |= planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)];
-      if ((hollow >> at.edge & 1) && over_next && std::abs(height) >= r - kBelow) {
+      const auto over_next = [&] {
+        for (int j = 0; j < insides; ++j) {
+          if (planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)]) return true;
+        }
+        return false;
+      };
+      if ((hollow >> at.edge & 1) && std::abs(height) >= r - kBelow && over_next()) {
         add(i, height >= 0 ? normal / size : -normal / size, std::max(std::abs(height), r), at.p);
         continue;
       }
@@ -271,8 +307,9 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
-  const double kept = std::min(grid.cell(), kMostKept);
-  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, kMostReach);  // of the next look
+  const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
+  const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
+  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);  // of the next look
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostLooks; ++i) {
     double valid = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
@@ -301,7 +338,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     const double size = glm::length(step);
     if (size > left) step *= left / size;
     c_ += step;
-    wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, kMostReach);
+    wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, most_reach);
     if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
   }
   count_ = 0;

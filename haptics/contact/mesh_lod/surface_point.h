@@ -62,7 +62,7 @@ class SurfacePoint final : public SurfaceContact {
   bool behind_ = false;           // a wall gave way: walls are left out until the ground is the harder tissue
   Tissue beyond_ = Tissue::kAir;  // … which is this one
   // Faces near the place where they were collected, with their boxes side by side.
-  static constexpr int kMostNear = 1024, kBatch = 8;
+  static constexpr int kMostNear = 2048, kBatch = 8;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
     alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
@@ -82,6 +82,12 @@ class SurfacePoint final : public SurfaceContact {
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
+  // Of the first planes, those of faces of which the inside is nearest: normals, and distances from the centre.
+  struct Inner {
+    alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
+  };
+  Inner inner_{};
+  std::array<std::uint32_t, PlaneSet::kMost> above_{};
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -55,8 +55,8 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  found_ = touching_ = false;
-  filtered_ = dvec3(0);
+  found_ = touching_ = eases_ = false;
+  filtered_ = eased_ = dvec3(0);
 }
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
@@ -77,10 +77,16 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   found_ = touching_ = false;
 }
 
-/// The vertices of the faces within reach of a place; of faces larger than the head asks for, those too that refining
-/// would give them.
-void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
+/// The vertices within `margin` of a head; of faces larger than it asks for, those too that refining would give them.
+void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
+  const dvec3& p = X.p;
+  const double reach = head.reach() + margin;
+  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X.R)));
+  const auto is_far = [&](const dvec3& at) {
+    const dvec3 off = at - p;
+    return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
+  };
   near_.clear();
   points_.clear(p);
   samples_.clear();
@@ -94,6 +100,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
       if (mesh.vertex(v).face != f) continue;  // each vertex once, with the face that it names
+      if (is_far(mesh.vertex(v).p)) continue;
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
       add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
@@ -114,7 +121,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
         if (i == n || j == n || k == n) continue;  // a vertex
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
-        if (glm::dot(at - p, at - p) > reach * reach) continue;
+        if (is_far(at)) continue;
         add(at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
       }
     }
@@ -123,27 +130,33 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
   found_ = false;
-  gather(X.p, head.reach(), edge);
+  gather(head, edge, X, 0);
   const dquat R_TW = glm::conjugate(X.R);
   const std::span<const std::uint32_t> near = points_.within(X.p, head.reach());
   return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
 }
 
-/// Lists the points near the head at p, where those that are listed do not reach.
-void VertexModel::list_where_needed(const dvec3& p) noexcept {
+/// Metres that any point of the head moved since the points were listed.
+double VertexModel::moved_since_listing(const Pose& X) const noexcept {
+  return way_between(found_at_, X, head().is_ball() ? 0 : head().reach());
+}
+
+/// Lists the points near the head at X, where those that are listed do not reach.
+void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
-  if (found_ && glm::distance(p, found_at_) <= FollowParameters::kept * radius) return;
-  gather(p, head().reach() + (FollowParameters::margin + P::probe) * radius, edge());
-  found_ = true, found_at_ = p;
+  if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
+  gather(head(), edge(), X, (FollowParameters::margin + P::probe) * radius);
+  found_ = true, found_at_ = X;
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
-  list_where_needed(X_WG.p);
+  if (eases_ && eased_ != dvec3(0)) return 0;  // a force still fades
+  list_where_needed(X_WG);
   const double reach = head().reach();
   if (!points_.empty()) {
-    const double listed = (FollowParameters::margin + P::probe) * head().radius() - glm::distance(X_WG.p, found_at_);
+    const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
@@ -180,7 +193,7 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
-  const double reach2 = head().reach() * head().reach(), stiffness = P::spring * settings_.stiffness / 1000;
+  const double reach2 = head().reach() * head().reach(), stiffness = settings_.stiffness / 1000;
   Springs sum;
   for (const std::uint32_t i : points_.within(X.p, head().reach())) {
     const Sample& sample = samples_[i];
@@ -204,6 +217,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
     if (!is_ball) sum.torque += glm::cross(off, push);
+    sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
+    sum.weight -= depth;
     sum.area += sample.area;
     sum.across += sample.area * std::max(0.0, glm::dot(n, pull));
     sum.tissue[tissue] -= depth;
@@ -212,20 +227,34 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls.
-void VertexModel::give(const ContactInput& in, const Springs& springs, double scale, Contact& out) noexcept {
-  springs_ = springs;
+/// A bur that comes free far behind the hand, and one that holds on where the mesh could not give way, change the force
+/// no faster than the hand itself does, and a little.
+dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
+  eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
+  last_R_ = in.X_WT.R;
+  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
+  const dvec3 change = force - eased_;
+  const double size = glm::length(change);
+  eased_ = eases_ && size > most ? eased_ + most / size * change : force;
+  return eased_;
+}
+
+/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls. `force`, `torque`: of the
+/// springs.
+void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
-  out.area = springs.area;
-  out.force = scale * springs.force;
-  out.torque = scale * springs.torque;
-  const double size = glm::length(out.force);
-  if (!(size > 0)) return;
+  out.area = springs_.area;
+  out.force = force;
+  out.torque = torque;
+  const double size = glm::length(force);
   out.stored = size * out.depth / 2;
-  const dvec3 n = out.force / size;
-  const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, n) / in.dt);
-  out.force = damped * n;
-  out.torque *= damped / size;
+  if (size > 0) {
+    const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, force / size) / in.dt);
+    out.force *= damped / size;
+    out.torque *= damped / size;
+  }
+  if (!parameters_.as_printed) out.force = eased(in, out.force);
   if (!parameters_.filter) return;
   const dvec3 filtered = filter_force(ForceFilter::kStroke, *parameters_.filter, out.force, filtered_);
   const double before = glm::length(out.force);
@@ -243,10 +272,14 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  list_where_needed(in.X_WG.p);
-  const dvec3 from =
-      advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [this](const dvec3& p) { list_where_needed(p); });
-  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, 0, false);
+  list_where_needed({in.X_WG.p, in.X_WT.R});
+  const dvec3 from = advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [&](const dvec3& p) {
+    list_where_needed({p, in.X_WT.R});
+  });
+  // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
+  // could not give way there, only keeps it from going deeper.
+  const double slack = head().is_ball() ? 0 : P::slack * head().radius();
+  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, slack, in.cuts);
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
@@ -254,19 +287,37 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
   out.settled = !out.touching;
   touching_ = out.touching, touching_at_ = out.p_WG;
-  if (!out.touching) {
-    filtered_ = dvec3(0);
-    return;
-  }
+  if (!out.touching) return come_free(in, out);
   out.depth = depth;
-  const Springs springs = springs_at({out.p_WG + probe / depth * pull, in.X_WT.R}, pull / depth);
-  give(in, springs, springs.area > 0 ? depth / probe / springs.area : 0, out);
+  const dvec3 way = pull / depth;
+  springs_ = springs_at({out.p_WG + probe * way, in.X_WT.R}, way);
+  // The springs tell how stiff the tissue is, and the direction. A head whose sides stand along the pull, as a cone's
+  // do, is pushed to all sides at once: the less of its springs' sum is real.
+  const double along = -glm::dot(springs_.force, way);
+  if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
+  const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
+  dvec3 aside = share / along * (springs_.force + along * way);
+  if (const double size = glm::length(aside); size > P::most_aside) aside *= P::most_aside / size;
+  give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
+}
+
+/// What is left of the last force fades, if it came from a bur.
+void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
+  filtered_ = dvec3(0);
+  if (parameters_.as_printed || eased_ == dvec3(0)) return;
+  const dvec3 rest = eased(in, dvec3(0));
+  const double size = glm::length(rest);
+  if (!(size > 0)) return;
+  out.touching = out.gives_force = true;
+  out.settled = false;
+  out.force = rest;
+  out.stored = size * size / (2 * settings_.stiffness);
 }
 
 /// The head is where the hand is; each vertex inside it pulls, all together.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
-  gather(in.X_WT.p, head().reach(), edge());
+  gather(head(), edge(), in.X_WT, 0);
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
@@ -286,7 +337,8 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   out.touching = sum.count > 0;
   out.settled = !out.touching;
   if (out.touching) {
-    give(in, sum, 1, out);
+    springs_ = sum;
+    give(in, sum.force, sum.torque, out);
   } else {
     filtered_ = dvec3(0);
   }
@@ -300,7 +352,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / springs_.across;
     const double way = std::min({bought, depth, P::stride * edge()});
-    if (!(way >= P::sweep * edge())) return false;
+    if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
