@@ -90,14 +90,15 @@ def _label(value: Any) -> Any:
 def _content(hand: Any) -> bytes:
     """What a hand's result depends on."""
     if isinstance(hand, Path):
-        return hand.rows.tobytes() + json.dumps(hand.model).encode()
+        return bytes(hand.rows.tobytes()) + json.dumps(hand.model).encode()
     file = _File(os.fspath(hand).removeprefix("script:").removeprefix("replay:"))
     if not file.is_file():
-        return os.fspath(hand).encode()
+        return str(hand).encode()
     content = file.read_bytes()
     if file.suffix == ".json":
         content += (file.parent / json.loads(content)["path"]).read_bytes()
-    return os.fspath(hand).partition(":")[0].encode() * (":" in os.fspath(hand)) + content
+    kind, colon, _ = str(hand).partition(":")
+    return (kind.encode() if colon else b"") + content
 
 
 def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
@@ -141,7 +142,7 @@ def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
         batch, size = (suspects[:1], 1) if suspects else (list(left.values()), workers)
         with ProcessPoolExecutor(min(size, len(batch)), mp_context=context) as pool:
             waiting = iter(batch)
-            running: dict[Future, Job] = {}
+            running: dict[Future[tuple[str, Row]], Job] = {}
             try:
                 # No more than the workers have to do: a broken pool then casts doubt on few runs.
                 for job in itertools.islice(waiting, size):
@@ -167,11 +168,11 @@ def _on_cluster(jobs: list[Job], scheduler: Any) -> Iterator[tuple[str, Row]]:
     """On Dask: `scheduler` is an address, or a Client. The scheduler itself repeats what a dead worker had."""
     from distributed import Client, as_completed
 
-    client = scheduler if isinstance(scheduler, Client) else Client(scheduler)
+    client: Any = scheduler if isinstance(scheduler, Client) else Client(scheduler)  # type: ignore[no-untyped-call]
     try:
         futures = client.map(_do, jobs, pure=False, retries=_TRIES, key=[f"typodont-{job.key}" for job in jobs])
         keys = {future.key: job.key for future, job in zip(futures, jobs)}
-        for future in as_completed(futures):
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
             if future.status == "finished":
                 yield future.result()
             else:
