@@ -20,7 +20,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
 import numpy as np
 
 from ._native import VERSION
-from .pictures import call
+from .pictures import call, with_files
 from .scene import Hand, Path, Scene
 
 Row = dict[str, Any]
@@ -101,9 +101,27 @@ def _content(hand: Any) -> bytes:
     return (kind.encode() if colon else b"") + content
 
 
+def _digest(scene: Any, known: dict[str, str]) -> list[str]:
+    """Of the files that a scene names in full; `known`: of those read before."""
+    if isinstance(scene, Mapping):
+        scene = list(scene.values())
+    if isinstance(scene, list):
+        return [digest for value in scene for digest in _digest(value, known)]
+    if not isinstance(scene, str) or not os.path.isabs(scene) or not os.path.isfile(scene):
+        return []
+    if scene not in known:
+        digest = hashlib.sha256()
+        with open(scene, "rb") as file:
+            for chunk in iter(lambda: file.read(1 << 20), b""):
+                digest.update(chunk)
+        known[scene] = digest.hexdigest()
+    return [known[scene]]
+
+
 def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
           measure: Callable[[Any, Any], Row] | None) -> list[Job]:
     jobs = []
+    digests: dict[str, str] = {}
     for scene_name, scene in _named(scenes).items():
         with Scene(scene) as opened:
             base = opened.json
@@ -112,8 +130,9 @@ def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
         for hand_name, hand in _named(hands).items():
             content = _content(hand)
             for values in _sets(parameters):
-                whole = {**base, **values}
-                text = json.dumps([whole, rate, VERSION, measure.__qualname__ if measure else ""], sort_keys=True)
+                whole = with_files({**base, **values}, _File(folder))
+                name = f"{measure.__module__}.{measure.__qualname__}" if measure else ""
+                text = json.dumps([whole, _digest(whole, digests), rate, VERSION, name], sort_keys=True)
                 key = hashlib.sha256(text.encode() + content).hexdigest()[:32]
                 labels = {"scene": scene_name, "hand": hand_name, **{k: _label(v) for k, v in values.items()}}
                 travels = hand if isinstance(hand, Path) else os.fspath(hand)
