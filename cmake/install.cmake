@@ -15,6 +15,11 @@ install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/T
 # The process that reads volume files: the program finds it from its own place, other programs by TYPODONT_VOLUME_READER.
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+# The one that reads DICOM files, likewise: TYPODONT_DICOM_READER.
+if(TARGET typodont_dicom_reader)
+  install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
+  install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+endif()
 
 if(TYPODONT_BUILD_program)
   set(man_page ${PROJECT_BINARY_DIR}/typodont.1)
