@@ -590,6 +590,23 @@ TEST(MeshLodModel, AWholeHeadNeverAllocatesInATick) {
   EXPECT_GT(run.last.cuts, 100U);
 }
 
+TEST(SurfacePoint, AWallBetweenTissuesHoldsAProbeAndNoBurThatCuts) {
+  const TissueVolume tissue = section();
+  const TriangleGrid grid(*tissue.mesh());
+  Stiffness stiffness{};
+  for (std::size_t i = 0; i < stiffness.size(); ++i) stiffness[i] = materials()[i].stiffness;
+  for (const bool cuts : {false, true}) {
+    SurfacePoint point({.radius = 0.1_mm, .wall_limit = 10}, stiffness);
+    point.put(grid, {-1.0_mm, 0.3_mm, 0.3_mm});
+    bool held = false;
+    for (int i = 0; i < 1000; ++i) {  // over the pulp, then across the border to dentin
+      point.follow(grid, {-1.0_mm + i * 1e-6, 0.3_mm, 0.05_mm}, cuts);
+      for (int k = 0; k < point.count(); ++k) held |= point.hold(k).wall;
+    }
+    EXPECT_EQ(held, !cuts);
+  }
+}
+
 TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
   for (const bool whole_head : {false, true}) {
     TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [

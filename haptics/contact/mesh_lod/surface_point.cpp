@@ -272,7 +272,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     }
     add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
   }
-  if (options_.walls && ground_ != Tissue::kAir) {
+  if (options_.walls && !give && ground_ != Tissue::kAir) {
     for (const std::uint32_t k : close) {
       const std::uint32_t i = near_[k];
       if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, reach, room);
