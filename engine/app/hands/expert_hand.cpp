@@ -84,6 +84,7 @@ struct Filling {
   static constexpr double grid = 0.15e-3;     // m between the places that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
+  static constexpr double trusted = 0.7;   // fraction of a distance by which an instrument is lowered at once
   static constexpr double free = 0.1;      // voxels between the instrument and the tissue
   static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
   static constexpr double below_wall =
@@ -578,16 +579,25 @@ class Plan {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    const auto clear = [&](double c) {
-      return std::all_of(instrument.head.begin(), instrument.head.end(), [&](const dvec3& p) {
-        return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > Filling::free;
-      });
+    const auto room = [&](double c) {  // voxels between instrument and tissue beyond those that stay free; 0: too close
+      double least = 1e9;
+      for (const dvec3& p : instrument.head) {
+        least = std::min(least, layer.after.sample(layer.frame.to_voxels(at(c) + p)) - Filling::free);
+        if (least <= 0) return 0.0;
+      }
+      return least;
     };
+    const auto clear = [&](double c) { return room(c) > 0; };
     const dvec3 size = dvec3(layer.after.size - 1) * h;
     const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w),
                  span = 0.5 * glm::length(size);
     double c = middle + span + half;
-    while (c > middle - span && clear(c - Filling::down)) c -= Filling::down;
+    while (c > middle - span) {
+      const double below = room(c - Filling::down);
+      if (below <= 0) break;
+      // The distance says how many more steps are clear.
+      c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
+    }
     // Move up to a near wall: a slit between instrument and wall would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
