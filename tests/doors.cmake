@@ -1,4 +1,5 @@
 # The doors (engine/bindings).
+typodont_test(unit_handles KIND unit SOURCES unit/handles_test.cpp LIBS typodont_bindings)
 if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked into them
   foreach(host two_threads hostile)
     add_executable(doors_${host} acceptance/doors/${host}.c)

@@ -124,6 +124,8 @@ bool carve(CoreObject& core) {
     }
   }
   if (core.recording) {
+    if (channels.recorded_ticks.dropped() + channels.recorded_cuts.dropped() + channels.recorded_patches.dropped() > 0)
+      throw RunFailure("typodont_core_carve came so late that ticks of the recording were lost");
     const SessionFiles files;
     const std::size_t ready = channels.recorded_ticks.ready();
     const auto peek = [](auto& ring, auto& next) {
@@ -438,7 +440,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      while (carve(c)) {
+      constexpr int kRounds = 64;  // what was done before this call; a servo that goes on is not waited for
+      for (int i = 0; i < kRounds && carve(c); ++i) {
       }
     }
     const SessionFiles files;

@@ -197,6 +197,21 @@ int main(void) {
   EXPECT(TYPODONT_OK, typodont_servo_tick(servo, &sample, &tick, NULL));
   EXPECT(TYPODONT_OK, typodont_servo_free(servo));
   EXPECT(TYPODONT_BAD_HANDLE, typodont_servo_tick(servo, &sample, &tick, NULL));
+
+  /* A recording whose carver never came. */
+  EXPECT(TYPODONT_OK, typodont_core_new(scene, NULL, NULL, &core));
+  EXPECT(TYPODONT_OK, typodont_core_record(core, "lost.h5", NULL));
+  EXPECT(TYPODONT_OK, typodont_core_servo(core, numbers, &servo));
+  for (int i = 0; i < 40000; ++i) {
+    sample.t_ns = i * 1000000LL;
+    EXPECT(TYPODONT_OK, typodont_servo_tick(servo, &sample, &tick, NULL));
+  }
+  EXPECT(TYPODONT_FAILED, typodont_core_carve(core, NULL));
+  EXPECT(TYPODONT_FAILED, typodont_core_finish(core));
+  EXPECT(TYPODONT_OK, typodont_servo_free(servo));
+  EXPECT(TYPODONT_OK, typodont_core_free(core));
+  FILE* const lost = fopen("lost.h5", "rb");
+  if (lost) ++failures;
   EXPECT(TYPODONT_OK, typodont_scene_free(scene));
 
   /* Cores on several threads, each recorded. */

@@ -1,0 +1,104 @@
+// The table of the C interface's handles, by itself.
+#include "engine/bindings/c/handles.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <random>
+#include <thread>
+#include <vector>
+
+namespace typodont::bindings {
+namespace {
+
+TEST(Handles, AFreedHandleStaysABadOneThoughItsPlaceIsUsedAgain) {
+  int first = 1, second = 2;
+  void* const old = new_handle(Kind::kCore, &first);
+  ASSERT_NE(old, nullptr);
+  EXPECT_EQ(Taken(old, Kind::kCore).object(), &first);
+  EXPECT_EQ(Taken(old, Kind::kScene).found(), Found::kBadHandle) << "of another kind";
+  EXPECT_EQ(Taken(old, Kind::kCore).drop(), &first);
+  void* const fresh = new_handle(Kind::kCore, &second);
+  EXPECT_NE(old, fresh);
+  EXPECT_EQ(Taken(old, Kind::kCore).found(), Found::kBadHandle);
+  EXPECT_EQ(Taken(fresh, Kind::kCore).drop(), &second);
+}
+
+TEST(Handles, WhileItIsTakenAHandleIsBusyAndAfterwardsItIsNot) {
+  int object = 0;
+  void* const handle = new_handle(Kind::kSynth, &object);
+  {
+    const Taken one(handle, Kind::kSynth);
+    EXPECT_EQ(one.found(), Found::kHeld);
+    EXPECT_EQ(Taken(handle, Kind::kSynth).found(), Found::kBusy);
+  }
+  EXPECT_EQ(Taken(handle, Kind::kSynth).drop(), &object);
+}
+
+TEST(Handles, NumbersThatNobodyWasGivenAreBadHandles) {
+  int object = 0;
+  void* const real = new_handle(Kind::kHand, &object);
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 200'000; ++i) {
+    // Any number at all, and numbers near to the real one.
+    const std::uint64_t forged =
+        i % 2 ? random() : reinterpret_cast<std::uintptr_t>(real) ^ (std::uint64_t{1} << (random() % 64));
+    for (int kind = 1; kind <= 6; ++kind) {
+      if (forged == reinterpret_cast<std::uintptr_t>(real)) continue;
+      const Taken taken(reinterpret_cast<void*>(forged), static_cast<Kind>(kind));
+      ASSERT_EQ(taken.found(), Found::kBadHandle) << forged;
+    }
+  }
+  EXPECT_EQ(Taken(real, Kind::kHand).drop(), &object);
+}
+
+TEST(Handles, TheTableIsFullAt4096AndHasRoomAgainForEachThatIsFreed) {
+  std::vector<void*> handles;
+  int object = 0;
+  while (void* const handle = new_handle(Kind::kScene, &object)) handles.push_back(handle);
+  EXPECT_EQ(handles.size(), kSlots);
+  EXPECT_EQ(Taken(handles[17], Kind::kScene).drop(), &object);
+  handles[17] = new_handle(Kind::kScene, &object);
+  EXPECT_NE(handles[17], nullptr);
+  EXPECT_EQ(new_handle(Kind::kScene, &object), nullptr);
+  for (void* const handle : handles) EXPECT_EQ(Taken(handle, Kind::kScene).drop(), &object);
+}
+
+// Under ThreadSanitizer a second thread inside an object would be a race on its plain numbers.
+TEST(Handles, AnObjectServesOneThreadAtATimeAndIsGoneForAllOnceItIsFreed) {
+  struct Object {
+    std::uint64_t uses = 0;
+    bool gone = false;
+  };
+  constexpr int kThreads = 4, kObjects = 3, kRounds = 300;
+  for (int round = 0; round < kRounds; ++round) {
+    std::array<Object, kObjects> objects;
+    std::array<void*, kObjects> handles;
+    for (std::size_t i = 0; i < kObjects; ++i) handles[i] = new_handle(Kind::kCore, &objects[i]);
+    std::atomic<std::uint64_t> held{0};
+    std::atomic<int> freed{0};
+    const auto use = [&](int seed) {
+      std::minstd_rand random(static_cast<unsigned>(seed + 1));
+      while (freed < kObjects) {
+        Taken taken(handles[random() % kObjects], Kind::kCore);
+        if (taken.found() != Found::kHeld) continue;
+        auto& object = *static_cast<Object*>(taken.object());
+        EXPECT_FALSE(object.gone);
+        ++object.uses;
+        ++held;
+        if (random() % 16 != 0) continue;
+        object.gone = true;
+        taken.drop();
+        ++freed;
+      }
+    };
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < kThreads; ++i) threads.emplace_back(use, round * kThreads + i);
+    threads.clear();
+    EXPECT_EQ(objects[0].uses + objects[1].uses + objects[2].uses, held);
+  }
+}
+
+}  // namespace
+}  // namespace typodont::bindings
