@@ -24,6 +24,15 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// without the largest packing, and fewer repeats.
 std::vector<BenchRow> bench_packing(bool quick);
 
+struct ModelBenchOptions {
+  bool quick = false;                // few ticks and coarse settings: a look instead of a measurement
+  std::vector<std::string> tissues;  // of them; none: all
+  std::vector<std::string> motions;  // "slide", "tap", "drill"; none: all
+};
+/// Every contact model on the same tissues with the same hands, against the exact answer: slide, tap, drill. The name
+/// of a row is "tissue, motion, model: measure".
+std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
+
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // of them; none: all
