@@ -53,6 +53,7 @@ struct Contact {
   bool rejoining = false;         // the proxy finds back to the surface after that
   bool leading_out = false;       // the proxy is led out of tissue that it overlapped
   bool settled = true;            // nothing of this contact goes on if the head is free
+  bool places = false;            // the tool stays in the tissue: cut() is called, whether or not the tool cuts
   dvec3 held_off_direction{0};    // from the hand to where contacts alone hold the head; zero where they do not
   double area = 0;                // m² of the head that lies on tissue; 0 where none
   bool own_friction = false;      // p_WG lags by friction already: the servo adds none
@@ -62,6 +63,9 @@ struct Contact {
   std::uint32_t level = 0;    // of detail, of a method that has several; 0: the finest
   dvec3 side_normal{0};       // unit, out of a wall between tissues that holds the tool from the side; zero: none
   double side_stiffness = 0;  // along it, over that of the settings; the coupling is never softer than without
+  bool holds_turn = false;    // the tissue holds the tool's orientation, too: X_WG turns to R_WG, …
+  dquat R_WG{1, 0, 0, 0};     // … and the hand feels `torque` and `stored` for the rest of the way
+  dvec3 spindle_torque{0};    // N·m on the tool, by the work of its spindle; only where `holds_turn` is set
 
   // From feel(). Each contact i pushes with the weight w_i along n_i at x_i, out of `count`, of which the first `own`
   // are the head's and the others the shank's or the safe end's.
@@ -77,7 +81,8 @@ struct Contact {
   bool graded = false;        // `hardness` is filled in; else every tissue has its own hardness
   PerTissue hardness{};       // mean hardness of each of these tissues, 0..1 (hardness.h)
 
-  // From feel(), of a penalty method: the servo adds no coupling of its own.
+  // From feel(), of a penalty method: the servo adds no coupling of its own. Of a method that holds the tool's
+  // orientation: torque and energy of the spring that does, from constrain().
   dvec3 force{0};     // N on the tool, damper included
   dvec3 torque{0};    // N·m on the tool about the head's centre
   double stored = 0;  // J in its springs

@@ -98,7 +98,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   out.spindle_energy = sums.spindle_energy;
   motion.started = motion.idle = false;
   limits.last_force = limits.last_torque = limits.last_spindle_force = limits.last_teeth_force = limits.last_sent =
-      dvec3(0);
+      limits.last_spindle_torque = dvec3(0);
   coupling.normal_force = coupling.head_force = coupling.pressing = 0;
   coupling.friction = {};
 }
@@ -123,7 +123,8 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
 inline void Servo::State::account(TickData& now, bool turns) noexcept {
   Limits& l = limits;
   if (now.hand.faults & bits(Fault::kLetGo)) {
-    l.last_force = l.last_torque = l.last_spindle_force = l.last_teeth_force = l.last_sent = dvec3(0);
+    l.last_force = l.last_torque = l.last_spindle_force = l.last_teeth_force = l.last_sent = l.last_spindle_torque =
+        dvec3(0);
   }
   now.moved = now.X_WT.p - motion.last_hand.p;
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
@@ -134,12 +135,14 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
+  if (l.last_spindle_torque != dvec3(0)) sums.spindle_energy += glm::dot(l.last_spindle_torque, now.turned);
   l.teeth_energy += glm::dot(l.last_teeth_force, now.moved);
 }
 
 void Servo::State::change_tool(TickData& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
-  const bool stands = now.out.pedal <= kPedalUp && cutting.speed <= kPedalUp * settings.spindle.free_speed;
+  const bool stands =
+      std::abs(now.out.pedal) <= kPedalUp && std::abs(cutting.speed) <= kPedalUp * std::abs(free_speed());
   if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.sunk <= 0 &&
         model->may_take_up(wanted, {motion.X_WG.p, now.X_WT.R}))) {
     return;
@@ -221,7 +224,8 @@ void Servo::State::watch_snapshot(ContactTick& now) noexcept {
 
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
-  const bool changed = (now.in.cuts || tool().fill != Tissue::kAir) && model->cut(now.in, now.contact, now.cut, energy);
+  const bool changed = (now.in.cuts || now.contact.places || tool().fill != Tissue::kAir) &&
+                       model->cut(now.in, now.contact, now.cut, energy);
   now.faults |= now.contact.faults;
   if (!changed) return false;
   sums.cuts = now.cut.index;
@@ -235,12 +239,13 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   Motion& m = motion;
   coupling.normal = now.normal;
   coupling.last_depth = out.depth;
-  m.X_WG = {now.p_held, now.X_WT.R};
+  m.X_WG = {now.p_held, now.contact.holds_turn ? now.contact.R_WG : now.X_WT.R};
   limits.last_force = now.force;
   limits.last_torque = felt_torque;
   limits.last_spindle_force = now.spindle_force;
   limits.last_teeth_force = now.teeth_force;
   limits.last_sent = now.force + now.spindle_force;
+  limits.last_spindle_torque = now.spindle_torque;
   m.last_hand = now.X_WT;
   m.last_t = now.hand.t;
   m.started = true;
@@ -253,6 +258,7 @@ void Servo::State::remember(ContactTick& now, const dvec3& felt_torque) noexcept
   out.X_WG = m.X_WG;
   out.f_T_W = now.force + now.spindle_force;
   out.tau_T_W = now.torque;
+  if (now.contact.holds_turn) out.tau_T_W += now.spindle_torque;
   out.removed = sums.removed;
   out.cuts = sums.cuts;
   out.spindle = now.spindle.speed;
@@ -318,7 +324,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;
-  out.pedal = std::clamp(hand.pedal, 0.0, 1.0);
+  out.pedal = std::clamp(hand.pedal, s.tool().reverses() ? -1.0 : 0.0, 1.0);
   if (!s.motion.started) s.begin_anew(now.X_WT, hand.t);
 
   s.account(now, turns);

@@ -55,7 +55,7 @@ inline std::span<const Tool> tool_set(const ServoSettings& settings) {
 struct HandSample {
   Nanos t = 0;
   Pose X_WT;
-  double pedal = 0;          // 0..1
+  double pedal = 0;          // 0..1; down to -1, backwards, of a tool with a thread
   std::uint32_t tool = 0;    // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
   std::uint32_t faults = 0;  // Fault bits of the device; with one of kNoPose the pose is not where the hand is
 };

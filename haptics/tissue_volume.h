@@ -17,6 +17,7 @@
 namespace typodont::haptics {
 
 class Solid;
+class PlacedHead;
 class VoxelStamp;
 struct TissueMesh;
 
@@ -96,6 +97,8 @@ class TissueVolume {
 
   /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.
   VoxelBox fill(const Fill& filling);
+  /// Adds a body in the shape of a head. Returns where it wrote.
+  VoxelBox fill(const PlacedHead& body);
 
   /// The samples of a block of 8³ that lie in tissue.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
@@ -153,6 +156,8 @@ class TissueVolume {
   struct Impl;
   template <class Removal>
   VoxelBox carve_leaves(const Removal& sweep);
+  template <class Filling>
+  VoxelBox fill_leaves(const Filling& filling);
   explicit TissueVolume(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };

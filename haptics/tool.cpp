@@ -412,7 +412,7 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
 
 Tool read_tool(const Json& json) {
   json.allow_only({"name", "iso_6360", "shape", "diameter_mm", "length_mm", "cuts", "side_efficiency", "end_efficiency",
-                   "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "source"});
+                   "cutting_coefficient", "scrapes", "sink_yield_N", "shank", "safe_end", "fill", "implant", "source"});
   Tool tool;
   const std::string shape = json["shape"].string();
   const auto kind = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.name == shape; });
@@ -472,6 +472,10 @@ Tool read_tool(const Json& json) {
       tool.fill_within = read_solid(*within);
     }
     tool.fill_reach = fill->number_or("reach_mm", tool.radius() / kMillimetre, 0.05, 5) * kMillimetre;
+  }
+  if (const auto implant = json.find("implant")) {
+    tool.implant = std::make_shared<const ImplantTool>(read_implant_tool(*implant, tool.diameter, 2 * tool.half()));
+    if (tool.fill != Tissue::kAir) implant->fail("no \"fill\" beside it");
   }
   return tool;
 }

@@ -11,6 +11,7 @@
 #include "engine/base/json.h"
 #include "engine/base/pose.h"
 #include "engine/contract/tissue.h"
+#include "haptics/implant_tool.h"
 
 namespace typodont::haptics {
 
@@ -85,8 +86,17 @@ struct Tool {
   double fill_reach = 0;       // … on tissue no farther than this from that end, m …
   std::shared_ptr<const Solid> fill_within;  // … and inside this, where it is given: the cavity, or the tooth as it was
 
+  std::shared_ptr<const ImplantTool> implant;  // of an instrument for implant surgery; null: of another tool
+
   /// Cuts while the spindle turns; other tools never do, or as the hand draws them.
   bool turns() const { return cuts && scrapes == 0; }
+  /// The pedal may turn it backwards: it has a thread.
+  bool reverses() const { return implant && implant->threaded(); }
+  /// rad/s at full pedal, with a motor that reaches `motor` there.
+  double free_speed(double motor) const {
+    if (!implant) return motor;
+    return implant->by_hand ? 0 : implant->top_speed > 0 ? implant->top_speed : motor;
+  }
   double radius() const { return diameter / 2; }
   /// Height of the head's ends on its axis, m.
   double half() const { return shape == HeadShape::kSphere ? radius() : length / 2; }

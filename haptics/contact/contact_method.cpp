@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/mesh_lod/mesh_lod_method.h"
 #include "haptics/contact/offset/offset_method.h"
 #include "haptics/contact/packing/packing_method.h"
@@ -26,11 +27,10 @@ struct Entry {
 
 /// Set up before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
-  static std::vector<Entry> entries{{std::string(offset::kName), offset::read},
-                                    {std::string(mesh_lod::kName), mesh_lod::read},
-                                    {std::string(packing::kName), packing::read},
-                                    {std::string(vertex::kName), vertex::read},
-                                    {std::string(voxel_penalty::kName), voxel_penalty::read}};
+  static std::vector<Entry> entries{
+      {std::string(offset::kName), offset::read},     {std::string(implant::kName), implant::read},
+      {std::string(mesh_lod::kName), mesh_lod::read}, {std::string(packing::kName), packing::read},
+      {std::string(vertex::kName), vertex::read},     {std::string(voxel_penalty::kName), voxel_penalty::read}};
   return entries;
 }
 

@@ -70,7 +70,8 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     if (std::abs(norm - 1) > 0.01) table.fail(i, "qw", fmt::format("a quaternion of length {:.4g}", norm), "length 1");
     out.X_WT.R = q / norm;
     out.pedal = value(pedal);
-    if (out.pedal < 0 || out.pedal > 1) table.fail(i, "pedal", fmt::format("{}", out.pedal), "0 to 1");
+    if (out.pedal < -1 || out.pedal > 1)
+      table.fail(i, "pedal", fmt::format("{}", out.pedal), "0 to 1, or down to -1 to turn a thread back");
     for (int axis = 0; axis < 3; ++axis) {
       if (push[axis] < 0) continue;
       const double f = value(push[axis]);

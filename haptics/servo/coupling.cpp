@@ -100,6 +100,11 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
+  if (contact.holds_turn) {
+    now.torque += contact.torque;
+    now.stored += contact.stored;
+    now.spindle_torque = contact.spindle_torque;
+  }
   const auto most = std::max_element(c.tissue.begin() + 1, c.tissue.end());
   now.out.tissue = *most > 0 ? static_cast<Tissue>(most - c.tissue.begin()) : Tissue::kAir;
   now.out.depth = depth;

@@ -42,6 +42,11 @@ void Servo::State::limit(ContactTick& now) noexcept {
   now.spindle_force *= fraction;
   now.teeth_force *= fraction;
   now.torque *= fraction;
+  // What the tissue's torque leaves of the limit.
+  if (now.spindle_torque != dvec3(0)) {
+    now.spindle_torque *= std::min(
+        fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
+  }
 }
 
 /// Where the ledger holds far less energy than the coupling (after a hard landing, or in a tool that was found inside

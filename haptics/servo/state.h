@@ -39,10 +39,11 @@ struct ContactTick : TickData {
   SpindleLoad spindle{};
   double tangential = 0;  // force of the teeth over normal force
   dvec3 force{0}, torque{0}, normal{0};
-  dvec3 spindle_force{0};  // N that the spindle feeds to the hand: teeth and vibration
-  dvec3 teeth_force{0};    // N, the teeth's part of it
-  dvec3 p_held{0};         // m, where the tool is held
-  double stored = 0;       // J in the coupling
+  dvec3 spindle_force{0};   // N that the spindle feeds to the hand: teeth and vibration
+  dvec3 teeth_force{0};     // N, the teeth's part of it
+  dvec3 spindle_torque{0};  // N·m that the spindle feeds to the hand
+  dvec3 p_held{0};          // m, where the tool is held
+  double stored = 0;        // J in the coupling
 };
 
 /// Every tissue is as hard as its material says.
@@ -105,12 +106,13 @@ struct Servo::State {
     bool unpaid = false;  // the ledger holds far less than the coupling: the force follows the ledger
     double ramp = 0;      // 0..1, of the force at start and end
     bool ending = false;
-    dvec3 last_force{0};          // N, by the tissue
-    dvec3 last_torque{0};         // N·m, as felt
-    dvec3 last_spindle_force{0};  // N, by the spindle
-    dvec3 last_teeth_force{0};    // N, the teeth's part of it
-    dvec3 last_sent{0};           // N, all of it
-    double teeth_energy = 0;      // J that the teeth gave the hand so far
+    dvec3 last_force{0};           // N, by the tissue
+    dvec3 last_torque{0};          // N·m, as felt
+    dvec3 last_spindle_force{0};   // N, by the spindle
+    dvec3 last_teeth_force{0};     // N, the teeth's part of it
+    dvec3 last_sent{0};            // N, all of it
+    dvec3 last_spindle_torque{0};  // N·m
+    double teeth_energy = 0;       // J that the teeth gave the hand so far
   };
 
   ServoSettings settings;
@@ -131,6 +133,8 @@ struct Servo::State {
   State& operator=(const State&) = delete;
 
   const Tool& tool() const noexcept { return tools[in_hand]; }
+  /// rad/s at full pedal, of the tool in the hand.
+  double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
   /// Mean of a material's property over the tissue under the head.
   double mean(double Material::*member) const noexcept;
   /// The same of a property that hardness scales: stiffness or specific energy.

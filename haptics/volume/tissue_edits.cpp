@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "haptics/cutting/placed_head.h"
 #include "haptics/cutting/voxel_stamp.h"
 #include "haptics/share.h"
 #include "haptics/solid.h"
@@ -56,7 +57,8 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-constinit thread_local std::uint64_t t_voxels_cut = 0;
+// The model: in a shared library (libtypodont.so) the default one calls a function at each access.
+[[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
@@ -201,7 +203,8 @@ VoxelBox TissueVolume::replace(const RasterBlock& block) {
   return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel)));
 }
 
-VoxelBox TissueVolume::fill(const Fill& filling) {
+template <class Filling>
+VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
   Impl& v = *impl_;
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
@@ -243,6 +246,14 @@ VoxelBox TissueVolume::fill(const Fill& filling) {
   v.mark_changed(changed_lo, changed_hi);
   v.restore_labels(*this, changed_lo, changed_hi);
   return {changed_lo, changed_hi};
+}
+
+VoxelBox TissueVolume::fill(const Fill& filling) {
+  return fill_leaves(filling);
+}
+
+VoxelBox TissueVolume::fill(const PlacedHead& body) {
+  return fill_leaves(body);
 }
 
 PerTissue TissueVolume::take_out(const TissuePiece& piece) {

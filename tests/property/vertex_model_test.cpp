@@ -182,6 +182,16 @@ TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
   EXPECT_NEAR(lost, removed, 0.05 * removed);
 }
 
+TEST(VertexModel, AHandThatLeapsThroughThinTissueStaysInFront) {
+  HapticBench bench(R"({"voxel_mm": 0.2, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})",
+                    probe_settings(R"({"vertex": {}})"));
+  for (int i = 0; i < 200; ++i) {
+    bench.tick({{0, 0, i % 2 ? -7.0_mm : 5.0_mm}});
+    ASSERT_GT(bench.last.X_WG.p.z, 0.4_mm) << i;
+  }
+}
+
 TEST(VertexModel, EqualHandsGiveEqualBits) {
   std::uint64_t hash = 0;
   dvec3 force(0);

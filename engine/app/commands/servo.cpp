@@ -13,6 +13,7 @@
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/offline.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -147,7 +148,7 @@ void run(const Options& options) {
   }
   const std::uint64_t field_hash = sink.finish(loop.carver().volume());
   progress.at(1);
-  if (!options.save.empty()) loop.carver().volume().save(options.save);
+  if (!options.save.empty()) save_tissue(copy_of(loop.carver()), options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;

@@ -40,7 +40,7 @@ struct Lead {
   static constexpr double scrape_gain = 30;      // of an edge in soft filling
   static constexpr double most_scrape_lead = 2.5e-3;  // m
   // The lead of a cut is limited; the limit is adjusted until the push is the working force, whatever the tissue.
-  static constexpr double working_force = 1.8;                         // N
+  static constexpr double working_force = 1.85;                        // N
   static constexpr double lead_per_force = 15e-3;                      // m/s of limit for each N that the push is off
   static constexpr double least_most_lead = 0.6e-3, most_lead = 4e-3;  // m, bounds of the limit
 };

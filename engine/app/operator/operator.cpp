@@ -342,7 +342,11 @@ class Operator {
     s_.page = Page::kLoading;
     draw();
     s_.page = before;  // where the session cannot begin
-    const Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
+    Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
+    // What goes on, goes on with the model it was made with.
+    if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
+    // A brush paints the field, so the field is what is shown and drilled where an exercise is made.
+    if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 

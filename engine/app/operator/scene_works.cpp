@@ -24,6 +24,7 @@ NewTooth tooth_of(const ImportForm& form) {
   tooth.input = form.file.data();
   tooth.name = form.name.data();
   tooth.crown = static_cast<Crown>(form.crown);
+  tooth.as_scanned = form.preset == kScannedSurface;
   tooth.options.preset = form.preset == 1 ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
   if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
   if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;

@@ -80,6 +80,7 @@ struct SceneChoice {
   std::string title, description;
   std::string fault;  // why it cannot be used; empty: it can
   int picture = -1;   // place in OperatorState::pictures
+  std::string model;  // the contact model it names, or the usual one
   bool own = false;   // the user's, not shipped
 };
 struct HandEntry {
@@ -114,11 +115,12 @@ struct ExerciseForm {
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
+constexpr int kScannedSurface = 2;  // ImportForm::preset: the mesh itself is carved
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
-  int preset = 0;                    // 0 tooth, 1 bone
+  int preset = 0;                    // 0 tooth, 1 bone, kScannedSurface
   int crown = 0;                     // Crown
   float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
   float unit_mm = 1;                 // of a mesh
@@ -155,6 +157,8 @@ struct OperatorState {
   std::vector<SceneChoice> scenes;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
+  std::vector<std::string> models;  // contact models by name
+  int model = -1;                   // of them; -1: the exercise's own
   std::vector<std::string> monitors;
   int scene_shown = -1;  // the page scrolled to it
   int scene = 0, hand = 0, rig = 0, monitor = -1;

@@ -1,7 +1,12 @@
 #include "haptics/contact/mesh_lod/surface_point.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -11,13 +16,41 @@ constexpr int kMostLooks = 24;         // of one follow()
 constexpr double kStays = 1e-11;       // m: a step shorter than this ends the walk
 constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are collected, at least …
 constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
-constexpr double kAhead = 1.1;         // times the way to be gone that is collected at once
+constexpr double kAhead = 1.1;         // times the way to be gone that one look is about
+constexpr double kMostKept = 0.3e-3;   // m of way, at most, for which collected faces serve; else a cell of the grid
+constexpr double kNextReach = 0.25;    // of the last step: how far the next look reaches, the next step is shorter
 constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding
 constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
 constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
 constexpr int kMostLifts = 16;
 constexpr double kLeastAlong = 0.3;     // cosine
 constexpr double kNoDirection = 1e-13;  // m: nearer to a face than this, its normal counts
+
+/// Writes the places of boxes no farther than `far` from p to `at`; returns how many. The last batch may be filled up
+/// with others.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
+                       std::uint32_t* at) {
+  std::size_t found = 0;
+  const float square = far * far;
+  for (std::size_t k = 0; k < count; k += 8) {
+    F8 distance2 = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      F8 low, high;
+      std::memcpy(&low, lo[axis] + k, sizeof low);
+      std::memcpy(&high, hi[axis] + k, sizeof high);
+      const F8 below = low - p[axis], above = p[axis] - high;
+      F8 off = below > above ? below : above;
+      off = off > 0.0f ? off : F8{};
+      distance2 += off * off;
+    }
+    for (unsigned bits = bits_of(distance2 <= square); bits; bits &= bits - 1) {
+      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+    }
+  }
+  while (found > 0 && at[found - 1] >= count) --found;
+  return found;
+}
 
 dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
   const double size = glm::length(v);
@@ -26,7 +59,7 @@ dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
 
 }  // namespace
 
-double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double most) const noexcept {
+double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept {
   return grid.nearest(p, most + radius()).distance - radius();
 }
 
@@ -98,16 +131,31 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
     const double far = radius() + reach;
     grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
       if (!grid.box_within(i, c_, far)) return;
-      if (near_count_ < kMostNear)
-        near_[static_cast<std::size_t>(near_count_++)] = i;
-      else
+      if (near_count_ == kMostNear) {
         all = false;
+        return;
+      }
+      const auto at = static_cast<std::size_t>(near_count_++);
+      const TriangleGrid::Box& box = grid.box(i);
+      near_[at] = i;
+      boxes_.lo_x[at] = box.lo.x, boxes_.lo_y[at] = box.lo.y, boxes_.lo_z[at] = box.lo.z;
+      boxes_.hi_x[at] = box.hi.x, boxes_.hi_y[at] = box.hi.y, boxes_.hi_z[at] = box.hi.z;
     });
+    collected_ = &grid;
     near_from_ = c_;
     near_reach_ = reach;
     if (all || reach < kStays) return;
     reach /= 2;
   }
+}
+
+/// Those collected faces of which the box is within so many metres: their places in near_.
+std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
+  const glm::vec3 p(c_ - grid.origin());
+  const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
+  const float* const hi[3] = {boxes_.hi_x, boxes_.hi_y, boxes_.hi_z};
+  const float far = static_cast<float>(within) + TriangleGrid::kBoxRounding;
+  return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
 /// Planes of the walls on the edges of a face that border on softer tissue.
@@ -144,8 +192,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (give) free = std::max(free, 0.0);
     if (free <= reach) room = planes_.add({n, free, p, i, -1}) && room;
   };
-  for (int k = 0; k < near_count_; ++k) {
-    const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+  const std::span<const std::uint32_t> close = close_faces(grid, r + reach);
+  for (const std::uint32_t k : close) {
+    const std::uint32_t i = near_[k];
     const Face& face = grid.face(i);
     const OnFace at = nearest_on(face, c_);
     const dvec3 off = c_ - at.p;
@@ -188,8 +237,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
   }
   if (options_.walls && ground_ != Tissue::kAir) {
-    for (int k = 0; k < near_count_; ++k) {
-      const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+    for (const std::uint32_t k : close) {
+      const std::uint32_t i = near_[k];
       if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, reach, room);
     }
   }
@@ -222,13 +271,16 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
-  collect(grid, std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, kMostReach));
+  const double kept = std::min(grid.cell(), kMostKept);
+  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, kMostReach);  // of the next look
+  if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostLooks; ++i) {
-    double left = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
-    if (left < kLeastReach / 2 && i > 0) {
-      collect(grid, std::clamp(kAhead * glm::distance(c_, near_from_), kLeastReach, kMostReach));
-      left = near_reach_;
+    double valid = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
+    if (valid < kLeastReach / 2 && i > 0) {
+      collect(grid, wanted + kept);
+      valid = near_reach_;
     }
+    double left = std::min(valid, wanted);
     while (!look(grid, left, give) && left > kStays) left /= 2;
     dvec3 step = planes_.nearest_allowed(hip - c_, active);
     if (!behind_) {
@@ -249,6 +301,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     const double size = glm::length(step);
     if (size > left) step *= left / size;
     c_ += step;
+    wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, kMostReach);
     if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
   }
   count_ = 0;
@@ -266,6 +319,18 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
+}
+
+PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
+  PerTissue area{};
+  const double within = (1 + kOnHead) * radius();
+  grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) {
+    const Face& face = grid.face(i);
+    const dvec3 off = (face.a + face.b + face.c) / 3.0 - c_;
+    const double across = -glm::dot(face.normal(), way) / 2;
+    if (across > 0 && glm::dot(off, off) <= within * within) area[static_cast<std::size_t>(face.tissue)] += across;
+  });
+  return area;
 }
 
 }  // namespace typodont::haptics::mesh_lod

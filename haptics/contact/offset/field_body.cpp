@@ -21,8 +21,7 @@ void FieldBody::carve(const Cut& cut, bool continues) {
 }
 
 void FieldBody::fill(const Cut& cut) {
-  const VoxelBox filled = volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame()));
-  if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
+  after_fill(volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame())));
 }
 
 void FieldBody::take_out_pieces(const Cut& cut, const VoxelBox& written) {

@@ -36,6 +36,10 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const VoxelBox& written);
+  /// Tells what watches loose pieces that tissue was added there.
+  void after_fill(const VoxelBox& filled) {
+    if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
+  }
 
  private:
   void mark_cut_boxes(SurfacePatch& patch) const;

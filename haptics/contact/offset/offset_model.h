@@ -15,7 +15,7 @@
 namespace typodont::haptics::offset {
 
 /// Servo thread. Lengths in voxels where nothing else is said; V is the voxel frame.
-class OffsetModel final : public PatchModel {
+class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
 
@@ -29,7 +29,7 @@ class OffsetModel final : public PatchModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
- private:
+ protected:
   /// A tool, made ready at set-up.
   struct Head {
     Tool tool;
@@ -105,6 +105,8 @@ class OffsetModel final : public PatchModel {
 
   // removal.cpp: what a cut takes, and how a fresh patch is brought up to date.
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
+  /// Removes what the head sweeps from in.X_WG to X_WB, in all patches. True and a Cut when that changed something.
+  bool take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;

@@ -18,9 +18,11 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
 /// Removes all that the head sweeps on the proxy's way. True and a Cut when that changed something.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
-  if (!emptied_) return false;
+  return emptied_ && take_away(in, {contact.p_WG, in.X_WT.R}, cut, energy);
+}
+
+bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  const Pose X_WB{contact.p_WG, in.X_WT.R};
   // After undo or redo the head may stand in tissue that has come back: the sweep starts from its whole shape again.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);

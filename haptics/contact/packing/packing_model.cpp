@@ -96,8 +96,12 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     removed[t] += fresh.loose[t] - snapshot_.loose[t];
     if (!first) removed[t] -= fresh.taken_back[t] - snapshot_.taken_back[t];
   }
+  const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  for (SphereProxy& proxy : proxies_) proxy.forget_free();
+  // Without undo or redo the fresh spheres are those of the servo, less loose pieces: lists of near spheres stay right.
+  if (came_back) {
+    for (SphereProxy& proxy : proxies_) proxy.forget_near();
+  }
   load_gpu(first);
 }
 
@@ -337,8 +341,13 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose to = part_of(from, move, turn, most);
   bool changed = false;
   Removed removed;
-  if (!gpu_ || !gpu_->carve(snapshot_.spheres, tool, from, to, removed, changed)) {
-    removed = carve(snapshot_.spheres, tool, from, to, buffers_, [&](int, const CutSphere&) { changed = true; });
+  if (gpu_ && gpu_->carve(snapshot_.spheres, tool, from, to, removed, changed)) {
+    proxy().forget_near();
+  } else {
+    removed = carve(snapshot_.spheres, tool, from, to, buffers_, [&](int i, const CutSphere& before) {
+      changed = true;
+      proxy().note_cut(snapshot_.spheres.tree(), i, before.center(), before.radius());
+    });
   }
   // No sphere changed: only rounding held the proxy, and follow() moves it in the next tick.
   if (!changed) return false;

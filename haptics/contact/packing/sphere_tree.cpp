@@ -186,6 +186,22 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
   return best;
 }
 
+SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& p, double r,
+                                     const dvec3& m) const noexcept {
+  Leaf leaf{};
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    const dvec3 c = center(spheres[k]);
+    leaf.x[k] = c.x, leaf.y[k] = c.y, leaf.z[k] = c.z, leaf.r[k] = radius(spheres[k]);
+  }
+  double t[kWide];
+  contact_times(leaf, p, r, m, t);
+  Hit best;
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    if (t[k] < best.t || (t[k] == best.t && t[k] != kNever && spheres[k] < best.sphere)) best = {t[k], spheres[k]};
+  }
+  return best;
+}
+
 SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) const noexcept {
   Hit best;
   Ray ray;

@@ -42,6 +42,8 @@ class SphereTree {
   /// the least number. The same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
+  /// The first of these at most kWide spheres that it touches, with the same bits.
+  Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Numbers of the spheres that come nearer than `reach` to the segment from a to b, in an order that depends on the
   /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.

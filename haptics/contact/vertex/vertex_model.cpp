@@ -16,6 +16,7 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // near the head
+constexpr double kNextShell = 4;             // times as wide as the one before
 constexpr int kMostParts = 64;               // into which the edge of a face is divided
 
 /// Twice the area times the normal.
@@ -47,7 +48,6 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   }
   near_.reserve(kMostFaces);
   samples_.reserve(kMostSamples);
-  bounds_.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -55,7 +55,7 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  found_ = false;
+  found_ = touching_ = false;
   filtered_ = dvec3(0);
 }
 
@@ -74,7 +74,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     for (std::size_t t = 0; t < removed.size(); ++t) removed[t] -= fresh.taken_back[t] - snapshot_.taken_back[t];
   }
   std::swap(fresh, snapshot_);
-  found_ = false;
+  found_ = touching_ = false;
 }
 
 /// The vertices of the faces within reach of a place; of faces larger than the head asks for, those too that refining
@@ -82,6 +82,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   near_.clear();
+  points_.clear(p);
   samples_.clear();
   const glm::vec3 c(p);
   const auto most = static_cast<float>(reach);
@@ -94,7 +95,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
     for (const Index v : mesh.face(f).v) {
       if (mesh.vertex(v).face != f) continue;  // each vertex once, with the face that it names
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
-      add({mesh.vertex(v).p, 0, v, mesh.face(f).tissue});
+      add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
   const std::size_t vertices = samples_.size();
@@ -114,7 +115,7 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
         if (glm::dot(at - p, at - p) > reach * reach) continue;
-        add({at, area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
+        add(at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
       }
     }
   }
@@ -124,13 +125,38 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
   found_ = false;
   gather(X.p, head.reach(), edge);
   const dquat R_TW = glm::conjugate(X.R);
-  return std::all_of(samples_.begin(), samples_.end(),
-                     [&](const Sample& s) { return head.distance(R_TW * (s.p - X.p)) > 0; });
+  const std::span<const std::uint32_t> near = points_.within(X.p, head.reach());
+  return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
+}
+
+/// Lists the points near the head at p, where those that are listed do not reach.
+void VertexModel::list_where_needed(const dvec3& p) noexcept {
+  const double radius = head().radius();
+  if (found_ && glm::distance(p, found_at_) <= FollowParameters::kept * radius) return;
+  gather(p, head().reach() + (FollowParameters::margin + P::probe) * radius, edge());
+  found_ = true, found_at_ = p;
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
+  if (touching_ && X_WG.p == touching_at_) return 0;
+  list_where_needed(X_WG.p);
   const double reach = head().reach();
+  if (!points_.empty()) {
+    const double listed = (FollowParameters::margin + P::probe) * head().radius() - glm::distance(X_WG.p, found_at_);
+    const double touches = P::touches * head().radius();
+    const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
+    double room = listed;
+    // The nearest points first, then those of ever wider shells.
+    for (double within = touches;; within = std::min(kNextShell * within, listed)) {
+      for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
+        room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
+      }
+      if (room < touches) return 0;
+      if (room <= within || within >= listed) return room;
+    }
+  }
+  // Nothing is near: faces tell farther than the points that were looked for.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -150,56 +176,37 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The head's way from where it was held towards the hand. Distance is convex, so a step that keeps the bounds of all
-/// vertices overlaps none.
-dvec3 VertexModel::follow(const dvec3& from, const Pose& X_WT, bool& led_out) noexcept {
-  const double radius = head().radius();
-  const glm::dmat3 R_WT(glm::mat3_cast(X_WT.R)), R_TW = glm::transpose(R_WT);
-  const bool is_ball = head().is_ball();
-  dvec3 at = from;
-  for (int look = 0; look < P::looks; ++look) {
-    const dvec3 rest = X_WT.p - at;
-    const double left = glm::length(rest);
-    const double most = std::clamp(left, 0.01 * radius, P::step * radius), near = head().reach() + most;
-    bounds_.clear();
-    for (const Sample& sample : samples_) {
-      const dvec3 off = sample.p - at;
-      if (glm::dot(off, off) > near * near) continue;
-      dvec3 n;
-      const double d = head().distance(is_ball ? off : R_TW * off, n);
-      if (d > most) continue;
-      if (d < -P::led_out * radius) led_out = true;
-      bounds_.push_back({-(is_ball ? n : R_WT * n), d});
-    }
-    dvec3 step = nearest_step(bounds_, left > most ? most / left * rest : rest);
-    const double length = glm::length(step);
-    if (length > most) step *= most / length;
-    at += step;
-    if (left <= most || length < P::settled * most) break;
-  }
-  return at;
-}
-
 /// The springs of the vertices inside a head at X (S4, 4.2): each as long as its way to the head's surface.
-VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) const noexcept {
+VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
   const double reach2 = head().reach() * head().reach(), stiffness = P::spring * settings_.stiffness / 1000;
   Springs sum;
-  for (const Sample& sample : samples_) {
-    const dvec3 off = sample.p - X.p;
-    if (glm::dot(off, off) >= reach2) continue;
+  for (const std::uint32_t i : points_.within(X.p, head().reach())) {
+    const Sample& sample = samples_[i];
+    const dvec3 off = points_[i] - X.p;
+    const double square = glm::dot(off, off);
+    if (square >= reach2) continue;
     dvec3 n;
-    const double d = head().distance(is_ball ? off : R_TW * off, n);
-    if (!(d < 0)) continue;
-    if (!is_ball) n = R_WT * n;
+    double d;
+    if (is_ball) {
+      // Its reach is its radius, so the point is inside; its push goes through the centre and turns nothing.
+      const double length = std::sqrt(square);
+      n = length > 0 ? off / length : dvec3(0, 0, -1);
+      d = length - head().radius();
+    } else {
+      d = head().distance(R_TW * off, n);
+      if (!(d < 0)) continue;
+      n = R_WT * n;
+    }
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const dvec3 push = stiffness * settings_.materials[tissue].stiffness * d * sample.area * n;
+    const double depth = sample.area * d;  // negative
+    const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
-    sum.torque += glm::cross(off, push);
+    if (!is_ball) sum.torque += glm::cross(off, push);
     sum.area += sample.area;
     sum.across += sample.area * std::max(0.0, glm::dot(n, pull));
-    sum.tissue[tissue] -= sample.area * d;
+    sum.tissue[tissue] -= depth;
     ++sum.count;
   }
   return sum;
@@ -235,18 +242,18 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  const dvec3& from = in.X_WG.p;
-  const double radius = head().radius(), probe = P::probe * radius;
-  if (!found_ || glm::distance(from, found_at_) > P::kept * radius) {
-    gather(from, head().reach() + (P::kept + P::looks * P::step) * radius + probe, edge());
-    found_ = true, found_at_ = from;
-  }
-  out.p_WG = samples_.empty() ? in.X_WT.p : follow(from, in.X_WT, out.leading_out);
+  const double probe = P::probe * head().radius();
+  list_where_needed(in.X_WG.p);
+  const dvec3 from =
+      advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [this](const dvec3& p) { list_where_needed(p); });
+  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, 0, false);
+  out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m
-  out.touching = depth > kNothing && !bounds_.empty() && !samples_.empty();
+  out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
   out.settled = !out.touching;
+  touching_ = out.touching, touching_at_ = out.p_WG;
   if (!out.touching) {
     filtered_ = dvec3(0);
     return;
@@ -262,8 +269,9 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   gather(in.X_WT.p, head().reach(), edge());
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
-  for (const Sample& sample : samples_) {
-    const dvec3 off_T = R_TW * (sample.p - in.X_WT.p);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const Sample& sample = samples_[i];
+    const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));  // last position less the updated one
     const auto tissue = static_cast<std::size_t>(sample.tissue);

@@ -11,7 +11,6 @@ import itertools
 import json
 import multiprocessing
 import os
-import subprocess
 import tempfile
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -21,6 +20,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
 import numpy as np
 
 from ._native import VERSION
+from .pictures import call
 from .scene import Hand, Path, Scene
 
 Row = dict[str, Any]
@@ -236,11 +236,7 @@ def sweep(scenes: Any, hands: Any, parameters: Any = None, *, rate: float = 1000
 
 
 def _score(program: str, session: str, rules: str | None) -> Row:
-    words = [program, "rescore", session, "--json", *(["--rules", rules] if rules else [])]
-    done = subprocess.run(words, capture_output=True, text=True)
-    if done.returncode != 0:
-        raise RuntimeError(done.stderr.strip() or f"exit status {done.returncode}")
-    row: Row = json.loads(done.stdout)
+    row: Row = json.loads(call(program, "rescore", session, "--json", *(["--rules", rules] if rules else [])))
     items = row.pop("items")
     return {**{key: value for key, value in row.items() if key != "session"}, **items}
 

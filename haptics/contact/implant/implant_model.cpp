@@ -1,0 +1,524 @@
+#include "haptics/contact/implant/implant_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/coupling/passivity.h"
+#include "haptics/implant_tool.h"
+
+namespace typodont::haptics::implant {
+
+namespace {
+
+constexpr double kTurnsAtAll = 1e-3;     // rad/s: a slower spindle stands
+constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
+constexpr double kEnd = 0.5;             // cosine between push and axis from which the tip is what touches
+constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread holds
+constexpr double kSeated = 0.15e-3;      // m that a seated implant may stand out
+constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
+constexpr double kAcross = 0.05e-3;      // m: a bed is looked at along its axis at such steps
+
+dvec3 axis_of(const dquat& R_WT) {
+  return R_WT * dvec3(0, 0, -1);
+}
+double turn_about(const dvec3& axis, const dquat& from, const dquat& to) {
+  return glm::dot(rotation_vector(from, to), axis);
+}
+
+}  // namespace
+
+ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& parameters)
+    : OffsetModel(settings), parameters_(parameters), beds_(parameters.beds) {
+  beds_.reserve(kMostBeds);
+  for (const Tool& tool : tool_set(settings)) {
+    voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
+  }
+}
+
+double ImplantModel::clearance(const Pose& X_WG) noexcept {
+  return in_bed_ || blended_ || spent_ ? 0 : OffsetModel::clearance(X_WG);
+}
+
+void ImplantModel::begin_anew() noexcept {
+  OffsetModel::begin_anew();
+  in_bed_ = blended_ = switched_ = false;
+  offset_ = dvec3(0);
+  turn_ = dquat(1, 0, 0, 0);
+  torque_ = 0;
+  motion_ = Motion::kFree;
+}
+
+void ImplantModel::release() noexcept {
+  OffsetModel::release();
+}
+
+/// Not out of a bed: a drill is pulled out before it is exchanged. What was placed is left where it is.
+bool ImplantModel::may_take_up(std::uint32_t which, const Pose& X_WG) noexcept {
+  return !in_bed_ && !blended_ && OffsetModel::may_take_up(which, X_WG);
+}
+
+void ImplantModel::take_up(std::uint32_t which) noexcept {
+  OffsetModel::take_up(which);
+  spent_ = seated_ = false;
+  axial_ = {};
+}
+
+double ImplantModel::grey_of(Tissue tissue, double hardness) const noexcept {
+  switch (tissue) {
+    case Tissue::kAir:
+      return 0;
+    case Tissue::kCorticalBone:
+      return parameters_.cortical_grey * hardness;
+    case Tissue::kCancellousBone:
+      return parameters_.cancellous_grey * hardness;
+    case Tissue::kAmalgam:
+      return parameters_.metal_grey;
+    default:
+      return parameters_.tooth_grey * hardness;
+  }
+}
+
+double ImplantModel::stiffness(const ContactInput& in) const noexcept {
+  return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
+}
+
+/// Forward only: backwards no drill cuts.
+bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
+  return in.cuts && in.spindle > kTurnsAtAll;
+}
+
+bool ImplantModel::patch_holds(const dvec3& p_W) const noexcept {
+  return patch_.holds(settings_.frame.to_voxels(p_W), reach_now());
+}
+
+dquat ImplantModel::turned_into(const Bed& bed, const dquat& R_WT) const noexcept {
+  return glm::normalize(rotation_between(axis_of(R_WT), bed.axis_W) * R_WT);
+}
+
+Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
+  return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
+}
+
+/// The cutting law and the obstacles over the voxels ahead of the tool. A voxel of the outer layer takes part by how
+/// near to the tool's surface the bone is: fully where it touches, not at all from a voxel of bone on. So what the tool
+/// meets comes and goes without a step, and as only the inner voxels remove, the outer ones never lose what they cut.
+ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
+  Look look;
+  const ToolVoxels& voxels = voxels_[tool_];
+  const ImplantTool& implant = *tool().implant;
+  const double h = voxel(), per_voxel = 1 / h;
+  const dvec3 center = settings_.frame.to_voxels(X_WT.p);
+  const glm::dmat3 R = glm::mat3_cast(X_WT.R) * per_voxel;
+  const dvec3 ahead = X_WT.R * dvec3(0, 0, -1);
+  // The wall of a bed as wide as the tool passes within a voxel of its rim: obstacles are looked for inside of that.
+  const double width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - h;
+  double grey_weight = 0;
+  for (std::size_t i = 0; i < voxels.ahead; ++i) {
+    const ToolVoxel& v = voxels.outer[i];
+    const dvec3 p_V = center + R * dvec3(v.p);
+    const double field = sample_linear(patch_, p_V);
+    const double gap = field * h + static_cast<double>(v.outside);
+    if (!(gap < h)) continue;
+    const double weight = std::min(1.0, 1 - gap * per_voxel);
+    // The bone that it meets lies ahead of it: what stands beside it is no obstacle.
+    const dvec3 beyond = p_V + ahead;
+    const double falls = field - sample_linear(patch_, beyond);
+    if (field > -1 && falls < 0.4) continue;
+    const Tissue tissue = haptics::tissue_at(patch_, beyond);
+    if (tissue == Tissue::kAir) continue;
+    const double hardness = hardness_at(patch_, beyond), grey = grey_of(tissue, hardness);
+    const double area = static_cast<double>(v.area) / voxels.ahead_share * weight;
+    const auto t = static_cast<std::size_t>(tissue);
+    look.engaged += area;
+    look.grey += area * grey;
+    look.greatest_grey = std::max(look.greatest_grey, grey);
+    look.tissue[t] += area;
+    look.hardness[t] += area * hardness;
+    grey_weight += area;
+    const bool able = cuts && v.ability > 0 && grey <= implant.greatest_grey;
+    if (!able) {
+      if (std::hypot(v.p.x, v.p.y) > static_cast<float>(width)) continue;
+      look.free = std::min(look.free, std::max(gap, 0.0));
+      if (gap <= 0.25 * h) look.collided += area;
+      continue;
+    }
+    const double u = settings_.materials[t].specific_energy * hardness / static_cast<double>(v.ability);
+    add_cutting(v, u * weight / voxels.ahead_share, {0, 0, -1}, speed, implant.thrust_ratio, look.wrench);
+  }
+  if (grey_weight > 0) look.grey /= grey_weight;
+  return look;
+}
+
+/// m from the entry to where the bed ends, as the bone is now: undo may have filled it again.
+double ImplantModel::bed_depth(const Bed& bed) const noexcept {
+  if (bed.bore) {
+    const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
+    return tissue_at(below) == kPlacedTissue ? bed.depth : 0;
+  }
+  constexpr double kInBone = -0.5;  // voxels
+  for (double s = kAcross; s < bed.depth; s += kAcross) {
+    const dvec3 p_V = settings_.frame.to_voxels(bed.entry_W + s * bed.axis_W);
+    if (!patch_.holds(p_V, 1)) return s;
+    if (sample_linear(patch_, p_V) < kInBone) return s - kAcross;
+  }
+  return bed.depth;
+}
+
+void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
+  motion_ = Motion::kFree;
+  if (!tool().implant) {
+    OffsetModel::constrain(in, out);
+    last_ = {out.p_WG, in.X_WT.R};
+    return;
+  }
+  if (!blended_ && !in_bed_) last_ = in.X_WG;
+  if (in_bed_) {
+    constrain_in_bed(in, out);
+  } else {
+    constrain_free(in, out);
+    if (!spent_ && enter_bed(in, out)) constrain_in_bed(in, out);
+  }
+  last_R_hand_ = in.X_WT.R;
+  out.level = static_cast<std::uint32_t>(motion_);
+}
+
+/// Where the state holds the tool, and what is left of the last switch beside it.
+void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
+  const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
+  offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
+  const dvec3 turn = rotation_vector(dquat(1, 0, 0, 0), turn_);
+  const double angle = glm::length(turn), most_turn = parameters_.turn_slew * in.dt;
+  turn_ = angle > most_turn ? glm::angleAxis(angle - most_turn, turn / angle) : dquat(1, 0, 0, 0);
+  blended_ = offset_ != dvec3(0) || angle > most_turn;
+  out.p_WG = state.p + offset_;
+  out.holds_turn = in_bed_ || blended_;
+  if (out.holds_turn) {
+    out.R_WG = glm::normalize(turn_ * state.R);
+    const dvec3 held = rotation_vector(in.X_WT.R, out.R_WG);
+    out.torque = parameters_.turn_stiffness * held;
+    out.stored = parameters_.turn_stiffness * glm::dot(held, held) / 2;
+  }
+  if (blended_) out.touching = true, out.settled = false;
+  last_ = {out.p_WG, out.holds_turn ? out.R_WG : in.X_WT.R};
+}
+
+void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
+  ContactInput free = in;
+  // Only a round bur cuts sideways, and only what cuts all around may leave the axis while it does.
+  free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
+  if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
+  if (spent_) {
+    out.p_WG = in.X_WT.p;
+    out.settled = false;
+  } else {
+    OffsetModel::constrain(free, out);
+  }
+  if (switched_) offset_ = last_.p - out.p_WG;
+  switched_ = false;
+  if (blended_) {
+    blend(in, out, {out.p_WG, in.X_WT.R});
+  } else {
+    last_ = {out.p_WG, in.X_WT.R};
+  }
+}
+
+/// The criteria; true where the tool has entered a bed.
+bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
+  const ImplantTool& implant = *tool().implant;
+  if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
+  const dvec3 axis = axis_of(in.X_WT.R), tip = out.p_WG + tool().half() * axis;
+  const double force = stiffness(in) * glm::dot(in.X_WT.p - out.p_WG, axis);
+  const double radius = implant.threaded() ? implant.core_diameter / 2 : tool().radius();
+  BedCriteria met;
+  met.pushed = out.touching && force > parameters_.enter_force;
+  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kTurnsAtAll;
+  for (std::size_t i = 0; i < beds_.size(); ++i) {
+    const Bed& bed = beds_[i];
+    if (bed.bore != (implant.kind == ImplantToolKind::kScrew)) continue;
+    const dvec3 from_entry = tip - bed.entry_W;
+    const double along = glm::dot(from_entry, bed.axis_W);
+    const double aside = glm::length(from_entry - along * bed.axis_W);
+    met.at_centre = aside < parameters_.centre_tolerance && std::abs(along) < parameters_.centre_tolerance;
+    const double wider = radius - bed.radius;
+    met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
+    met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
+    // A tool that fell in without touching the rim is in the bed, too.
+    const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
+                         along > parameters_.centre_tolerance && along < bed.depth;
+    if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
+    const double depth = bed_depth(bed);
+    if (depth < parameters_.least_depth) continue;
+    if (!bed.bore) beds_[i].depth = depth;
+    begin_bed_motion(i, along, {out.p_WG, in.X_WT.R}, in.X_WT.R);
+    return true;
+  }
+  const double push = glm::length(in.X_WT.p - out.p_WG);
+  const bool on_tip = push > 0 && glm::dot(in.X_WT.p - out.p_WG, axis) > kEnd * push;
+  bool can_begin = implant.kind == ImplantToolKind::kDrill && implant.centre_ability > 0 && tool_cuts(in) && on_tip;
+  if (decide({false, false, false, met.pushed}, can_begin) != BedDecision::kBeginBed) return false;
+  if (beds_.size() >= kMostBeds || !patch_holds(out.p_WG)) return false;
+  can_begin = look_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).greatest_grey <= implant.greatest_grey;
+  if (!can_begin) return false;
+  beds_.push_back({tip, axis, 0, radius, 0, false});
+  begin_bed_motion(beds_.size() - 1, 0, {out.p_WG, in.X_WT.R}, in.X_WT.R);
+  return true;
+}
+
+void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept {
+  in_bed_ = true;
+  bed_ = bed;
+  tip_ = tip;
+  easing_ = true;
+  axial_ = {};
+  torque_ = 0;
+  const dquat R = turned_into(beds_[bed], R_hand);
+  offset_ = from.p - tool_in_bed(beds_[bed], tip).p;
+  turn_ = glm::normalize(from.R * glm::conjugate(R));
+  blended_ = true;
+}
+
+/// The tool is free again; what it would jump by fades.
+void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
+  in_bed_ = false;
+  motion_ = Motion::kFree;
+  OffsetModel::begin_anew();
+  OffsetModel::release();
+  turn_ = glm::normalize(last_.R * glm::conjugate(in.X_WT.R));
+  blended_ = switched_ = true;
+  if (!beds_[bed_].bore && beds_[bed_].depth < parameters_.least_depth && bed_ + 1 == beds_.size() &&
+      beds_.size() > parameters_.beds.size()) {
+    beds_.pop_back();
+  }
+}
+
+void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexcept {
+  const Bed& bed = beds_[bed_];
+  const double hand = glm::dot(in.X_WT.p - bed.entry_W, bed.axis_W) + tool().half();
+  out = {};
+  out.touching = true;
+  out.settled = false;
+  look_ = {};
+  motion_ = Motion::kSliding;
+  if (!patch_holds(last_.p)) {
+    out.faults |= bits(Fault::kPatchEdge);
+  } else {
+    tip_ += tool().implant->threaded() ? screw(in, bed, hand - tip_, out) : advance(in, bed, hand - tip_, out);
+  }
+  Bed& now = beds_[bed_];
+  if (motion_ == Motion::kDrilling || motion_ == Motion::kPerforating) {
+    now.depth = std::max(now.depth, tip_);
+    now.radius = std::max(now.radius, tool().radius());
+  }
+  if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
+  if (tip_ < -parameters_.leave) {
+    end_bed_motion(in);
+    // The tool leaves along the axis: free, it goes to the hand.
+    out = {};
+    constrain_free(in, out);
+    return;
+  }
+  const dquat R = turned_into(now, in.X_WT.R);
+  blend(in, out, {tool_in_bed(now, tip_).p, R});
+  const double torque = glm::dot(look_.wrench.torque, dvec3(0, 0, 1)) * std::max(0.0, axial_.speed);
+  torque_ += ((motion_ == Motion::kScrewing ? torque_ : torque) - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
+  out.spindle_torque = torque_ * (out.R_WG * dvec3(0, 0, 1));
+  out.area = look_.engaged;
+}
+
+/// A drill or a gauge: m along the axis in this tick.
+double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
+  // Until the tool lies on the bed's axis it does not cut: the entry would become oval.
+  const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
+  const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
+  look_ = look_ahead(here, cuts, in.spindle);
+  const bool in_old_bed = tip_ < bed.depth - voxel();
+  if (look_.engaged > 0 && cuts && look_.free > 0) {
+    motion_ = Motion::kDrilling;
+  } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
+    motion_ = Motion::kPerforating;
+  }
+  const double drag = parameters_.sliding_drag + look_.wrench.force.z;
+  const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
+  if (motion_ == Motion::kDrilling) easing_ = false;
+  const double step =
+      eased(in, bed, wanted,
+            allowed_step(moved, look_.free, parameters_.steps * voxel(), look_.collided > 0, parameters_.as_printed));
+  axial_.speed = step / in.dt;
+  return step;
+}
+
+/// A tool that has just entered a bed follows the hand at a pace that changes the force no faster than a switch may,
+/// until it has caught up. (Where a drill breaks through it falls.)
+double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
+  if (!easing_) return step;
+  const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
+  const double slow = std::clamp(step, std::min(own, 0.0) - pace, std::max(own, 0.0) + pace);
+  if (std::abs(wanted - slow) <= pace) easing_ = false;
+  return slow;
+}
+
+/// A tap, an implant or a screw: it moves as its thread turns.
+double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
+  const ImplantTool& implant = *tool().implant;
+  const double torque = thread_torque(bed, tip_);
+  const double most = parameters_.steps * voxel();
+  double turn;  // rad, clockwise
+  if (implant.by_hand) {
+    turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
+  } else {
+    const double stall = settings_.spindle.stall_torque;
+    const double turns = stall > 0 ? std::max(0.0, 1 - torque / stall) : 1.0;
+    turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
+  }
+  const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
+  look_ = bed.bore ? Look{} : look_ahead(here, false, 1);
+  if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
+  if (tip_ < kThreadGrips) {
+    // Not yet gripped: it slides, and a turn under a push draws it in.
+    const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
+    const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
+    motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
+    const double step = eased(in, bed, wanted, std::clamp(std::min(slides, look_.free), -most, most));
+    axial_.speed = step / in.dt;
+    return step;
+  }
+  motion_ = Motion::kScrewing;
+  const double drawn = implant.pitch * turn / (2 * kPi);
+  const double step = std::clamp(std::min(drawn, look_.free), -most, most);
+  axial_.speed = step / in.dt;
+  // The bone holds the thread against its turn: all of it while it turns, none while it stands.
+  const double felt = turn == 0 ? 0 : (turn > 0 ? -torque : parameters_.tapped_share * torque);
+  torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
+  const bool home = tip_ + step >= tool().length - kSeated || (bed.bore && look_.free - step < kSeated);
+  if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
+  return step;
+}
+
+/// N·m that turn a thread which is `tip` deep in its bed: README.md, "Insertion torque".
+double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
+  if (bed.bore) return 0;
+  constexpr int kAround = 12;
+  constexpr double kApart = 1e-3;  // m along the axis
+  const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
+  const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
+  double sum = 0;
+  for (double s = std::max(0.5 * kApart, tip - tool().length); s < tip; s += kApart) {
+    for (int i = 0; i < kAround; ++i) {
+      const double a = 2 * kPi * i / kAround;
+      const dvec3 p_W = bed.entry_W + s * bed.axis_W + R * (outward * dvec3(std::cos(a), std::sin(a), 0));
+      const dvec3 p_V = settings_.frame.to_voxels(p_W);
+      if (!patch_.holds(p_V, 1) || sample_linear(patch_, p_V) > 0) continue;
+      const double grey = grey_of(haptics::tissue_at(patch_, p_V), hardness_at(patch_, p_V));
+      const double share = s < bed.tapped ? parameters_.tapped_share : 1;
+      sum += share * std::pow(grey / parameters_.torque_grey, parameters_.torque_exponent);
+    }
+  }
+  const double surface = 2 * kPi * r * kApart / kAround;
+  const double lever = r / 2e-3;  // over the reference implant's radius of 2 mm
+  return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
+}
+
+bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
+  if (!tool().implant) return OffsetModel::cut(in, contact, cut, energy);
+  const double h = voxel();
+  if (contact.places) {
+    const Pose X_WG{contact.p_WG, contact.R_WG};
+    cut = {++cut_count_, in.tick, in.t, X_WG, X_WG, tool_, {}, {}, in.spindle, tool().radius()};
+    const dvec3 center = settings_.frame.to_voxels(X_WG.p);
+    const double reach = tool().reach() / h + static_cast<double>(Sweep::kMargin);
+    log_.add(cut_count_, glm::ivec3(glm::floor(center - reach)), glm::ivec3(glm::ceil(center + reach)),
+             {X_WG, X_WG, tool_, false, tool().radius(), {}});
+    const ImplantTool& implant = *tool().implant;
+    const Bed& bed = beds_[bed_];
+    if (implant.bore_depth > 0 && beds_.size() < kMostBeds) {
+      beds_.push_back({bed.entry_W + (tip_ - tool().length) * bed.axis_W, bed.axis_W, implant.bore_depth,
+                       implant.bore_diameter / 2, 0, true});
+    }
+    seated_ = spent_ = true;
+    last_ = X_WG;
+    end_bed_motion(in);
+    return true;
+  }
+  if (!in_bed_)
+    return !blended_ && tool().implant->kind == ImplantToolKind::kRound && OffsetModel::cut(in, contact, cut, energy);
+  if (motion_ != Motion::kDrilling) return false;
+  return take_away(in, {contact.p_WG, contact.R_WG}, cut, energy);
+}
+
+/// An implant that was placed: the carver puts it in, a fresh snapshot brings it.
+PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
+  return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
+}
+
+/// The teeth's torque on a round bur, from the cutting law over all voxels of its outer layer.
+void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
+  const dvec3 way = out.p_WG - in.X_WG.p;
+  const double speed = glm::length(way) / in.dt;
+  torque_ *= std::exp(-in.dt / kTorqueTime);
+  if (!(tool_cuts(in) && speed > 0) || !patch_holds(out.p_WG)) return;
+  const ToolVoxels& voxels = voxels_[tool_];
+  const double h = voxel();
+  const dvec3 center = settings_.frame.to_voxels(out.p_WG),
+              along = glm::conjugate(in.X_WT.R) * (way / glm::length(way));
+  const glm::dmat3 R = glm::mat3_cast(in.X_WT.R) / h;
+  CuttingWrench sum;
+  for (const ToolVoxel& v : voxels.outer) {
+    if (glm::dot(dvec3(v.n), along) <= 0) continue;
+    const dvec3 p_V = center + R * dvec3(v.p);
+    const double gap = sample_linear(patch_, p_V) * h + static_cast<double>(v.outside);
+    if (!(gap < h) || v.ability <= 0) continue;
+    const double u = specific_energy_at(p_V);
+    add_cutting(v, u * std::min(1.0, 1 - gap / h), along, in.spindle, tool().implant->thrust_ratio, sum);
+  }
+  torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
+}
+
+/// Where nothing is before the tool's end, the wall beside it is what it lies on.
+double ImplantModel::look_at_wall(const Contact& contact) noexcept {
+  constexpr int kAround = 8;
+  const double h = voxel(), behind = tool().radius() + h;
+  double total = 0;
+  for (int i = 0; i < kAround; ++i) {
+    const double a = 2 * kPi * i / kAround, z = h - tool().half();
+    const dvec3 p_V =
+        settings_.frame.to_voxels(contact.p_WG + contact.R_WG * dvec3(behind * std::cos(a), behind * std::sin(a), z));
+    const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
+    if (tissue == 0) continue;
+    look_.tissue[tissue] += 1;
+    look_.hardness[tissue] += hardness_at(patch_, p_V);
+    total += 1;
+  }
+  return total;
+}
+
+void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
+  if (!in_bed_) {
+    if (!spent_) OffsetModel::feel(in, out);
+    if (tool().implant && tool().implant->kind == ImplantToolKind::kRound && in.cuts && !spent_) {
+      feel_teeth_turn(in, out);
+      if (torque_ != 0 && !out.holds_turn) {
+        out.holds_turn = true;
+        out.R_WG = in.X_WT.R;
+      }
+      out.spindle_torque = torque_ * (in.X_WT.R * dvec3(0, 0, 1));
+    }
+    return;
+  }
+  // The bed pushes along its own normals, which are not counted one by one: no turn but that of the axis.
+  out.turns_tool = true;
+  out.unit = voxel();
+  out.count = out.own = 2;
+  double total = 0;
+  for (const double area : look_.tissue) total += area;
+  if (!(total > 0)) total = look_at_wall(out);
+  if (!(total > 0)) return;
+  out.tissue = look_.tissue;
+  out.graded = !patch_.hardness.empty();
+  for (std::size_t t = 0; t < out.tissue.size(); ++t) {
+    out.hardness[t] = out.tissue[t] > 0 ? look_.hardness[t] / out.tissue[t] : 1;
+    out.tissue[t] /= total;
+  }
+  out.known_tissue = true;
+}
+
+}  // namespace typodont::haptics::implant

@@ -1,0 +1,106 @@
+// The implant method, servo's half (README.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "haptics/contact/implant/axial_motion.h"
+#include "haptics/contact/implant/bed_criteria.h"
+#include "haptics/contact/implant/implant_method.h"
+#include "haptics/contact/implant/tool_voxels.h"
+#include "haptics/contact/offset/offset_model.h"
+
+namespace typodont::haptics::implant {
+
+/// What the tool does: ServoTick::level of this method. `kFree` is the state of high degrees of freedom, the others are
+/// forms of the state of low ones.
+enum class Motion : std::uint32_t { kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4 };
+
+/// The label under which a placed implant is kept in the tissue: metal. Scenes give it titanium's properties.
+inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
+
+/// Servo thread. SI where nothing else is said; T is the tool's frame, V the voxel frame.
+class ImplantModel final : public offset::OffsetModel {
+ public:
+  ImplantModel(const ServoSettings& settings, const Parameters& parameters);
+
+  double clearance(const Pose& X_WG) noexcept override;
+  void begin_anew() noexcept override;
+  void release() noexcept override;
+  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  void take_up(std::uint32_t tool) noexcept override;
+  void constrain(const ContactInput& in, Contact& out) noexcept override;
+  bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
+  void feel(const ContactInput& in, Contact& out) noexcept override;
+
+  /// The beds there are, in the order in which they were made.
+  const std::vector<Bed>& beds() const noexcept { return beds_; }
+  /// Voxels of the tool in the hand, for benches.
+  const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
+
+ private:
+  /// What the voxels ahead of the tool meet at one place of it.
+  struct Look {
+    CuttingWrench wrench;  // in T, per m/s of feed along -z
+    double free = 1e9;     // m that the tool may advance before a voxel that can't cut touches bone
+    double engaged = 0;    // m² of the end that lies on bone
+    double collided = 0;   // m² of it that has no room left: num_cd of the paper
+    double grey = 0;       // mean of the bone's grey values, Hounsfield units
+    double greatest_grey = 0;
+    PerTissue tissue{}, hardness{};
+  };
+
+  double grey_of(Tissue tissue, double hardness) const noexcept;
+  double stiffness(const ContactInput& in) const noexcept;
+  bool tool_cuts(const ContactInput& in) const noexcept;
+  Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
+  dquat turned_into(const Bed& bed, const dquat& R_WT) const noexcept;
+  Look look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept;
+  double look_at_wall(const Contact& contact) noexcept;
+  double bed_depth(const Bed& bed) const noexcept;
+  double reach_now() const noexcept { return OffsetModel::reach() + 2; }
+  bool patch_holds(const dvec3& p_W) const noexcept;
+
+  // The state of high degrees of freedom.
+  void constrain_free(const ContactInput& in, Contact& out) noexcept;
+  bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
+  void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
+  // The state of low ones.
+  void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
+  void end_bed_motion(const ContactInput& in) noexcept;
+  void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
+  double advance(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept;
+  double eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept;
+  double screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept;
+  double thread_torque(const Bed& bed, double tip) const noexcept;
+  void blend(const ContactInput& in, Contact& out, const Pose& state) noexcept;
+
+  PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
+
+  Parameters parameters_;
+  std::vector<ToolVoxels> voxels_;  // of each tool
+  std::vector<Bed> beds_;
+  static constexpr std::size_t kMostBeds = 64;
+
+  bool in_bed_ = false;
+  bool easing_ = false;  // it has just entered the bed, and has not yet caught up with the hand
+  std::size_t bed_ = 0;  // the one that the tool is in
+  double tip_ = 0;       // m from the bed's entry to the tool's tip
+  AxialState axial_;
+  dquat last_R_hand_{1, 0, 0, 0};
+  Motion motion_ = Motion::kFree;
+  Look look_;            // of this tick
+  double torque_ = 0;    // N·m about the axis, smoothed
+  bool seated_ = false;  // an implant that is in its place: it stays there
+  bool spent_ = false;   // the tool in the hand has been placed: nothing is held any more
+
+  // What a switch of state would have jumped by: it fades.
+  dvec3 offset_{0};  // m
+  dquat turn_{1, 0, 0, 0};
+  Pose last_;              // where the tool was held in the last tick
+  bool blended_ = false;   // the last tick's place was not the state's own
+  bool switched_ = false;  // the tool has just left a bed
+};
+
+}  // namespace typodont::haptics::implant

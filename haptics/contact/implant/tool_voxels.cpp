@@ -1,0 +1,87 @@
+#include "haptics/contact/implant/tool_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "haptics/implant_tool.h"
+
+namespace typodont::haptics::implant {
+
+namespace {
+
+constexpr double kFacingEnd = 0.5;  // cosine between a voxel's normal and the way in, from which it lies on the end
+constexpr int kNear = 4;            // voxels from the axis within which 1/r is averaged over the voxel …
+constexpr int kParts = 8;           // … in so many parts along each edge
+constexpr double kRounding = 1e-6;  // voxels
+constexpr double kWithin = 0.05;    // voxels below the surface where the normal is the same …
+constexpr double kSmooth = 0.97;    // … to this cosine, unless the place is a rim
+
+/// Mean of 1/r over the square of a voxel, across the axis.
+double mean_inverse_r(double x, double y, double edge) {
+  const double r = std::hypot(x, y);
+  if (r > kNear * edge) return 1 / r;
+  double sum = 0;
+  for (int i = 0; i < kParts; ++i) {
+    for (int j = 0; j < kParts; ++j) {
+      // The parts' centres never lie on the axis of a voxel that is centred there.
+      const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
+      sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
+    }
+  }
+  return sum / (kParts * kParts);
+}
+
+double ability_of(const Tool& tool, const dvec3& p, const dvec3& n) {
+  if (!tool.implant) return tool.cuts ? 1 : 0;
+  const ImplantTool& implant = *tool.implant;
+  if (-n.z < kFacingEnd && implant.kind != ImplantToolKind::kRound) return implant.side_ability;
+  return std::hypot(p.x, p.y) < implant.centre_radius ? implant.centre_ability : implant.end_ability;
+}
+
+}  // namespace
+
+ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
+  Tool tool = whole;
+  if (tool.implant && tool.implant->threaded()) tool.diameter = tool.implant->core_diameter;
+  const HeadField head(tool, 1.0);
+  const double half_layer = layers * edge / 2, reach = tool.radius() + half_layer;
+  const int across = static_cast<int>(std::ceil(reach / edge)), below = layers;
+  const int above = static_cast<int>(std::ceil(2 * tool.half() / edge)) + layers;
+  ToolVoxels voxels;
+  voxels.edge = edge;
+  std::vector<ToolVoxel> others;
+  for (int x = -across; x <= across; ++x) {
+    for (int y = -across; y <= across; ++y) {
+      for (int z = -below; z <= above; ++z) {
+        // A flat end lies half-way between two layers of voxels.
+        const dvec3 p(edge * x, edge * y, -tool.half() + edge * (z + 0.5));
+        dvec3 n;
+        const double outside = head.distance(p, n);
+        if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
+        // The upper end never touches bone that the shank would not.
+        if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
+        const dvec3 on_surface = p - outside * n;
+        // Beside a sharp rim the nearest place is the rim: it has no surface of its own.
+        dvec3 n_within;
+        head.distance(on_surface - kWithin * edge * n, n_within);
+        if (glm::dot(n, n_within) < kSmooth) continue;
+        ToolVoxel voxel;
+        voxel.p = glm::vec3(p);
+        voxel.n = glm::vec3(n);
+        voxel.outside = static_cast<float>(outside);
+        voxel.area = static_cast<float>(edge * edge / layers);
+        voxel.inverse_r = static_cast<float>(mean_inverse_r(on_surface.x, on_surface.y, edge));
+        voxel.ability = static_cast<float>(ability_of(whole, on_surface, n));
+        const bool ahead = -n.z > kFacingEnd && outside > 0;
+        (ahead ? voxels.outer : others).push_back(voxel);
+      }
+    }
+  }
+  voxels.ahead = voxels.outer.size();
+  voxels.ahead_share = layers == 1 ? 1 : 0.5;
+  voxels.outer.insert(voxels.outer.end(), others.begin(), others.end());
+  return voxels;
+}
+
+}  // namespace typodont::haptics::implant

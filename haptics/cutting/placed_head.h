@@ -1,0 +1,34 @@
+// A body in the shape of a tool's head that stays in the tissue, e.g. an implant.
+#pragma once
+
+#include <cstddef>
+
+#include "engine/base/pose.h"
+#include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
+#include "haptics/fill.h"
+#include "haptics/tool.h"
+
+namespace typodont::haptics {
+
+/// The counterpart of Fill for a head at one pose. Carver's thread.
+class PlacedHead {
+ public:
+  PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
+
+  /// Voxels, inclusive, that lie within Sweep::kMargin voxels of the head.
+  const glm::ivec3& lo() const { return lo_; }
+  const glm::ivec3& hi() const { return hi_; }
+
+  /// As Fill::lower().
+  bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
+             std::size_t stride_y, PerTissue* added) const noexcept;
+
+ private:
+  HeadField head_;  // voxels
+  Tissue label_;
+  Pose X_TV_;  // voxels
+  glm::ivec3 lo_, hi_;
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,1 @@
+typodont_test(property_implant KIND property SOURCES property/implant_law_test.cpp property/implant_model_test.cpp LIBS typodont_haptics)

@@ -1,0 +1,143 @@
+// The cutting law of Zhao 2020, eq. (2), over tool voxels; the criteria; the virtual coupling.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "engine/base/units.h"
+#include "haptics/contact/implant/axial_motion.h"
+#include "haptics/contact/implant/bed_criteria.h"
+#include "haptics/contact/implant/tool_voxels.h"
+#include "tests/support/implant_bench.h"
+
+namespace typodont::haptics::implant {
+namespace {
+
+constexpr double kU = 2e9, kAlpha = 3, kSpeed = 2 * kPi * 10;  // J/m³, -, rad/s: N = 10 turns a second
+constexpr double kN = 10;
+
+CuttingWrench sum_over(const ToolVoxels& voxels, const dvec3& along, bool lower_only) {
+  CuttingWrench sum;
+  for (const ToolVoxel& v : voxels.outer) {
+    if (lower_only && v.n.z > 0) continue;
+    add_cutting(v, kU, along, kSpeed, kAlpha, sum);
+  }
+  return sum;
+}
+ToolVoxels ball(double r) {
+  Tool tool;
+  tool.diameter = tool.length = 2 * r;
+  return make_tool_voxels(tool, r / 20, 2);
+}
+
+TEST(ImplantLaw, AHemispherePlungesWithTheForceTorqueAndPowerOfTheClosedForms) {
+  const double r = 1.65e-3, v = 1e-3;
+  const CuttingWrench sum = sum_over(ball(r), {0, 0, -1}, true);
+  EXPECT_NEAR(v * sum.force.z, kU * v * r * kPi / (4 * kAlpha * kN), 0.02 * kU * v * r * kPi / (4 * kAlpha * kN));
+  const double torque = kU * v * r * r / (2 * kN);
+  EXPECT_NEAR(-v * sum.torque.z, torque, 0.02 * torque);
+  EXPECT_NEAR(-v * sum.torque.z * kSpeed, kU * v * kPi * r * r, 0.02 * kU * v * kPi * r * r);
+  EXPECT_LT(std::hypot(sum.force.x, sum.force.y), 1e-3 * sum.force.z);
+}
+
+TEST(ImplantLaw, ALowerHemisphereDrawnSidewaysHasTheForcesOfTheClosedForms) {
+  const double r = 1.65e-3;
+  const CuttingWrench sum = sum_over(ball(r), {1, 0, 0}, true);
+  const double x = kU * r * kPi / (16 * kAlpha * kN), y = kU * r / (4 * kN), z = kU * r / (2 * kPi * kAlpha * kN);
+  EXPECT_NEAR(std::abs(sum.force.z), z, 0.02 * z);
+  EXPECT_NEAR(std::abs(sum.force.y), y, 0.02 * y);
+  EXPECT_NEAR(-sum.force.x, x, 0.02 * x) << "against the way";
+}
+
+TEST(ImplantLaw, AFlatEndPlungesWithUVROverAlphaN) {
+  const Tool drill = test::implant_tool("drill", 4.2, 12, test::drill_block(0, 1));
+  const ToolVoxels voxels = make_tool_voxels(drill, 0.06e-3, 2);
+  CuttingWrench sum;
+  for (std::size_t i = 0; i < voxels.ahead; ++i)
+    add_cutting(voxels.outer[i], kU / voxels.ahead_share, {0, 0, -1}, kSpeed, kAlpha, sum);
+  const double r = 2.1e-3, force = kU * r / (kAlpha * kN), torque = kU * r * r / (2 * kN);
+  EXPECT_NEAR(sum.force.z, force, 0.03 * force);
+  EXPECT_NEAR(-sum.torque.z, torque, 0.03 * torque);
+}
+
+TEST(ImplantLaw, ATurnTheOtherWayTurnsTheTangentialForceRound) {
+  CuttingWrench there, back;
+  for (const ToolVoxel& v : ball(1e-3).outer) {
+    add_cutting(v, kU, {0, 0, -1}, kSpeed, kAlpha, there);
+    add_cutting(v, kU, {0, 0, -1}, -kSpeed, kAlpha, back);
+  }
+  EXPECT_DOUBLE_EQ(there.torque.z, -back.torque.z);
+  EXPECT_DOUBLE_EQ(there.force.z, back.force.z);
+}
+
+TEST(ImplantLaw, TheToolOf42By12MillimetresHasTheVoxelsThatTheBenchCounts) {
+  const ToolVoxels voxels = make_tool_voxels(test::implant_tool("drill", 4.2, 12, test::drill_block(0, 1)), 0.06e-3, 2);
+  // Two layers of flank and lower end: (pi d l + pi d²/4) · 2 / edge².
+  EXPECT_NEAR(static_cast<double>(voxels.outer.size()), (kPi * 4.2 * 12 + kPi * 4.2 * 4.2 / 4) * 2 / 0.0036, 3000);
+  EXPECT_GT(voxels.outer.size(), 85'000u);
+}
+
+TEST(ImplantCriteria, AllSixteenCombinationsDecideAsThePaperSays) {
+  for (const bool can_begin : {false, true}) {
+    for (int bits = 0; bits < 16; ++bits) {
+      const BedCriteria c{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0};
+      const BedDecision expected = !c.pushed                            ? BedDecision::kStayFree
+                                   : c.at_centre && c.fits && c.aligned ? BedDecision::kEnterBed
+                                   : can_begin                          ? BedDecision::kBeginBed
+                                                                        : BedDecision::kStayFree;
+      EXPECT_EQ(decide(c, can_begin), expected) << bits << can_begin;
+      if (bits == 15) {
+        EXPECT_EQ(decide(c, can_begin), BedDecision::kEnterBed);
+      }
+      if (bits == 8) {
+        EXPECT_EQ(decide(c, can_begin), can_begin ? BedDecision::kBeginBed : BedDecision::kStayFree);
+      }
+      if (bits < 8) {
+        EXPECT_EQ(decide(c, can_begin), BedDecision::kStayFree);
+      }
+    }
+  }
+}
+
+TEST(ImplantCoupling, AVanishingMassIsTheCouplingWithoutOne) {
+  constexpr double k = 3000, drag = 800, dt = 1e-3;
+  AxialState light, none;
+  double at_light = 0, at_none = 0, worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double hand = 1e-3 * std::sin(i * 1e-2);
+    at_light += coupled_step(hand - at_light, k, 1e-9, drag, dt, light);
+    at_none += coupled_step(hand - at_none, k, 0, drag, dt, none);
+    worst = std::max(worst, k * std::abs(at_light - at_none));
+  }
+  EXPECT_LT(worst, 1e-6);
+}
+
+TEST(ImplantCoupling, ItSettlesForAnyStiffnessAndAnyTick) {
+  std::mt19937_64 random(28);
+  const auto decade = [&](double lo, double hi) {
+    return std::pow(10.0, std::uniform_real_distribution<double>(lo, hi)(random));
+  };
+  for (int i = 0; i < 1000; ++i) {
+    const double k = decade(1, 7), dt = decade(-4.5, -1), mass = decade(-4, 0), drag = decade(0, 4);
+    AxialState state;
+    double at = 0, most = 0;
+    for (int n = 0; n < 200000 && std::abs(1e-3 - at) > 1e-9; ++n) {
+      at += coupled_step(1e-3 - at, k, mass, drag, dt, state);
+      most = std::max(most, std::abs(at));
+    }
+    // Settling takes drag/k or mass/drag seconds; what is bounded in all of them is how far it swings.
+    EXPECT_LE(most, 2.0e-3) << k << " " << dt << " " << mass << " " << drag;
+  }
+}
+
+TEST(ImplantCoupling, AnObstacleStopsTheAdvanceAndNeverTheWayOut) {
+  EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, false), 0);
+  EXPECT_EQ(allowed_step(-1e-4, 0, 2e-4, true, false), -1e-4);
+  EXPECT_EQ(allowed_step(5e-4, 1, 1e-4, false, false), 1e-4) << "no more than a step";
+  // As printed, eq. (7) is the other way round: a tool in a finished bed would not move at all.
+  EXPECT_EQ(allowed_step(1e-4, 1, 1e-4, false, true), 0);
+  EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, true), 1e-4);
+}
+
+}  // namespace
+}  // namespace typodont::haptics::implant

@@ -1,0 +1,415 @@
+// The contact model "implant" behind the seam: beds, and motion in them.
+#include "haptics/contact/implant/implant_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "tests/support/implant_bench.h"
+#include "tests/support/no_alloc.h"
+
+namespace typodont::haptics::implant {
+namespace {
+
+using test::bone_block;
+using test::implant_settings;
+using test::ImplantSession;
+using namespace test;
+
+constexpr std::uint32_t kHigh = static_cast<std::uint32_t>(Motion::kFree);
+
+/// Radius of the hole around the z axis at a depth, m: mean over 64 ways, found in the field.
+struct Hole {
+  double mean = 0, least = 1e9, greatest = 0;
+};
+Hole hole_at(const TissueVolume& volume, double depth, const dvec3& axis_at = dvec3(0)) {
+  Hole hole;
+  const double h = volume.frame().voxel;
+  const glm::ivec3 lo(glm::floor(volume.frame().to_voxels(axis_at - dvec3(4e-3, 4e-3, depth + 2 * h)))),
+      hi(glm::ceil(volume.frame().to_voxels(axis_at + dvec3(4e-3, 4e-3, -depth + 2 * h))));
+  const glm::ivec3 size = hi - lo + 1;
+  std::vector<float> d(static_cast<std::size_t>(size.x) * size.y * size.z);
+  std::vector<Tissue> label(d.size());
+  volume.copy(lo, size, d.data(), label.data());
+  const auto value = [&](const dvec3& p_W) {
+    const dvec3 q = volume.frame().to_voxels(p_W) - dvec3(lo);
+    const glm::ivec3 at(glm::floor(q));
+    const dvec3 f = q - dvec3(at);
+    double sum = 0;
+    for (int c = 0; c < 8; ++c) {
+      const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2 & 1), p = at + o;
+      sum += static_cast<double>(d[(static_cast<std::size_t>(p.x) * size.y + p.y) * size.z + p.z]) *
+             (o.x ? f.x : 1 - f.x) * (o.y ? f.y : 1 - f.y) * (o.z ? f.z : 1 - f.z);
+    }
+    return sum;
+  };
+  constexpr int kWays = 64;
+  for (int i = 0; i < kWays; ++i) {
+    const double a = 2 * kPi * i / kWays;
+    double inner = 0, outer = 3.5e-3;
+    for (int k = 0; k < 40; ++k) {
+      const double r = (inner + outer) / 2;
+      (value(axis_at + dvec3(r * std::cos(a), r * std::sin(a), -depth)) > 0 ? inner : outer) = r;
+    }
+    hole.mean += inner / kWays;
+    hole.least = std::min(hole.least, inner), hole.greatest = std::max(hole.greatest, inner);
+  }
+  return hole;
+}
+
+/// A bed of 2.2 mm, `mm` deep.
+void pilot(ImplantSession& s, double mm) {
+  s.take(kPilot);
+  s.land();
+  ASSERT_TRUE(s.drill(mm));
+}
+
+TEST(ImplantModel, APilotDrillPressedOntoBoneBeginsABedAndDeepensIt) {
+  ImplantSession s;
+  s.take(kPilot);
+  s.land();
+  EXPECT_EQ(s.tick.level, kHigh);
+  for (int i = 0; i < 5; ++i) s.push(0.2, 0);
+  EXPECT_EQ(s.tick.level, kHigh) << "the drill stands";
+  ASSERT_TRUE(s.drill(6));
+  EXPECT_EQ(s.tick.level, static_cast<std::uint32_t>(Motion::kDrilling));
+  EXPECT_NEAR(s.depth(), 6e-3, 0.1e-3);
+  EXPECT_NEAR(s.removed_mm3(), kPi * 1.1 * 1.1 * 6, 0.03 * kPi * 1.1 * 1.1 * 6);
+  const Hole hole = hole_at(s.steps.carver().volume(), 4e-3);
+  EXPECT_NEAR(hole.mean, 1.1e-3, 0.02e-3);
+}
+
+TEST(ImplantModel, TheBedsAxisIsTheToolsAndATiltedHandKeepsTheToolOnIt) {
+  ImplantSession s;
+  pilot(s, 4);
+  // 5 mm aside and turned by 8 degrees.
+  const dquat R = glm::angleAxis(8 * kDegree, dvec3(0, 1, 0));
+  dvec3 aside(0);
+  for (int i = 0; i < 2000; ++i) {
+    aside.x = std::min(5.0, i * 0.01);
+    s.tip_at({aside.x, 0, -4.0}, 0, glm::slerp(dquat(1, 0, 0, 0), R, std::min(1.0, i / 500.0)));
+    const dvec3 axis = s.tick.X_WG.R * dvec3(0, 0, 1);
+    EXPECT_LT(std::acos(std::min(1.0, axis.z)), 0.2 * kDegree);
+    EXPECT_LT(std::hypot(s.tick.X_WG.p.x, s.tick.X_WG.p.y), 1e-9);
+  }
+  EXPECT_GT(glm::length(s.tick.tau_T_W), 0.01) << "the hand feels that it is turned";
+  EXPECT_GT(-s.tick.f_T_W.x, 1) << "and that it is aside";
+}
+
+TEST(ImplantModel, AGaugeSlidesInAFinishedBedAndStopsAtItsBottom) {
+  ImplantSession s;
+  pilot(s, 6);
+  s.withdraw();
+  s.take(kGauge22);
+  const double before = s.removed_mm3();
+  s.land();
+  for (int i = 0; i < 20; ++i) s.push(0.6);
+  ASSERT_NE(s.tick.level, kHigh);
+  double most = 0;
+  const double from = -s.depth() / kMillimetre;
+  for (double z = from; z > -5.8; z -= 0.01) {  // 10 mm/s
+    s.tip_at({0, 0, z});
+    if (z < from - 1) most = std::max(most, glm::length(s.tick.f_T_W));
+  }
+  EXPECT_LT(most, 0.1);
+  for (int i = 0; i < 2000; ++i) s.push(5);
+  EXPECT_NEAR(s.depth(), 6e-3, 0.1e-3);
+  EXPECT_GT(glm::length(s.tick.f_T_W), 2) << "5 N in bone half as hard";
+  EXPECT_EQ(s.removed_mm3(), before);
+}
+
+TEST(ImplantModel, AWideningDrillTakesTheRingAndStopsAtTheOldBottom) {
+  ImplantSession s;
+  pilot(s, 6);
+  s.withdraw();
+  const double before = s.removed_mm3();
+  s.take(kTwist28);
+  s.land();
+  for (int i = 0; i < 30000; ++i) s.push(5, 1);
+  EXPECT_NEAR(s.depth(), 6e-3, 0.1e-3);
+  const double ring = kPi * (1.4 * 1.4 - 1.1 * 1.1) * 6;
+  EXPECT_NEAR(s.removed_mm3() - before, ring, 0.03 * ring);
+}
+
+TEST(ImplantModel, AfterA42DrillTheBedHasItsRadius) {
+  ImplantSession s;
+  pilot(s, 5);
+  for (const std::uint32_t drill : {kTwist28, kTwist35, kTwist42}) {
+    s.withdraw();
+    s.take(drill);
+    s.land();
+    for (int i = 0; i < 20000 && s.depth() < 4.95e-3; ++i) s.push(5, 1);
+    EXPECT_NEAR(s.depth(), 5e-3, 0.1e-3) << drill;
+  }
+  const Hole hole = hole_at(s.steps.carver().volume(), 3e-3);
+  EXPECT_NEAR(hole.mean, 2.10e-3, 0.02e-3);
+  EXPECT_LT(hole.greatest - hole.least, 0.05e-3);
+}
+
+TEST(ImplantModel, AGaugeThatIsTooWideStaysOutAtTenNewton) {
+  ImplantSession s;
+  pilot(s, 6);
+  s.withdraw();
+  s.take(kGauge28);
+  s.land();
+  for (int i = 0; i < 3000; ++i) s.push(10);
+  EXPECT_LT(s.depth(), 0.1e-3);
+  EXPECT_EQ(s.tick.level, kHigh);
+}
+
+TEST(ImplantModel, BoneDenserThanTheDrillCanTakeStopsIt) {
+  std::vector<Tool> tools = implant_tools();
+  tools[kPilot] = implant_tool("pilot", 2.2, 10, drill_block(0, 1, 1000));  // cortical bone has 1650 HU
+  ImplantSession s(bone_block(), implant_settings(R"("implant")", tools));
+  s.take(kPilot);
+  s.land();
+  for (int i = 0; i < 3000; ++i) s.push(5, 1);
+  EXPECT_EQ(s.removed_mm3(), 0);
+}
+
+TEST(ImplantModel, InTenSecondsOfDrillingNoTickIsWithoutForce) {
+  std::vector<Tool> tools = implant_tools();
+  ServoSettings settings = implant_settings(R"("implant")", tools);
+  for (Material& m : settings.materials) m.specific_energy *= 5;
+  ImplantSession s(bone_block(), settings);
+  s.take(kPilot);
+  s.land();
+  for (int i = 0; i < 300; ++i) s.push(3, 1);
+  double least = 1e9;
+  for (int i = 0; i < 10000; ++i) {
+    s.push(3, 1);
+    least = std::min(least, glm::length(s.tick.f_T_W));
+  }
+  EXPECT_GT(least, 1.0);
+  EXPECT_GT(s.depth(), 0.5e-3);
+}
+
+TEST(ImplantModel, WhereTheFarCortexEndsTheForceFallsBy90PercentWithin20Milliseconds) {
+  ImplantSession s(bone_block(1, 0.5, 3));
+  s.take(kPilot);
+  s.land();
+  // The hand goes on at a steady 1.5 mm/s.
+  double z = 0, force = 0;
+  int fell = -1, through = -1;
+  for (int i = 0; i < 12000 && fell < 0; ++i) {
+    z -= 0.0015;
+    s.tip_at({0, 0, z}, 1);
+    if (s.tick.level == static_cast<std::uint32_t>(Motion::kPerforating) && through < 0) through = i;
+    if (through < 0) force = std::max(0.9 * force, glm::length(s.tick.f_T_W));
+    if (through >= 0 && glm::length(s.tick.f_T_W) < 0.1 * force) fell = i;
+  }
+  ASSERT_GE(through, 0);
+  ASSERT_GE(fell, 0);
+  EXPECT_GT(force, 0.3);
+  EXPECT_LE(fell - through, 20);
+}
+
+TEST(ImplantModel, ATapAdvancesByItsPitchAndCannotBePulledOutWithoutTurning) {
+  ImplantSession s;
+  pilot(s, 5);
+  for (const std::uint32_t drill : {kTwist28, kTwist35, kTwist42}) {
+    s.withdraw();
+    s.take(drill);
+    s.land();
+    for (int i = 0; i < 20000 && s.depth() < 4.95e-3; ++i) s.push(5, 1);
+  }
+  s.withdraw();
+  s.take(kTap);
+  s.land();
+  for (int i = 0; i < 3000 && s.depth() < 0.5e-3; ++i) s.push(2, 1);
+  ASSERT_GT(s.depth(), 0.4e-3);
+  for (int i = 0; i < 500; ++i) s.push(1, 1);
+  // A turn a second.
+  const double from = s.depth();
+  for (int i = 0; i < 2000; ++i) s.push(1, 1);
+  EXPECT_NEAR(s.depth() - from, 1.6e-3, 0.01 * 1.6e-3);
+  for (int i = 0; i < 300; ++i) s.push(0, 0);  // the spindle stands
+  const double stands = s.depth();
+  for (int i = 0; i < 1000; ++i) s.push(-10 * std::min(1.0, i / 500.0), 0);
+  EXPECT_LT(std::abs(s.depth() - stands), 0.15e-3);
+  EXPECT_GT(glm::length(s.tick.f_T_W), 4.5) << "10 N in bone half as hard";
+  for (int i = 0; i < 1000; ++i) s.push(0, -1);  // backwards
+  EXPECT_NEAR(stands - s.depth(), 0.8e-3, 0.02e-3);
+}
+
+TEST(ImplantModel, AnImplantStaysInItsBedAndLaterToolsCollideWithIt) {
+  ImplantSession s;
+  pilot(s, 6.1);
+  for (const std::uint32_t drill : {kTwist28, kTwist35, kTwist42}) {
+    s.withdraw();
+    s.take(drill);
+    s.land();
+    for (int i = 0; i < 20000 && s.depth() < 6.05e-3; ++i) s.push(5, 1);
+  }
+  s.withdraw();
+  s.take(kImplant);
+  s.land();
+  double torque = 0;
+  for (int i = 0; i < 15000 && (i < 100 || s.cut.fill_radius == 0); ++i) {
+    s.push(1.5, 1);
+    torque = std::max(torque, glm::length(s.tick.tau_T_W));
+  }
+  ASSERT_GT(s.cut.fill_radius, 0) << "it was placed; depth " << s.depth();
+  EXPECT_GT(torque, 0.02) << "insertion torque";
+  // Gauge 2.2 rests on its platform.
+  for (double z = -6; z < 8; z += 0.02) s.tip_at({0, 0, z});
+  s.take(kGauge22);
+  s.land();
+  for (int i = 0; i < 500; ++i) s.push(3);
+  EXPECT_NEAR(s.depth(), 0.0, 0.2e-3);
+  EXPECT_EQ(s.tick.tissue, kPlacedTissue);
+  // Its screw goes into it.
+  for (double z = 0; z < 8; z += 0.02) s.tip_at({0, 0, z});
+  s.take(kScrew);
+  s.land();
+  for (int i = 0; i < 8000 && s.cut.tool != kScrew; ++i) s.push(1.5, 1);
+  EXPECT_EQ(s.cut.tool, static_cast<std::uint32_t>(kScrew)) << "depth " << s.depth();
+}
+
+TEST(ImplantModel, TheStiffnessFeltInABedFollowsTheGreyValue) {
+  double stiffness[2];
+  for (const int i : {0, 1}) {
+    ImplantSession s(bone_block(0.2, i == 0 ? 0.4 : 0.8));
+    pilot(s, 3);
+    for (int n = 0; n < 300; ++n) s.push(3, 0);
+    for (int n = 0; n < 500; ++n) s.tip_at({0, 0, -s.depth() * 1e3 - 1.0}, 0);
+    stiffness[i] = s.tick.f_T_W.z / s.tick.depth;
+  }
+  EXPECT_NEAR(stiffness[1] / stiffness[0], 2.0, 0.02);
+}
+
+TEST(ImplantModel, UndoFillsTheBedAgainAndItIsNoLongerABed) {
+  ImplantSession s;
+  pilot(s, 3);
+  s.withdraw();
+  ASSERT_TRUE(s.steps.carver().undo());
+  s.take(kGauge22);
+  s.land();
+  for (int i = 0; i < 300; ++i) s.push(2);
+  EXPECT_LT(s.depth(), 0.05e-3);
+  EXPECT_EQ(s.tick.level, kHigh);
+}
+
+TEST(ImplantModel, TheSameHandGivesTheSameBits) {
+  const auto run = [] {
+    ImplantSession s;
+    s.take(kPilot);
+    s.land();
+    std::mt19937_64 random(7);
+    std::vector<ServoTick> ticks;
+    for (int i = 0; i < 4000; ++i) {
+      const double n = std::uniform_real_distribution<double>(0, 4)(random);
+      s.push(n, i % 900 < 700 ? 1 : 0);
+      ServoTick tick = s.tick;
+      tick.cpu_time = 0;
+      ticks.push_back(tick);
+    }
+    return ticks;
+  };
+  const std::vector<ServoTick> a = run(), b = run();
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(ServoTick)), 0);
+}
+
+TEST(ImplantModel, NoTickAllocates) {
+  const ServoSettings settings = [] {
+    ServoSettings s = implant_settings();
+    s.frame = bone_block().frame();
+    return s;
+  }();
+  Carver carver(bone_block(), settings);
+  Servo servo(settings);
+  auto snapshot = carver.make_snapshot();
+  carver.take_snapshot({0, 0, 5.2e-3}, *snapshot);
+  servo.adopt(*snapshot);
+  ServoTick tick;
+  Cut cut;
+  HandSample hand;
+  double z = 5.3e-3;
+  int cuts = 0;
+  for (int i = 0; i < 1500; ++i) {
+    hand.t += 1'000'000;
+    z -= 1e-6;
+    hand.X_WT = {{0, 0, z}, {1, 0, 0, 0}};
+    hand.pedal = 1;
+    test::NoAlloc guard;
+    cuts += servo.tick(hand, tick, cut);
+  }
+  EXPECT_GT(cuts, 100);
+  EXPECT_EQ(tick.level, static_cast<std::uint32_t>(Motion::kDrilling));
+}
+
+TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPlace) {
+  const char* const model =
+      R"({"implant": {"beds": [{"entry_mm": [30, 0, 0], "axis": [0, 0, -1], "depth_mm": 6, "diameter_mm": 2.2}]}})";
+  try {
+    ImplantSession s(bone_block(), implant_settings(model));
+    FAIL() << "accepted";
+  } catch (const Error& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("beds[0]"), std::string::npos) << text;
+    EXPECT_NE(text.find("a bed inside bone"), std::string::npos) << text;
+  }
+}
+
+TEST(ImplantModel, ABedOfTheSceneIsOneFromTheFirstTick) {
+  const char* const model =
+      R"({"implant": {"beds": [{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": 4, "diameter_mm": 2.2}]}})";
+  ImplantSession s(TissueVolume(read_solids(Json::parse(
+                       R"({"voxel_mm": 0.15, "solids": [{"tissue": "cancellous_bone", "solid": {"difference": [
+                         {"box": {"center_mm": [0, 0, -4], "size_mm": [9, 9, 8]}},
+                         {"cylinder": {"radius_mm": 1.1, "height_mm": 8}}]}}]})",
+                       "bone"))),
+                   implant_settings(model));
+  s.take(kGauge22);
+  s.land();
+  for (int i = 0; i < 20; ++i) s.push(0.6);
+  EXPECT_NE(s.tick.level, kHigh);
+  for (int i = 0; i < 3000; ++i) s.push(1);
+  EXPECT_NEAR(s.depth(), 4e-3, 0.1e-3);
+}
+
+/// Hands that enter and leave beds as no surgeon would: the force of a tick in which the state switches differs from
+/// that before by no more than the hand's own way is worth, and 0.02 N.
+TEST(ImplantModel, NoSwitchOfStateIsAStepOfForce) {
+  for (const std::uint64_t seed : {1, 2}) {
+    ImplantSession s;
+    pilot(s, 4);
+    s.withdraw();
+    s.take(seed % 2 == 0 ? kGauge22 : kTwist28);
+    std::mt19937_64 random(seed);
+    const auto any = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+    dvec3 p(0, 0, 3), goal = p, force(0), tilt(0), tilt_goal(0);  // mm, N, rad about x and y
+    Pose last = s.tick.X_WT;
+    std::uint32_t level = kHigh;
+    int switches = 0;
+    for (int i = 0; i < 12000; ++i) {
+      if (i % 300 == 0) {
+        goal = dvec3(any(-0.6, 0.6), any(-0.6, 0.6), i / 300 % 2 == 0 ? any(-5, -0.5) : any(0.2, 2));
+        tilt_goal = 9 * kDegree * dvec3(any(-0.7, 0.7), any(-0.7, 0.7), 0);
+      }
+      p += 0.01 * (goal - p);
+      tilt += 0.01 * (tilt_goal - tilt);
+      const double angle = glm::length(tilt);
+      const dquat R = angle > 0 ? glm::angleAxis(angle, tilt / angle) : dquat(1, 0, 0, 0);
+      s.tip_at(p, i % 1000 < 600 ? 1 : 0, R);
+      const bool high = s.tick.level == kHigh, was_high = level == kHigh;
+      if (high != was_high) {
+        ++switches;
+        // A turn of the hand takes the end of the tool with it, and on a rim lifts it by more.
+        const double hand =
+            s.stiffness * (glm::length(s.tick.X_WT.p - last.p) + s.half() * turn_between(s.tick.X_WT.R, last.R));
+        EXPECT_LE(glm::length(s.tick.f_T_W - force), 0.02 + 1.5 * hand) << "seed " << seed << " tick " << i;
+      }
+      level = s.tick.level, force = s.tick.f_T_W, last = s.tick.X_WT;
+    }
+    EXPECT_GT(switches, 10) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace typodont::haptics::implant
