@@ -7,7 +7,9 @@
 #include <cmath>
 #include <ctime>
 #include <memory>
+#include <random>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,6 +19,7 @@
 #include "haptics/bench/model_tissues.h"
 #include "haptics/bench/scene.h"
 #include "haptics/bench/timing.h"
+#include "haptics/bench/wanderer.h"
 #include "haptics/contact_method.h"
 #include "haptics/lockstep.h"
 
@@ -26,12 +29,18 @@ namespace {
 
 using namespace bench;
 
-constexpr double kStiffness = 1000;      // N/m, of tissue and coupling
-constexpr double kSpecificEnergy = 8e9;  // J/m³
-constexpr double kLeast = 0.02;          // N: below it a force has no direction to speak of
-constexpr int kSettled = 100;            // ticks until the hand is on the surface and the force's ramp is over
-constexpr double kFallen = 8e-3;         // m below the surface, where no bur gets in the time of a run
-constexpr double kGrid = 0.02e-3;        // m, of the points that count a swept volume
+constexpr double kStiffness = 1000;        // N/m, of tissue and coupling
+constexpr double kSpecificEnergy = 8e9;    // J/m³
+constexpr double kLeast = 0.02;            // N: below it a force has no direction to speak of
+constexpr int kSettled = 100;              // ticks until the hand is on the surface and the force's ramp is over
+constexpr double kFallen = 8e-3;           // m below the surface, where no bur gets in the time of a run
+constexpr double kDynamicFriction = 0.15;  // of every tissue of the bench
+constexpr double kHeld = 0.1;              // N that a hand beyond a sheet must feel to count as held
+constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands
+constexpr double kLedger = 1e-9;           // J that the ledger may be below zero
+constexpr std::uint64_t kSeed = 1;         // of all random hands
+constexpr double kVoxel = 0.1;             // mm, of the field where the knob is another
+constexpr double kGrid = 0.02e-3;          // m, of the points that count a swept volume
 
 /// A contact model with one setting of what trades its accuracy for time.
 struct Setting {
@@ -44,22 +53,47 @@ SharedContactMethod method_of(const std::string& json) {
   return read_contact_method(Json::parse(json, "bench models"));
 }
 
-/// The settings of a model that the bench goes through, from cheap to accurate.
-std::vector<Setting> settings_of(const std::string& model, bool quick) {
+/// The settings of a model that the bench goes through on a tissue, from cheap to accurate. An anatomy has its own
+/// voxels, or none where it is a file of voxels; its mesh is taken as it is.
+std::vector<Setting> settings_of(const std::string& model, const ModelTissue& tissue, bool quick) {
   std::vector<Setting> all;
+  const bool anatomy = !tissue.voxels_mm.empty();
   if (model == "packing") {
-    for (const int spheres : quick ? std::vector{2000, 10'000} : std::vector{10'000, 36'000, 100'000})
+    const std::vector<int> counts = anatomy ? std::vector{36'000}
+                                    : quick ? std::vector{2000, 10'000}
+                                            : std::vector{10'000, 36'000, 100'000};
+    for (const int spheres : counts) {
       all.push_back({model, fmt::format("{} spheres", spheres),
-                     method_of(fmt::format(R"({{"packing": {{"spheres": {}}}}})", spheres))});
+                     method_of(fmt::format(R"({{"packing": {{"spheres": {}}}}})", spheres)),
+                     anatomy ? tissue.voxels_mm.back() : kVoxel});
+    }
+  } else if (anatomy && (model == "mesh_lod" || model == "vertex")) {
+    all.push_back({model, "its mesh",
+                   model == "mesh_lod" ? method_of(R"({"mesh_lod": {"levels": [2000000]}})") : method_of("\"vertex\""),
+                   tissue.voxels_mm.back()});
   } else if (model == "mesh_lod") {
-    for (const int vertices : quick ? std::vector{2000, 8000} : std::vector{2000, 8000, 33'000})
+    for (const int vertices : quick ? std::vector{2000, 8000} : std::vector{2000, 8000, 33'000}) {
       all.push_back({model, fmt::format("{} vertices", vertices),
-                     method_of(fmt::format(R"({{"mesh_lod": {{"vertices": {0}, "levels": [{0}]}}}})", vertices))});
+                     method_of(fmt::format(R"({{"mesh_lod": {{"vertices": {0}, "levels": [{0}]}}}})", vertices)),
+                     kVoxel});
+    }
   } else {
-    for (const double voxel_mm : quick ? std::vector{0.2, 0.1} : std::vector{0.2, 0.1, 0.05})
+    const std::vector<double> voxels = anatomy ? tissue.voxels_mm
+                                       : quick ? std::vector{0.2, 0.1}
+                                               : std::vector{0.2, 0.1, 0.05};
+    for (const double voxel_mm : voxels) {
       all.push_back({model, fmt::format("voxel {:g} mm", voxel_mm), contact_method(model, "bench models"), voxel_mm});
+    }
   }
   return all;
+}
+
+/// The setting of a model for a question that has no knob.
+Setting usual_setting(const std::string& model) {
+  if (model == "packing") return {model, "10000 spheres", method_of(R"({"packing": {"spheres": 10000}})"), kVoxel};
+  if (model == "mesh_lod")
+    return {model, "8000 vertices", method_of(R"({"mesh_lod": {"vertices": 8000, "levels": [8000]}})"), kVoxel};
+  return {model, fmt::format("voxel {:g} mm", kVoxel), contact_method(model, "bench models"), kVoxel};
 }
 
 bool wanted(const std::vector<std::string>& names, const std::string& name) {
@@ -126,22 +160,37 @@ class ModelBench {
 
   void all() {
     std::vector<ModelTissue> tissues = analytic_tissues();
+    for (const ModelAnatomy& a : options_.anatomies) tissues.push_back(mesh_tissue(a));
     for (const ModelTissue& tissue : tissues) {
       if (!wanted(options_.tissues, tissue.name)) continue;
-      const Course slide = slide_course(tissue, options_.quick ? 800 : 4000), tap = tap_course(tissue);
+      const Course slide = slide_course(tissue, options_.quick ? 800 : 2500), tap = tap_course(tissue);
       for (const std::string& model : contact_method_names()) {
-        for (const Setting& setting : settings_of(model, options_.quick)) {
+        for (const Setting& setting : settings_of(model, tissue, options_.quick)) {
           tissue_ = &tissue, setting_ = &setting;
           if (wanted(options_.motions, "slide")) follow("slide", slide);
           if (wanted(options_.motions, "tap")) follow("tap", tap);
-          if (tissue.solid && wanted(options_.motions, "drill")) drill();
+          if (wanted(options_.motions, "drag")) drag(slide);
+          if (wanted(options_.motions, "drill") && tissue.solid) drill();
+          if (wanted(options_.motions, "break-through") && !tissue.solid) break_through();
         }
+        const Setting usual = usual_setting(model);
+        setting_ = &usual;
+        if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty()) hostile();
+      }
+    }
+    for (const double thickness_mm : {0.2, 0.5, 1.0}) {
+      const ModelTissue sheet = sheet_tissue(thickness_mm);
+      if (!wanted(options_.motions, "escape") || !wanted(options_.tissues, sheet.name)) continue;
+      for (const std::string& model : contact_method_names()) {
+        const Setting usual = usual_setting(model);
+        tissue_ = &sheet, setting_ = &usual;
+        escape(thickness_mm);
       }
     }
   }
 
  private:
-  void add(const char* motion, const char* measure, double value, const char* unit, double ns = BenchRow::kNone) {
+  void add(const char* motion, std::string_view measure, double value, const char* unit, double ns = BenchRow::kNone) {
     rows_.push_back({.name = fmt::format("{}, {}, {}: {}", tissue_->name, motion, setting_->model, measure),
                      .knob = setting_->knob,
                      .error = value,
@@ -272,6 +321,124 @@ class ModelBench {
       add("drill", "carver's cut, median", BenchRow::kNone, "", quantile(cutting, 0.5));
       add("drill", "carver's cut, 99.9 %", BenchRow::kNone, "", quantile(cutting, 0.999));
     }
+  }
+
+  /// The slide once more with friction: tangential over normal force, against Coulomb's coefficient.
+  void drag(const Course& course) {
+    ServoSettings settings = servo_settings();
+    settings.cutting = false;
+    settings.damping = 0;
+    Scene scene(tissue_->make(setting_->voxel_mm), settings);
+    double squares = 0, worst = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < course.hand.size(); ++i) {
+      scene.tick({course.hand[i]}, 0);
+      if (static_cast<int>(i) < kSettled) continue;
+      const ExactShape::Nearest at = tissue_->shape.nearest(scene.last.X_WG.p, 2 * kProbeRadius);
+      const dvec3 n = glm::normalize(scene.last.X_WG.p - at.p), f = scene.last.f_T_W;
+      const double normal = glm::dot(f, n), tangential = glm::length(f - normal * n);
+      if (!(normal > kLeast)) continue;
+      const double off = tangential / normal / kDynamicFriction - 1;
+      squares += off * off, worst = std::max(worst, std::abs(off)), ++count;
+    }
+    add("drag", "friction", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms");
+    add("drag", "friction", 100 * worst, "%, greatest");
+  }
+
+  /// The same bur and push on a sheet: does it come through, and what does the hand feel then?
+  void break_through() {
+    ServoSettings settings = servo_settings();
+    settings.spindle.free_speed = 300 * kKrpm;
+    Scene scene(tissue_->make(setting_->voxel_mm), settings);
+    dvec3 x(0.2e-3, 0.1e-3, 0.15e-3 + kProbeRadius + 2e-5), v(0);
+    const dvec3 rest = x;
+    const double beyond = -(0.15e-3 + kProbeRadius);  // m, height at which the bur has left the sheet
+    double step = 0, left = 0, through = 0;
+    dvec3 last(0);
+    const int ticks = options_.quick ? 1500 : 4000;
+    for (int i = 0; i < ticks && x.z > -kFallen; ++i) {
+      dvec3 pull = 2000.0 * (rest - x);
+      pull.z = -1;
+      v += settings.tick * (pull - 5.0 * v + scene.last.f_T_W) / 0.15;
+      x += settings.tick * v;
+      scene.tick({x}, 1);
+      step = std::max(step, glm::length(scene.last.f_T_W - last));
+      last = scene.last.f_T_W;
+      if (x.z < beyond - 1e-4) left = std::max(left, glm::length(last));
+      if (through == 0 && x.z < beyond) through = settings.tick * i;
+    }
+    add("break-through", "through", through > 0 ? 1 : 0, "1: the bur came through");
+    if (through > 0) {
+      add("break-through", "time", through, "s until the bur has left the sheet");
+      add("break-through", "force left", left, "N beyond the sheet, greatest");
+    }
+    add("break-through", "step, felt", step, "N a tick");
+  }
+
+  /// Hands that go through a sheet at a speed no wall can be slow for: does a force still hold them back?
+  void escape(double thickness_mm) {
+    ServoSettings settings = servo_settings();
+    settings.friction = settings.cutting = false;
+    Scene scene(tissue_->make(setting_->voxel_mm), settings);
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<double> anywhere(-1, 1);
+    const int hands = options_.quick ? 20 : 100;
+    for (const double step_mm : {1.0, 5.0, 20.0}) {
+      int escaped = 0;
+      for (int k = 0; k < hands; ++k) {
+        const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
+        const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3 * step_mm);
+        for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);  // far away: the next contact begins anew
+        for (int i = 0; i < 20; ++i) scene.tick({from}, 0);
+        dvec3 hand = from;
+        while (hand.z > -4e-3) scene.tick({hand += way}, 0);
+        for (int i = 0; i < 100; ++i) scene.tick({hand}, 0);
+        escaped += scene.last.f_T_W.z < kHeld;
+      }
+      add("escape", fmt::format("hands of {:g} mm a tick", step_mm), 100.0 * escaped / hands, "% escaped");
+      rows_.back().size = step_mm, rows_.back().size_unit = "mm a tick";
+      rows_.back().knob += fmt::format(", sheet {:g} mm", thickness_mm);
+    }
+  }
+
+  /// Hands that nobody has: what they feel is finite and bounded, and gives them no energy.
+  void hostile() {
+    ServoSettings settings = servo_settings();
+    settings.spindle.free_speed = 300 * kKrpm;
+    settings.force_limit = kHostileForce;
+    const int hands = options_.quick ? 2 : 8, ticks = options_.quick ? 1000 : 3000;
+    double worst = 0, greatest = 0, bad = 0, through = 0, slowest = 0;
+    int with_energy = 0;
+    std::vector<double> times;
+    for (int hand = 0; hand < hands; ++hand) {
+      const bool drills = hand % 2 == 1;
+      Scene scene(tissue_->make(setting_->voxel_mm), settings);
+      Wanderer wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
+      double least = 0;
+      for (int i = 0; i < ticks; ++i) {
+        // Every two seconds down into the tissue.
+        const Pose at = wanderer.next(settings.tick);
+        const dvec3 down = (1.5e-3 + kProbeRadius) * 0.5 * (1 - std::cos(kPi * 1e-3 * i)) *
+                           glm::normalize(tissue_->shape.nearest(tissue_->start, 5e-3).p - tissue_->start);
+        times.push_back(scene.tick({at.p + down, at.R}, drills ? 1 : 0));
+        const ServoTick& tick = scene.last;
+        if (!is_finite(tick.f_T_W) || !is_finite(tick.X_WG.p) || !std::isfinite(tick.energy)) ++bad;
+        greatest = std::max(greatest, glm::length(tick.f_T_W));
+        least = std::min(least, tick.energy);
+        if (!drills && !tissue_->solid && tick.X_WG.p.z < 0 && std::abs(tick.X_WG.p.x) < 2e-3 &&
+            std::abs(tick.X_WG.p.y) < 2e-3)
+          through = 1;
+      }
+      worst = std::max(worst, -least);
+      with_energy += least < -kLedger;
+    }
+    slowest = quantile(times, 0.999);
+    add("hostile", "energy given, felt", 1e6 * worst, "uJ");
+    add("hostile", "hands with energy", 100.0 * with_energy / hands, "% of the hands");
+    add("hostile", "greatest force", greatest, "N");
+    add("hostile", "ticks not finite", bad, "ticks");
+    if (!tissue_->solid) add("hostile", "through the sheet", through, "1: a probe came through");
+    add("hostile", "tick, 99.9 %", BenchRow::kNone, "", slowest);
   }
 
   const ModelBenchOptions& options_;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <string_view>
+#include <string>
 #include <utility>
 
 #include "engine/base/units.h"
@@ -45,8 +45,8 @@ TissueMesh box(double half_x, double half_y, double half_z) {
   return prism({{-half_x, -half_z}, {half_x, -half_z}, {half_x, half_z}, {-half_x, half_z}}, half_y);
 }
 
-std::function<TissueVolume(double)> sampled(std::string_view solid) {
-  return [solid](double voxel_mm) {
+std::function<TissueVolume(double)> sampled(std::string solid) {
+  return [solid = std::move(solid)](double voxel_mm) {
     return TissueVolume(read_solids(Json::parse(
         fmt::format(R"({{"voxel_mm": {:g}, "solids": [{{"tissue": "dentin", "solid": {}}}]}})", voxel_mm, solid),
         "bench models")));
@@ -93,18 +93,29 @@ std::vector<ModelTissue> analytic_tissues() {
   return all;
 }
 
-ModelTissue mesh_tissue(std::string name, const TissueMesh& mesh, const dvec3& start,
-                        std::function<TissueVolume(double voxel_mm)> make, bool exact) {
-  return {std::move(name),
-          ExactShape::triangles(mesh),
-          std::move(make),
-          start,
-          [](int i, const dvec3&, const dvec3&) {
+ModelTissue sheet_tissue(double thickness_mm) {
+  const double half = 0.5 * thickness_mm * kMillimetre;
+  return {fmt::format("sheet of {:g} mm", thickness_mm),
+          ExactShape::triangles(box(3.0_mm, 3.0_mm, half)),
+          sampled(fmt::format(R"({{"box": {{"size_mm": [6, 6, {:g}]}}}})", thickness_mm)),
+          dvec3(0, 0, half + kProbeRadius + 0.5_mm),
+          around,
+          false};
+}
+
+ModelTissue mesh_tissue(const ModelAnatomy& anatomy) {
+  const dvec3 out = glm::normalize(anatomy.out);
+  return {anatomy.name,
+          ExactShape::triangles(anatomy.mesh),
+          anatomy.make,
+          anatomy.start + (kProbeRadius + 0.5_mm) * out,
+          [out](int i, const dvec3&, const dvec3&) {
             const double turn = 2.4 * (i / kTurn);  // rad, the golden angle: never the same way
-            return dvec3(std::cos(turn), std::sin(turn), 0);
+            const dvec3 a = glm::normalize(glm::cross(out, std::abs(out.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+            return std::cos(turn) * a + std::sin(turn) * glm::cross(out, a);
           },
           true,
-          exact};
+          anatomy.voxels_mm};
 }
 
 Course slide_course(const ModelTissue& tissue, int ticks) {

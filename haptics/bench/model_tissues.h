@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/bench.h"
 #include "haptics/bench/reference_contact.h"
 #include "haptics/tissue_volume.h"
 
@@ -22,16 +23,17 @@ struct ModelTissue {
   /// Where the hand goes next along the surface: at tick `i`, contact at c, unit normal n out of the tissue. Not
   /// necessarily tangential or of unit length.
   std::function<dvec3(int i, const dvec3& c, const dvec3& n)> ahead;
-  bool solid = true;  // a bur sinks into it; false: it would fall through
-  bool exact = true;  // the shape is what the tissue was defined by, not a triangulation of a scan
+  bool solid = true;                // a bur sinks into it; false: it would fall through
+  std::vector<double> voxels_mm{};  // of an anatomy: the voxels that it is measured with; else empty
 };
 
 /// Analytic tissues: "ball", "torus", "box edges", "thin sheet", "groove".
 std::vector<ModelTissue> analytic_tissues();
 
-/// A tissue that is a mesh: the highest point is where the hand starts.
-ModelTissue mesh_tissue(std::string name, const TissueMesh& mesh, const dvec3& start,
-                        std::function<TissueVolume(double voxel_mm)> make, bool exact);
+/// A sheet of 6 × 6 mm, "sheet of 0.2 mm".
+ModelTissue sheet_tissue(double thickness_mm);
+/// A tissue that is a mesh, or whose field was made into one: the hand starts above `start`, which lies on it.
+ModelTissue mesh_tissue(const ModelAnatomy& anatomy);
 
 /// A hand that every model gets, tick by tick, and where the ball must be then.
 struct Course {

@@ -18,6 +18,9 @@ struct ModelFigure {
 /// The figures among rows, in their order; rows of other names are left out.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
+/// The model that comes first in most tasks of the table of choice; empty where there are no figures.
+std::string model_of_most_tasks(const std::vector<ModelFigure>& figures);
+
 /// Writes FILE.md and, beside it in a folder of its name, one SVG per question. `machine`: processor, compiler, flags
 /// and date in one line. Throws Error where the place is not writable.
 void write_models_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,

@@ -3,6 +3,7 @@
 #include "audio/bench.h"
 #include "calibration/bench.h"
 #include "engine/app/assets.h"
+#include "engine/app/bench/model_anatomies.h"
 #include "engine/app/bench/models_page.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"
@@ -37,6 +38,7 @@ Rows vertex(const BenchRun& run) {
 Rows models(const BenchRun& run) {
   haptics::ModelBenchOptions options;
   options.quick = run.quick;
+  if (!run.quick) options.anatomies = model_anatomies();
   return haptics::bench_models(options);
 }
 
@@ -77,8 +79,8 @@ constexpr BenchPart kParts[] = {
      "formula.",
      contact, true},
     {"models", "Contact models compared",
-     "Every contact model on the same tissue, with the same hand and the same clock, against the exact answer.",
-     models, false, write_models_page},
+     "Every contact model on the same tissue, with the same hand and the same clock, against the exact answer.", models,
+     false, write_models_page},
     {"motions", "Motions of a hand",
      "The servo's tick for every shipped tool, sunk into a block of 0.1 mm voxels and then moved as a hand moves it. "
      "What counts is the 99.9 %: half of the period is 500 µs.",
