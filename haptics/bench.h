@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,27 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options);
 /// Sphere packings of a ball: coverage, collision, normals, removal and ticks, by the number of spheres. `quick`:
 /// without the largest packing, and fewer repeats.
 std::vector<BenchRow> bench_packing(bool quick);
+
+/// An anatomy for the comparison of contact models. Metres, frame W.
+struct ModelAnatomy {
+  std::string name;
+  TissueMesh mesh;  // its exact surface
+  std::function<TissueVolume(double voxel_mm)> make;
+  dvec3 start{0};                 // on the surface: where the hand comes down …
+  dvec3 out{0, 0, 1};             // … from this direction
+  std::vector<double> voxels_mm;  // coarse to fine, at least one; of a file of voxels its own
+};
+
+struct ModelBenchOptions {
+  bool quick = false;                // few ticks and coarse settings: a look instead of a measurement
+  std::vector<std::string> tissues;  // of them; none: all
+  // "slide", "tap", "drag", "drill", "break-through", "escape", "hostile"; none: all
+  std::vector<std::string> motions;
+  std::vector<ModelAnatomy> anatomies;
+};
+/// Every contact model on the same tissues with the same hands, against the exact answer. The name of a row is
+/// "tissue, motion, model: measure".
+std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files

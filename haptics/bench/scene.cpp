@@ -70,7 +70,9 @@ static ServoSettings with_materials(ServoSettings s) {
   return s;
 }
 
-Scene::Scene(const DenseTissue& dense, const ServoSettings& s) : steps(TissueVolume(dense), with_materials(s)) {}
+Scene::Scene(const DenseTissue& dense, const ServoSettings& s) : Scene(TissueVolume(dense), s) {}
+
+Scene::Scene(TissueVolume tissue, const ServoSettings& s) : steps(std::move(tissue), with_materials(s)) {}
 
 bool Scene::renew_patch(const Pose& X_WT) {
   if (t == 0) last.X_WT = last.X_WG = X_WT;

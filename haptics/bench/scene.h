@@ -57,6 +57,7 @@ struct Scene {
   OtherThread carving;
 
   Scene(const DenseTissue& dense, const ServoSettings& settings);
+  Scene(TissueVolume tissue, const ServoSettings& settings);
 
   /// The servo's patch, of a field model.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }

@@ -3,6 +3,8 @@
 #include "audio/bench.h"
 #include "calibration/bench.h"
 #include "engine/app/assets.h"
+#include "engine/app/bench/model_anatomies.h"
+#include "engine/app/bench/models_page.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"
 #include "engine/debris/bench.h"
@@ -31,6 +33,13 @@ Rows mesh_lod(const BenchRun& run) {
 }
 Rows vertex(const BenchRun& run) {
   return haptics::bench_vertex(arch(), run.quick);
+}
+
+Rows models(const BenchRun& run) {
+  haptics::ModelBenchOptions options;
+  options.quick = run.quick;
+  if (!run.quick) options.anatomies = model_anatomies();
+  return haptics::bench_models(options);
 }
 
 Rows motions(const BenchRun& run) {
@@ -69,6 +78,9 @@ constexpr BenchPart kParts[] = {
      "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
      "formula.",
      contact, true},
+    {"models", "Contact models compared",
+     "Every contact model on the same tissue, with the same hand and the same clock, against the exact answer.", models,
+     false, write_models_page},
     {"motions", "Motions of a hand",
      "The servo's tick for every shipped tool, sunk into a block of 0.1 mm voxels and then moved as a hand moves it. "
      "What counts is the 99.9 %: half of the period is 500 µs.",

@@ -2,7 +2,9 @@
 // measured in the same run. Modules bring their own rows; what needs several modules at once is measured here.
 #pragma once
 
+#include <filesystem>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +26,9 @@ struct BenchPart {
   /// Throws Error where something that it needs is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
   bool takes_model = false;  // it measures BenchRun::method
+  /// Writes its rows as a page of its own; null: they are a section of the common page.
+  void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
+                     const std::string& machine) = nullptr;
 };
 
 std::span<const BenchPart> bench_parts();

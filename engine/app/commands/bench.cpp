@@ -48,8 +48,10 @@ std::string machine() {
   const std::time_t now = std::time(nullptr);
   char date[32];
   std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
-  return fmt::format("typodont {}, {}, {} cores, {}, GCC {}, {}", TYPODONT_VERSION, cpu,
-                     std::thread::hardware_concurrency(), date, __VERSION__, TYPODONT_FLAGS);
+  const char* const commit = std::getenv("TYPODONT_COMMIT");  // set by ./run bench
+  return fmt::format("typodont {}{}, {}, {} cores, {}, GCC {}, {}", TYPODONT_VERSION,
+                     commit ? fmt::format(" ({})", commit) : "", cpu, std::thread::hardware_concurrency(), date,
+                     __VERSION__, TYPODONT_FLAGS);
 }
 
 struct Options {
@@ -60,8 +62,8 @@ struct Options {
 
 constexpr std::string_view kColumns = "part,case,knob,error,error_unit,time_ns,per,baseline,ratio,size,size_unit";
 
-std::string csv(const std::vector<MeasuredPart>& parts) {
-  std::string text = fmt::format("# {}\n{}\n", machine(), kColumns);
+std::string csv(const std::vector<MeasuredPart>& parts, const std::string& made) {
+  std::string text = fmt::format("# {}\n{}\n", made, kColumns);
   for (const MeasuredPart& m : parts) {
     for (const BenchRow& r : m.rows) {
       text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", m.part->name, quoted(r.name), quoted(r.knob),
@@ -182,8 +184,9 @@ void run(const Options& options) {
     log::info("measuring {}", part.name);
     measured.push_back({&part, part.rows(asked)});
   }
-  if (!options.out.empty()) write_file_atomically(options.out, csv(measured), FileKind::kTable, Over::kItsInput);
-  if (!options.page.empty()) write_performance_page(options.page, measured, machine());
+  const std::string made = machine() + (options.quick ? "; a quick look (--quick), no measurement" : "");
+  if (!options.out.empty()) write_file_atomically(options.out, csv(measured, made), FileKind::kTable, Over::kItsInput);
+  if (!options.page.empty()) write_performance_page(options.page, measured, made);
   if (options.json) {
     print_json(measured);
   } else {

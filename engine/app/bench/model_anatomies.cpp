@@ -1,0 +1,72 @@
+#include "engine/app/bench/model_anatomies.h"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "engine/app/assets.h"
+#include "engine/base/units.h"
+#include "haptics/import/mesh_tissue.h"
+#include "haptics/tissue_mesh.h"
+
+namespace typodont {
+
+namespace {
+
+using haptics::DenseTissue;
+using haptics::ModelAnatomy;
+using haptics::TissueMesh;
+using haptics::TissueVolume;
+
+/// A mesh file as a tissue: field models get its volume, mesh models the mesh itself.
+ModelAnatomy of_mesh(const char* name, const char* file, std::vector<double> voxels_mm) {
+  ModelAnatomy anatomy;
+  anatomy.name = name;
+  anatomy.mesh = haptics::read_tissue_mesh(assets_folder() / file, kMillimetre, Tissue::kDentin).mesh;
+  anatomy.voxels_mm = std::move(voxels_mm);
+  const auto mesh = std::make_shared<const TissueMesh>(anatomy.mesh);
+  const auto kept = std::make_shared<std::map<double, DenseTissue>>();  // a volume takes seconds to fill
+  anatomy.make = [mesh, kept](double voxel_mm) {
+    auto found = kept->find(voxel_mm);
+    if (found == kept->end()) {
+      haptics::MeshTissueOptions options;
+      options.tissue = Tissue::kDentin, options.voxel = voxel_mm * kMillimetre;
+      found = kept->emplace(voxel_mm, haptics::rasterize(*mesh, options)).first;
+    }
+    TissueVolume volume(found->second);
+    volume.set_mesh(mesh);
+    return volume;
+  };
+  return anatomy;
+}
+
+}  // namespace
+
+std::vector<ModelAnatomy> model_anatomies() {
+  std::vector<ModelAnatomy> all;
+  // The molar is a file of voxels: its surface as triangles is taken for exact.
+  ModelAnatomy molar;
+  molar.name = "molar";
+  molar.make = [](double) { return TissueVolume::load(assets_folder() / "teeth/molar.vdb"); };
+  const TissueVolume volume = molar.make(0);
+  molar.mesh = haptics::surface_mesh(volume);
+  molar.voxels_mm = {volume.frame().voxel / kMillimetre};
+  molar.start = *std::ranges::max_element(molar.mesh.vertices, {}, &dvec3::z);
+  all.push_back(std::move(molar));
+
+  ModelAnatomy arch = of_mesh("arch", "jaw/lower_arch.ply", {0.3, 0.2});
+  arch.start = *std::ranges::max_element(arch.mesh.vertices, {}, &dvec3::z);
+  all.push_back(std::move(arch));
+
+  // The floor of the socket, whose middle is the origin and whose mouth looks along z.
+  ModelAnatomy pelvis = of_mesh("pelvis", "hip/acetabulum.ply", {0.5, 0.3});
+  pelvis.start = *std::ranges::min_element(pelvis.mesh.vertices, {}, [](const dvec3& p) {
+    return std::hypot(p.x, p.y) + (p.z > 0 ? 1.0 : 0.0) - 1e-3 * p.z;
+  });
+  all.push_back(std::move(pelvis));
+  return all;
+}
+
+}  // namespace typodont

@@ -1,0 +1,377 @@
+#include "engine/app/bench/models_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "engine/app/bench/plot.h"
+#include "engine/base/error.h"
+#include "engine/base/file_kind.h"
+#include "engine/base/json.h"
+#include "haptics/contact_method.h"
+
+namespace typodont {
+
+namespace {
+
+/// The distinct values of a member, in the order of their first appearance.
+std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::string ModelFigure::*member) {
+  std::vector<std::string> all;
+  for (const ModelFigure& f : figures)
+    if (std::find(all.begin(), all.end(), f.*member) == all.end()) all.push_back(f.*member);
+  return all;
+}
+
+/// A measure on a motion. `unit` chooses among rows of one measure: the end of their unit.
+struct Question {
+  const char *title, *text, *file;
+  const char *motion, *measure, *unit;
+  const char* y_label;
+};
+
+constexpr Question kPlotted[] = {
+    {"Is the direction right?",
+     "The hand slides over the tissue with 20 mm/s, 0.3 mm ahead of where the tissue holds the ball. Angle between the "
+     "force that the model asks for and the exact one.",
+     "direction", "slide", "direction", "rms", "direction error, degree rms"},
+    {"Is the magnitude right?", "The same slide: by how much the force's size is off.", "magnitude", "slide",
+     "magnitude", "rms", "magnitude error, % rms"},
+    {"Is the tool drawn inside the tissue?",
+     "The same slide: how deep the tool as it is drawn lies in the exact shape, at most.", "penetration", "slide",
+     "penetration", "greatest", "penetration, mm"},
+    {"Is what was removed what the bur swept?",
+     "A round bur of 1.2 mm in a hand of 0.15 kg that pushes with 1 N and swings to and fro. The volume that the "
+     "tissue "
+     "lost, against the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 mm.",
+     "removal", "drill", "removal", "swept volume", "removal error, % of the swept volume"}};
+
+bool answers(const ModelFigure& f, const Question& q) {
+  return f.motion == q.motion && f.measure == q.measure && f.row->error_unit.ends_with(q.unit);
+}
+
+std::vector<Plot> panels_of(const std::vector<ModelFigure>& figures, const Question& q) {
+  const std::vector<std::string> models = distinct(figures, &ModelFigure::model);
+  std::vector<Plot> panels;
+  for (const std::string& tissue : distinct(figures, &ModelFigure::tissue)) {
+    Plot plot{tissue, "servo's tick, median, ns", q.y_label, {}};
+    for (const std::string& model : models) plot.of(model);  // the same colour in every panel
+    bool any = false;
+    for (const ModelFigure& f : figures) {
+      if (f.tissue != tissue || !answers(f, q) || !(f.row->error > 0) || !(f.row->time_ns > 0)) continue;
+      plot.of(f.model).points.push_back({f.row->time_ns, f.row->error, f.row->knob});
+      any = true;
+    }
+    if (any) panels.push_back(std::move(plot));
+  }
+  return panels;
+}
+
+std::string number(double v) {
+  if (!std::isfinite(v)) return "–";
+  if (v == 0) return "0";
+  return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
+}
+
+/// What a table cell shows of a row.
+using CellOf = std::function<double(const BenchRow&)>;
+double error_of(const BenchRow& row) {
+  return row.error;
+}
+double microseconds_of(const BenchRow& row) {
+  return row.time_ns * 1e-3;
+}
+
+/// The row that answers a question for a model on a tissue by its finest setting, the last; null: none.
+const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
+                       const std::string& tissue) {
+  const BenchRow* row = nullptr;
+  for (const ModelFigure& f : figures)
+    if (f.model == model && f.tissue == tissue && answers(f, q)) row = f.row;
+  return row;
+}
+
+/// The distinct tissues that a question was asked on.
+std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
+  std::vector<ModelFigure> asked;
+  std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
+  return distinct(asked, &ModelFigure::tissue);
+}
+
+/// Models in rows, tissues in columns; each model by its finest setting.
+std::string table_of(const std::vector<ModelFigure>& figures, const Question& q, const CellOf& cell) {
+  const std::vector<std::string> tissues = tissues_of(figures, q);
+  if (tissues.empty()) return {};
+  std::string out = "| model |", line = "|---|";
+  for (const std::string& tissue : tissues) out += fmt::format(" {} |", tissue), line += "---|";
+  out += "\n" + line + "\n";
+  for (const std::string& model : distinct(figures, &ModelFigure::model)) {
+    out += fmt::format("| `{}` |", model);
+    for (const std::string& tissue : tissues) {
+      const BenchRow* row = answer(figures, q, model, tissue);
+      out += fmt::format(" {} |", row ? number(cell(*row)) : "–");
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+struct Tabled {
+  Question question;
+  double (*cell)(const BenchRow&);
+};
+constexpr Tabled kTabled[] = {
+    {{"Does friction follow Coulomb's law?",
+      "The slide with friction: tangential over normal force against 0.15, % rms. Sticking counts as an error.", "",
+      "drag", "friction", "rms", ""},
+     error_of},
+    {{"What does a tick cost, at worst?", "Thread processor time of the servo's tick while sliding: 99.9 %, µs.", "",
+      "slide", "tick, 99.9 %", "", ""},
+     microseconds_of},
+    {{"And while drilling?", "The same while the bur cuts: 99.9 %, µs.", "", "drill", "tick, 99.9 %", "", ""},
+     microseconds_of},
+    {{"What does a cut cost the carver?", "The other thread's work for one cut, median, µs.", "", "drill",
+      "carver's cut, median", "", ""},
+     microseconds_of},
+    {{"How large is the largest step of the force, as the model asks for it?",
+      "Sliding; N in a tick, beyond the step of the exact force.", "", "slide", "step, asked", "", ""},
+     error_of},
+    {{"And as the hand feels it?", "The same behind the servo's slew, limits and energy ledger.", "", "slide",
+      "step, felt", "", ""},
+     error_of},
+    {{"How much energy does a tap give, as the model asks for it?",
+      "Taps with 10, 30, 100 and 200 mm/s, 0.3 mm deep: µJ given to the hand, at most.", "", "tap",
+      "energy given, asked", "", ""},
+     error_of},
+    {{"And as the hand feels it?", "The same behind the energy ledger.", "", "tap", "energy given, felt", "", ""},
+     error_of},
+    {{"Does the bur come through a sheet?",
+      "The bur that pushes with 1 N on a sheet of 0.3 mm: seconds until it has left the sheet; – where it never did.",
+      "", "break-through", "time", "", ""},
+     error_of},
+    {{"And what does the hand feel beyond it?", "N, at most, when the bur has left the sheet.", "", "break-through",
+      "force left", "", ""},
+     error_of},
+    {{"Do hands escape through thin walls, 1 mm a tick?",
+      "A ball is moved through a sheet and stays 4 mm below it: % of hands that no force holds back then. A sheet of "
+      "each "
+      "thickness, random places and directions.",
+      "", "escape", "hands of 1 mm a tick", "", ""},
+     error_of},
+    {{"And 20 mm a tick?", "The same.", "", "escape", "hands of 20 mm a tick", "", ""}, error_of},
+    {{"What do hostile hands get out of it?",
+      "Hands that wander with up to 0.2 m/s and 20 m/s², turn in all directions and drill: µJ that any of them got, at "
+      "most, behind the energy ledger.",
+      "", "hostile", "energy given, felt", "", ""},
+     error_of},
+    {{"How many of them get energy?", "More than 1 nJ: % of the hands.", "", "hostile", "hands with energy", "", ""},
+     error_of},
+    {{"Is all that they feel finite?", "Ticks with a number that is not.", "", "hostile", "ticks not finite", "", ""},
+     error_of},
+    {{"What does a hostile tick cost, at worst?", "99.9 %, µs.", "", "hostile", "tick, 99.9 %", "", ""},
+     microseconds_of},
+    {{"What does it take to set up?", "Memory of tissue, snapshots and model, MiB.", "", "set-up", "memory", "", ""},
+     error_of},
+    {{"And how long?", "Processor time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
+
+/// A task of the table of choice: the model with the least figure, among those that keep time and hold the hand.
+struct Task {
+  const char* task;
+  Question question;
+  std::vector<std::string> tissues;
+  double (*cell)(const BenchRow&);
+  const char* figure;  // what the number is
+};
+
+const std::vector<Task>& tasks() {
+  static const std::vector<Task> all{
+      {"feel a smooth surface",
+       {"", "", "", "slide", "direction", "rms", ""},
+       {"ball", "torus"},
+       error_of,
+       "°, direction"},
+      {"feel edges, grooves and walls",
+       {"", "", "", "slide", "direction", "rms", ""},
+       {"box edges", "groove", "thin sheet"},
+       error_of,
+       "°, direction"},
+      {"feel a tooth from CT", {"", "", "", "slide", "direction", "rms", ""}, {"molar"}, error_of, "°, direction"},
+      {"feel a scan as it was triangulated",
+       {"", "", "", "slide", "direction", "rms", ""},
+       {"arch", "pelvis"},
+       error_of,
+       "°, direction"},
+      {"stick and slip with a probe",
+       {"", "", "", "drag", "friction", "rms", ""},
+       {"ball", "torus"},
+       error_of,
+       "%, friction"},
+      {"drill in solid tissue",
+       {"", "", "", "drill", "removal", "swept volume", ""},
+       {"ball", "torus", "box edges", "groove"},
+       error_of,
+       "% of the volume"},
+      {"drill without steps of the force",
+       {"", "", "", "drill", "step, asked", "", ""},
+       {"ball", "torus", "box edges", "groove"},
+       error_of,
+       "N a tick"},
+      {"break through a wall",
+       {"", "", "", "break-through", "force left", "", ""},
+       {"thin sheet"},
+       error_of,
+       "N beyond it"},
+      {"a cheap tick",
+       {"", "", "", "slide", "tick, 99.9 %", "", ""},
+       {"ball", "torus", "box edges", "groove"},
+       microseconds_of,
+       "µs, 99.9 %"},
+      {"little memory",
+       {"", "", "", "set-up", "memory", "", ""},
+       {"ball", "torus", "box edges", "groove"},
+       error_of,
+       "MiB"}};
+  return all;
+}
+
+constexpr double kMostTick = 500e3;  // ns, 99.9 %: half of a period at 1 kHz
+
+/// Geometric mean over the task's tissues by the finest setting whose tick keeps time; infinite where the model fails
+/// on one of them.
+double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
+  double sum = 0;
+  for (const std::string& tissue : task.tissues) {
+    double value = INFINITY;
+    for (const ModelFigure& f : figures) {
+      if (f.model != model || f.tissue != tissue || !answers(f, task.question)) continue;
+      const bool late = std::ranges::any_of(figures, [&](const ModelFigure& other) {
+        return other.model == model && other.tissue == tissue && other.motion == f.motion &&
+               other.row->knob == f.row->knob && other.measure == "tick, 99.9 %" && other.row->time_ns > kMostTick;
+      });
+      if (!late) value = task.cell(*f.row);
+    }
+    if (!std::isfinite(value)) return INFINITY;
+    sum += std::log(std::max(value, 1e-9));
+  }
+  return std::exp(sum / static_cast<double>(task.tissues.size()));
+}
+
+struct Ranked {
+  std::string model;
+  double score = INFINITY;
+};
+/// Best first; models that fail are left out.
+std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
+  std::vector<Ranked> all;
+  for (const std::string& model : distinct(figures, &ModelFigure::model)) {
+    if (const double s = score(figures, task, model); std::isfinite(s)) all.push_back({model, s});
+  }
+  std::ranges::stable_sort(all, {}, &Ranked::score);
+  return all;
+}
+
+std::string table_of_choice(const std::vector<ModelFigure>& figures) {
+  std::string out =
+      "\n## Which model for which task\n\nLeast figure among the models whose tick takes at most 500 µs (99.9 %) there "
+      "and "
+      "that do not fail; geometric mean over the tissues.\n\n| task | take | figure | next | its figure |\n"
+      "|---|---|---|---|---|\n";
+  for (const Task& task : tasks()) {
+    const std::vector<Ranked> order = ranked(figures, task);
+    if (order.empty()) continue;
+    const auto cell = [&](std::size_t i) {
+      return i < order.size() ? fmt::format("`{}` | {} {}", order[i].model, number(order[i].score), task.figure)
+                              : std::string("– | ");
+    };
+    out += fmt::format("| {} | {} | {} |\n", task.task, cell(0), cell(1));
+  }
+  const std::string best = model_of_most_tasks(figures);
+  const std::string_view used = haptics::default_contact_method()->name();
+  out += fmt::format("\n`{}` is first in most tasks. The program's default is `{}`{}\n", best, used,
+                     best == used ? "." : ", which these figures do not bear out.");
+  return out;
+}
+
+}  // namespace
+
+std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows) {
+  std::vector<ModelFigure> figures;
+  for (const BenchRow& row : rows) {
+    const std::size_t colon = row.name.find(": ");
+    if (colon == std::string::npos) continue;
+    const std::size_t second = row.name.rfind(", ", colon);
+    if (second == std::string::npos || second == 0) continue;
+    const std::size_t first = row.name.rfind(", ", second - 1);
+    if (first == std::string::npos) continue;
+    figures.push_back({row.name.substr(0, first), row.name.substr(first + 2, second - first - 2),
+                       row.name.substr(second + 2, colon - second - 2), row.name.substr(colon + 2), &row});
+  }
+  return figures;
+}
+
+std::string model_of_most_tasks(const std::vector<ModelFigure>& figures) {
+  std::map<std::string, int> firsts;
+  for (const Task& task : tasks()) {
+    if (const std::vector<Ranked> order = ranked(figures, task); !order.empty()) ++firsts[order.front().model];
+  }
+  if (firsts.empty()) return {};
+  return std::ranges::max_element(firsts, {}, [](const auto& entry) { return entry.second; })->first;
+}
+
+void write_models_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
+                       const std::string& machine) {
+  const std::vector<ModelFigure> figures = model_figures(rows);
+  const std::string folder = file.stem().string();
+  std::error_code code;
+  std::filesystem::create_directories(file.parent_path() / folder, code);
+  if (code) throw Error(file.string(), "", code.message(), "a place where files can be made");
+  std::string page = fmt::format(
+      R"(# Contact models compared
+
+Every contact model of the program on the same tissue, with the same hand and the same clock, against the exact answer.
+Made by `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`); not typed by
+hand. Every figure is a row of [rows.csv]({0}/rows.csv), which has also those that are not shown here.
+
+- **Measured on**: {1}.
+- **Tissue**: ball of 8 mm; torus of 8 and 3 mm; box of 6 × 6 × 4 mm whose edges are crossed; sheet of 0.3 mm; groove of
+  60°, 2 mm deep; and the shipped molar (CT), lower arch (an open mesh) and hip socket (a mesh). Stiffness 1 N/mm,
+  specific energy 8 J/mm³, friction 0.15.
+- **Hand and clock**: a ball of 1.2 mm, 1 kHz. Sliding and tapping hands go where they are told, whatever they feel, so
+  all models get the same input to the bit; no friction (but for drag), no damper. The drilling hand is a simulated mass. Hands through
+  sheets and hostile hands are random with the seed 1: a run gives the same errors again.
+- **Truth**: where a ball comes to rest that must stay outside the exact shape, nearest to the hand, found by sequential
+  quadratic programming in double precision (`haptics/bench/reference_contact.h`).
+- **Asked and felt**: the force that the model asks for, before the servo's slew, limits and energy ledger; and the force
+  that the hand feels, behind them. Errors are those of the force asked for.
+- **Time**: processor time of the servo's thread, the least of three passes for each tick. Memory and set-up are those of
+  tissue, snapshots and model together.
+- **Knobs**: field models by the voxel, `packing` by the number of spheres, `mesh_lod` by the number of vertices, `vertex`
+  by the voxel of the field that its mesh is made from. In plots each point is one setting; tables show the finest.
+  Meshes of arch and socket are used as they are. Escape and hostile hands: one setting a model (0.1 mm, 10,000 spheres,
+  8,000 vertices).
+)",
+      folder, machine);
+  page += table_of_choice(figures);
+  for (const Question& question : kPlotted) {
+    const std::vector<Plot> panels = panels_of(figures, question);
+    if (panels.empty()) continue;
+    page += fmt::format("\n## {}\n\n{}\n\n", question.title, question.text);
+    const std::string name = fmt::format("{}.svg", question.file);
+    write_file_atomically(file.parent_path() / folder / name, svg_panels(panels), FileKind::kDrawing);
+    page += fmt::format("![{}, against the time of a tick]({}/{})\n\n", question.y_label, folder, name);
+    page += table_of(figures, question, error_of);
+  }
+  for (const Tabled& tabled : kTabled) {
+    if (tissues_of(figures, tabled.question).empty()) continue;
+    page += fmt::format("\n## {}\n\n{}\n\n", tabled.question.title, tabled.question.text);
+    page += table_of(figures, tabled.question, tabled.cell);
+  }
+  write_file_atomically(file, page);
+}
+
+}  // namespace typodont

@@ -1,0 +1,129 @@
+#include "haptics/bench/reference_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace typodont::haptics::bench {
+
+ExactShape ExactShape::ball(double radius) {
+  ExactShape shape;
+  shape.kind_ = Kind::kBall, shape.minor_ = radius;
+  return shape;
+}
+
+ExactShape ExactShape::torus(double major, double minor) {
+  ExactShape shape;
+  shape.kind_ = Kind::kTorus, shape.major_ = major, shape.minor_ = minor;
+  return shape;
+}
+
+ExactShape ExactShape::triangles(const TissueMesh& mesh) {
+  ExactShape shape;
+  shape.kind_ = Kind::kTriangles;
+  shape.grid_ = std::make_shared<const mesh_lod::TriangleGrid>(mesh);
+  return shape;
+}
+
+ExactShape::Nearest ExactShape::nearest(const dvec3& p, double most) const {
+  if (kind_ == Kind::kTriangles) {
+    const auto found = grid_->nearest(p, most);
+    if (!found.found) return {p, most};
+    return {found.p, grid_->inside(p) ? -found.distance : found.distance};
+  }
+  // The centre of the circle or point that the tube or ball lies around.
+  dvec3 middle(0);
+  if (kind_ == Kind::kTorus) {
+    const double across = std::hypot(p.x, p.y);
+    middle = across > 0 ? dvec3(p.x, p.y, 0) * (major_ / across) : dvec3(major_, 0, 0);
+  }
+  const dvec3 off = p - middle;
+  const double length = glm::length(off);
+  if (length - minor_ > most) return {p, most};
+  return {middle + off * (minor_ / length), length - minor_};
+}
+
+void ExactShape::all_near(const dvec3& p, double reach, std::vector<dvec3>& points) const {
+  points.clear();
+  if (kind_ != Kind::kTriangles) {
+    const Nearest found = nearest(p, reach);
+    if (found.distance < reach) points.push_back(found.p);
+    return;
+  }
+  grid_->for_near(p - reach, p + reach, [&](std::uint32_t i) {
+    const dvec3 q = mesh_lod::nearest_on(grid_->face(i), p).p;
+    if (glm::distance(p, q) < reach) points.push_back(q);
+  });
+}
+
+namespace {
+
+constexpr double kTolerance = 1e-10;  // m
+
+struct HalfSpace {
+  dvec3 n;       // unit; the ball's centre x must keep n·x >= least
+  double least;  // m
+};
+
+/// The point nearest to `goal` in all half spaces (Hildreth's method: coordinate ascent of the dual problem).
+dvec3 nearest_in(const std::vector<HalfSpace>& spaces, const dvec3& goal) {
+  constexpr int kSweeps = 2000;
+  std::vector<double> push(spaces.size(), 0.0);  // m along each normal
+  dvec3 x = goal;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double moved = 0;
+    for (std::size_t i = 0; i < spaces.size(); ++i) {
+      const double wanted = std::max(push[i] + spaces[i].least - glm::dot(spaces[i].n, x), 0.0);
+      x += (wanted - push[i]) * spaces[i].n;
+      moved = std::max(moved, std::abs(wanted - push[i]));
+      push[i] = wanted;
+    }
+    if (moved < 1e-2 * kTolerance) break;
+  }
+  return x;
+}
+
+}  // namespace
+
+/// One step of sequential quadratic programming: each face near the ball bounds its centre by the plane through the
+/// face's nearest point. Faces are convex, so the step stays outside of all that it has looked at. True: converged.
+bool ReferenceContact::step(const dvec3& hand) {
+  // How far the centre may move in this step: only faces within it and the radius can stop the ball.
+  const double way = std::min(glm::distance(hand, center_), 0.5 * radius_);
+  const dvec3 goal = glm::distance(hand, center_) > way ? center_ + glm::normalize(hand - center_) * way : hand;
+  shape_.all_near(center_, radius_ + 2 * way + kTolerance, near_);
+  std::vector<HalfSpace> spaces;
+  for (const dvec3& q : near_) {
+    const dvec3 n = glm::normalize(center_ - q);
+    const HalfSpace space{n, glm::dot(n, q) + radius_};
+    // Copies of one plane (faces that share the nearest edge or corner) would only slow the projection down.
+    const bool known = std::any_of(spaces.begin(), spaces.end(), [&](const HalfSpace& other) {
+      return glm::dot(other.n, n) > 1 - 1e-14 && std::abs(other.least - space.least) < kTolerance;
+    });
+    if (!known) spaces.push_back(space);
+  }
+  const dvec3 next = nearest_in(spaces, goal);
+  const bool done = goal == hand && glm::distance(next, center_) < kTolerance;
+  center_ = next;
+  return done;
+}
+
+const dvec3& ReferenceContact::follow(const dvec3& hand) {
+  // Where one face alone holds the ball, its place is known in closed form.
+  const double to_hand = glm::distance(hand, center_);
+  if (to_hand < radius_) {
+    const ExactShape::Nearest at = shape_.nearest(hand, 2 * radius_);
+    if (at.distance >= radius_) return center_ = hand;
+    if (at.distance > 1e-3 * radius_) {
+      const dvec3 out = at.p + radius_ * glm::normalize(hand - at.p);
+      if (shape_.nearest(out, 2 * radius_).distance >= radius_ - kTolerance) return center_ = out;
+    }
+  }
+  constexpr int kMostSteps = 400;
+  for (int i = 0; i < kMostSteps; ++i) {
+    if (step(hand)) break;
+  }
+  return center_;
+}
+
+}  // namespace typodont::haptics::bench

@@ -1,0 +1,63 @@
+// The truth for `typodont bench models`: where a ball that must stay outside the tissue rests when the hand pulls it.
+// Computed from the exact shape of the tissue (a ball, a torus or triangles), in double precision. It shares no code
+// with any contact model except the grid that finds triangles near a point.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/base/pose.h"
+#include "haptics/contact/mesh_lod/triangle_grid.h"
+#include "haptics/tissue_mesh.h"
+
+namespace typodont::haptics::bench {
+
+/// The exact surface of a tissue. Metres, frame W. Set-up time and bench time only; may allocate.
+class ExactShape {
+ public:
+  static ExactShape ball(double radius);
+  /// Around the z axis.
+  static ExactShape torus(double major, double minor);
+  static ExactShape triangles(const TissueMesh& mesh);
+
+  struct Nearest {
+    dvec3 p{0};           // the nearest surface point
+    double distance = 0;  // m; negative inside a closed shape
+  };
+  /// Of a point whose distance is at most `most`; farther points get `most` and no surface point.
+  Nearest nearest(const dvec3& p, double most) const;
+
+  /// All surface points where a face is nearest to p, within `reach`: one for a ball or torus, one for each triangle.
+  void all_near(const dvec3& p, double reach, std::vector<dvec3>& points) const;
+
+ private:
+  enum class Kind { kBall, kTorus, kTriangles };
+  Kind kind_ = Kind::kBall;
+  double major_ = 0, minor_ = 0;  // m; of a ball `minor_` is its radius
+  std::shared_ptr<const mesh_lod::TriangleGrid> grid_;
+};
+
+/// The contact of a ball of `radius` with an exact shape, tick by tick.
+class ReferenceContact {
+ public:
+  ReferenceContact(ExactShape shape, double radius) : shape_(std::move(shape)), radius_(radius) {}
+
+  /// The ball is placed at p, outside the tissue.
+  void place(const dvec3& p) { center_ = p; }
+  /// The position nearest to the hand that the ball can have outside the tissue, found from its last position: a local
+  /// minimum of the distance to the hand, so it never passes through a wall. The residual is below 1 nm.
+  const dvec3& follow(const dvec3& hand);
+  const dvec3& center() const { return center_; }
+  const ExactShape& shape() const { return shape_; }
+  double radius() const { return radius_; }
+
+ private:
+  bool step(const dvec3& hand);
+
+  ExactShape shape_;
+  double radius_;
+  dvec3 center_{0};
+  std::vector<dvec3> near_;
+};
+
+}  // namespace typodont::haptics::bench
