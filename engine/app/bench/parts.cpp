@@ -8,6 +8,7 @@
 #include "engine/debris/bench.h"
 #include "haptics/bench.h"
 #include "haptics/device_bench.h"
+#include "haptics/implant_bench.h"
 #include "haptics/import/mesh_tissue.h"
 
 namespace typodont {
@@ -87,6 +88,9 @@ constexpr BenchPart kParts[] = {
      "is near the "
      "head, not what is there.",
      vertex},
+    {"implant", "Implant surgery",
+     "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",
+     [](const BenchRun& run) { return haptics::bench_implant(run.quick); }},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",

@@ -12,6 +12,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
 #include "engine/app/haptic_loop.h"
+#include "engine/app/hands/implant_expert.h"
 #include "engine/app/recording/replay_hand.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
@@ -114,7 +115,9 @@ void run(const Options& options) {
   choose_model(scene, options.model);
   std::optional<Expert> expert;
   std::unique_ptr<haptics::HapticDevice> hand;
-  if (options.hand == "expert:") {
+  if (options.hand == "expert:" && scene.implant) {
+    hand = std::make_unique<ImplantExpert>(scene, options.rate);
+  } else if (options.hand == "expert:") {
     expert.emplace(scene, load_untouched(scene));
   } else {
     hand = open_deterministic_hand(options, scene);
@@ -132,6 +135,7 @@ void run(const Options& options) {
   TickSink sink(options.out, header, scene);
 
   auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
+  auto* const surgeon = dynamic_cast<ImplantExpert*>(hand.get());
   Progress progress(expert ? "expert" : "servo");
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
@@ -148,7 +152,8 @@ void run(const Options& options) {
       ++pieces;
     }
     ++ticks;
-    if (ticks % 256 == 0) progress.at(experts ? experts->done() : length ? to_seconds(tick.t) / *length : 0);
+    if (ticks % 256 == 0)
+      progress.at(experts ? experts->done() : surgeon ? surgeon->done() : length ? to_seconds(tick.t) / *length : 0);
     faults |= tick.faults;
     last = tick;
     times.add(static_cast<double>(tick.cpu_time));
@@ -157,6 +162,8 @@ void run(const Options& options) {
   };
   if (expert) {
     run_expert(loop, *experts, *expert, each);
+  } else if (surgeon) {
+    run_implant_expert(loop, *surgeon, each);
   } else {
     loop.run(*hand, each);
   }

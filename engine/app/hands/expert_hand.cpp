@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/app/hands/implant_expert.h"
 #include "engine/app/hands/task_student.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
@@ -666,6 +667,7 @@ class NotedHand final : public haptics::HapticDevice {
 }  // namespace
 
 std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
+  if (scene.implant) return open_implant_expert_hand(scene, rate);
   HapticLoop loop(scene, load_tissue(scene), rate);
   Expert expert(scene, load_untouched(scene));
   ExpertHand hand(expert.plan(loop.carver().volume()), rate);
