@@ -3,11 +3,22 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "audio/ar_model.h"
 
 namespace typodont::audio {
+
+/// What the drill does in a part of a recording.
+enum class DrillPart { kRunUp, kIdle, kLoad, kRunDown };
+/// "run-up", "idle", "load", "run-down".
+std::string_view name_of(DrillPart part) noexcept;
+struct SoundPart {
+  DrillPart part = DrillPart::kIdle;
+  double from = 0, to = 0;  // s in the recording
+  double level_dB = 0;      // mean of the part's levels
+};
 
 struct FitOptions {
   std::string method = "burg";  // burg, yule-walker, modified-covariance
@@ -19,8 +30,10 @@ struct FitOptions {
   double from = 0, to = 0;      // s of the recording; to = 0: its end
   bool trim = true;             // silence off both ends
   bool steady = false;          // only the longest stretch of even loudness
+  std::string part;             // only the longest "run-up", "idle", "load" or "run-down"; empty: all of it
   std::string hum = "auto";     // auto, off, 50, 60
   double spindle = 0;           // rad/s of the drill in the recording; 0: estimated from its lines
+  bool lines = true;            // steady lines become sinusoids; false: all is noise
   std::string name, source, licence;
 };
 
@@ -30,7 +43,7 @@ struct FitReport {
   double level_dB = 0;                    // re full scale, of that part
   double hum = 0;                         // Hz that was removed with its harmonics; 0: none
   double distance_dB = 0;  // log-spectral: Welch spectrum of that part to the model seen through the same window
-  double unsmoothed_distance_dB = 0;  // to the model as it is, whose lines may be narrower than the window shows
+  double unsmoothed_distance_dB = 0;  // to the model's noise as it is, which may be narrower than the window shows
   double itakura_saito = 0;
   double up_to = 0;  // Hz the two distances reach to: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
@@ -38,6 +51,7 @@ struct FitReport {
   std::string form;      // that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
   std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
+  std::vector<SoundPart> parts;                             // of the whole recording, in their order
   std::vector<std::string> notes;                           // what was done to the recording, for people
 };
 

@@ -7,9 +7,28 @@
 
 namespace typodont::audio {
 
+/// A small autoregressive process, renewed every kLineStep samples of the model's rate. No coefficients and no gain:
+/// zero.
+struct LineNoise {
+  std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
+  double gain = 0;                 // standard deviation of its residual
+
+  double deviation() const;  // its own standard deviation
+};
+inline constexpr int kLineStep = 64;
+
+/// A line that a rotor sounds: a sinusoid whose amplitude and frequency waver about their means. The whistle of a
+/// turbine is one; filtered noise of the same spectrum hisses.
+struct ModelLine {
+  double frequency = 0;       // Hz, mean
+  double amplitude = 0;       // mean; full scale is 1
+  LineNoise amplitude_noise;  // relative to the mean
+  LineNoise frequency_noise;  // Hz
+};
+
 /// y[n] = gain·e[n] − Σ a_i y[n−i], e white with unit variance; A(z) = 1 + Σ a_i z^-i, kept as the reflection
 /// coefficients k_1…k_p of its lattice (a_p of the p-th order predictor is k_p). Stable exactly when all |k| < 1, and
-/// so is every blend of two models' k.
+/// so is every blend of two models' k. The rotor's lines are added to it.
 struct ArModel {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1
@@ -17,14 +36,15 @@ struct ArModel {
   double spindle = 0;              // rad/s of the recorded drill; 0: not known
   bool spindle_estimated = false;  // read off the spectrum's lines, not told by the user
   std::size_t samples = 0;         // of the recording it was fitted to; 0: not known
+  std::vector<ModelLine> lines;
   std::string name, method, source, licence, notes;
 
   std::size_t order() const { return reflection.size(); }
 };
 
-/// The power of the model's output: gain² Π 1/(1 − k²).
+/// The power of the model's output: gain² Π 1/(1 − k²), and that of its lines.
 double power_of(const ArModel& model);
-/// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz.
+/// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz; of the noise, without the lines.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
 /// The same model cut down to its first `order` stages: for Burg exactly the fit of that order, power kept.

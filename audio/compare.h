@@ -10,9 +10,10 @@ struct SoundMeasure {
   double duration = 0, rate = 0;
   double level_dB = 0;  // rms re full scale
   double peak_dB = 0;
-  double centroid = 0;        // Hz, of the power spectrum up to the common limit: brightness
-  double rotor = 0;           // Hz, estimated; 0: none found
-  std::vector<double> tones;  // Hz, up to five strongest lines
+  double centroid = 0;                 // Hz, of the power spectrum up to the common limit: brightness
+  double rotor = 0;                    // Hz, estimated; 0: none found
+  std::vector<double> tones;           // Hz, up to five strongest lines
+  std::vector<double> tone_variation;  // of each tone's amplitude, over its mean: 0 steady, 0.52 noise in a narrow band
 };
 
 struct Comparison {

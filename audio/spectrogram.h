@@ -1,4 +1,4 @@
-// How the spectrum of a sound goes over time. Set-up time; FFTW behind.
+// The spectrum of a sound over time, computed with FFTW. Not for real-time threads.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 namespace typodont::audio {
 
 struct Spectrogram {
-  double f_step = 0;       // Hz from bin to bin; bin 0 is 0 Hz
-  std::size_t frames = 0;  // evenly over the whole sound
+  double f_step = 0;       // Hz between neighbouring bins; bin 0 is at 0 Hz
+  std::size_t frames = 0;  // spread evenly over the whole sound
   std::size_t bins = 0;
   std::vector<float> dB;  // power density re full scale² per Hz, frame by frame
 

@@ -40,18 +40,21 @@ endfunction()
 
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
 # every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
-# is too short, and however long a campaign is asked for; [SERIAL]: not beside others; [MEASURED pattern]: these of its tests
-# measure time, and so are of the kind bench.
+# is too short, and however long a campaign is asked for; [LIVE]: its tests need real time or a display:
+# they also have the label `live`, and run one at a time; [MEASURED pattern]: these of its tests measure
+# time, and so are of the kind bench.
 include(GoogleTest)
 function(typodont_test name)
-  cmake_parse_arguments(ARG "SERIAL" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "LIVE" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
   set(timeout)
   if(ARG_TIMEOUT)
     set(timeout TIMEOUT ${ARG_TIMEOUT})
   endif()
-  set(serial FALSE)
-  if(ARG_SERIAL)
-    set(serial TRUE)
+  set(alone)
+  if(ARG_KIND STREQUAL "bench")
+    set(alone RUN_SERIAL TRUE)
+  elseif(ARG_LIVE)
+    set(alone RESOURCE_LOCK live)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
@@ -65,5 +68,10 @@ function(typodont_test name)
   endif()
   gtest_discover_tests(${name} TEST_PREFIX ${ARG_KIND}. ${filter} DISCOVERY_TIMEOUT 60
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-                       PROPERTIES LABELS ${ARG_KIND} ${timeout} RUN_SERIAL ${serial})
+                       PROPERTIES LABELS ${ARG_KIND} ${timeout} ${alone})
+  if(ARG_LIVE)  # gtest_discover_tests takes one label only
+    set(more ${CMAKE_CURRENT_BINARY_DIR}/${name}_live.cmake)
+    file(WRITE ${more} "set_tests_properties(\${${name}_TESTS} PROPERTIES LABELS \"${ARG_KIND};live\")\n")
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${more})
+  endif()
 endfunction()

@@ -47,6 +47,7 @@ if(TYPODONT_BUILD_program)
   find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo cairo-pdf cairo-svg)
+  pkg_check_modules(LIBLO IMPORTED_TARGET liblo)  # optional: OSC
   find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
   if(TYPODONT_WINDOW)
     find_package(glfw3 CONFIG REQUIRED)

@@ -1,6 +1,7 @@
 #include "haptics/carver.h"
 
 #include <iterator>
+#include <memory>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -33,6 +34,11 @@ bool Carver::begins_stroke(const Cut& cut) const {
 
 void Carver::rest(Nanos t) {
   if (!in_stroke_ || to_seconds(t - cut_t_) <= kStrokePause) return;
+  in_stroke_ = false;
+  body_->end_stroke();
+}
+
+void Carver::end_stroke() {
   in_stroke_ = false;
   body_->end_stroke();
 }
@@ -70,6 +76,16 @@ std::vector<LoosePiece> Carver::take_pieces() {
 bool Carver::undo() {
   in_stroke_ = false;  // whether or not there is a stroke to take back, the one being made is over
   return edit(body_->undo());
+}
+
+TissueVolume Carver::take_tissue() {
+  TissueVolume& left = volume();
+  if (TissueSurface* own = surface()) {
+    left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
+  } else if (cuts_ > 0) {
+    left.set_mesh(nullptr);  // that of the untouched tissue
+  }
+  return std::move(left);
 }
 
 bool Carver::edit(bool done) {

@@ -33,8 +33,8 @@ class Carver {
   /// starts again from that: what it cut out of older ones does not count.
   bool undo();
   bool redo() { return edit(body_->redo()); }
-  /// The next cut begins another stroke.
-  void end_stroke() { in_stroke_ = false; }
+  /// The stroke is over, and the next cut begins another one; a stroke that changed nothing is forgotten.
+  void end_stroke();
   /// All cuts up to t, on their clock, have been applied: if the last stroke is over by then, what its undoing needs is
   /// computed now, so that it need not be when it is asked for.
   void rest(Nanos t);
@@ -56,6 +56,12 @@ class Carver {
   /// The tissue as a field (TissueBody::rasterize).
   TissueVolume& volume() { return body_->rasterize(); }
   const TissueVolume& volume() const { return body_->rasterize(); }
+  /// The tissue's own triangles, where the body has them (TissueBody::surface); null: pictures show volume().
+  TissueSurface* surface() { return body_->surface(); }
+  TissueVolume::Strokes strokes() { return body_->strokes(); }
+  /// The tissue as it was left, to go on with: volume(), and as its mesh the body's own triangles; none where it has no
+  /// triangles and something was cut. The carver is of no use afterwards.
+  TissueVolume take_tissue();
   const TissueBody& body() const { return *body_; }
   std::uint64_t cuts() const { return cuts_; }
   std::uint32_t snapshots() const { return snapshots_; }

@@ -23,6 +23,8 @@ class ContactMethod {
  public:
   virtual ~ContactMethod() = default;
   virtual std::string_view name() const = 0;
+  /// Whether its bodies have triangles of their own for pictures (TissueBody::surface).
+  virtual bool draws_own_surface() const { return false; }
   /// The servo's half. `settings` outlive it; they are complete (frame included).
   virtual std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const = 0;
   /// The carver's half. `tools` as Cut::tool numbers them.
@@ -47,6 +49,8 @@ SharedContactMethod read_contact_method(const Json& json);
 /// What a method is called in full ("god-object" is an alias of "offset"); in the order in which they are listed to
 /// users.
 std::vector<std::string> contact_method_names();
+/// These names as words for help and messages: "one of: offset, …".
+std::string known_contact_methods();
 
 /// The one that is used where nothing is chosen: "offset".
 const SharedContactMethod& default_contact_method();

@@ -3,7 +3,7 @@
 //
 // A method consists of two halves that share no data: a ContactModel on the servo thread and a TissueBody
 // (tissue_body.h) on the carver thread. Cuts go from the model to the body, snapshots from the body to the model. A
-// ContactMethod (contact_method.h) makes both. haptics/README.md shows how to add one.
+// ContactMethod (contact_method.h) makes both. CONTRIBUTING.md shows how to add one.
 #pragma once
 
 #include <cstdint>

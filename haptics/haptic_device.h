@@ -46,6 +46,9 @@ class HapticDevice {
   /// Before write(): whether the tool touches tissue, or lies in it, or nobody knows, whatever the force. Motors that
   /// were let go give no force until that has been false for a while. Servo thread.
   virtual void contact(bool) noexcept {}
+  /// After write(): the servo's answer to the last sample. Simulated hands that watch their tool use it; hardware does
+  /// not. Servo thread; never allocates.
+  virtual void see(const ServoTick&) noexcept {}
   /// Fault bits of the last read(), for the tick that uses it.
   virtual std::uint32_t faults() const noexcept { return 0; }
   /// Joint angles behind the sample of the last read(), rad, base first (an arm's three bodies, then its stylus' three

@@ -7,6 +7,7 @@
 
 #include "engine/contract/contact.h"
 #include "haptics/snapshot.h"
+#include "haptics/tissue_surface.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont::haptics {
@@ -35,6 +36,8 @@ class TissueBody {
   virtual bool redo() = 0;
   /// m³ that undo brought back so far, less what redo removed again.
   virtual PerTissue taken_back() const = 0;
+  /// Those that can be taken back and brought again; the one that is being made counts.
+  virtual TissueVolume::Strokes strokes() { return rasterize().strokes(); }
 
   // Snapshots for the servo.
   /// An empty snapshot with all buffers sized.
@@ -53,6 +56,9 @@ class TissueBody {
   /// The tissue as a distance field with labels: for pictures, scores, sections, reports, files. A body of another form
   /// brings it up to date first, where it changed. What is written to it (painting) is taken over by the body.
   virtual TissueVolume& rasterize() = 0;
+  /// The body's own triangles, which pictures then show instead of the field's surface; null where it has none. The
+  /// same object in every call; the first one makes it.
+  virtual TissueSurface* surface() { return nullptr; }
   /// How many elements (voxels with tissue, spheres, vertices) the body consists of.
   virtual std::uint64_t elements() const = 0;
 };

@@ -2,7 +2,7 @@
 add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp
             support/emulation/live_board.cpp)
 target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json util)
-typodont_test(bench_devices KIND bench SOURCES bench/device_bench.cpp LIBS typodont_devices fmt::fmt SERIAL)
+typodont_test(bench_devices KIND bench SOURCES bench/device_bench.cpp LIBS typodont_devices fmt::fmt)
 typodont_test(stress_devices KIND stress SOURCES stress/device_faults_test.cpp stress/device_attacks_test.cpp LIBS typodont_devices typodont_device_emulation)
 typodont_test(unit_devices KIND unit
   SOURCES unit/device_arm_test.cpp unit/device_protocols_test.cpp unit/device_safety_test.cpp
@@ -10,7 +10,7 @@ typodont_test(unit_devices KIND unit
   LIBS typodont_devices typodont_device_emulation)
 typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
 # The whole program with an emulated arm: one after the other, they watch real time.
-typodont_test(stress_hands KIND stress SOURCES stress/hands_live_test.cpp LIBS typodont_app typodont_device_emulation SERIAL)
+typodont_test(stress_hands KIND stress SOURCES stress/hands_live_test.cpp LIBS typodont_app typodont_device_emulation LIVE)
 add_library(standin_clock SHARED support/emulation/standin_clock.cpp)
 target_link_libraries(standin_clock PRIVATE typodont_options ${CMAKE_DL_LIBS})
 target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
@@ -18,7 +18,7 @@ target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:
 add_dependencies(stress_hands typodont standin_clock)
 # Processes that die, a thousand each; by themselves, for they watch real time.
 typodont_test(stress_ends KIND stress SOURCES stress/device_ends_test.cpp LIBS typodont_devices typodont_device_emulation util
-              SERIAL)
+              LIVE)
 # Vendors' libraries, in name and interface: loaded under their vendor's soname before a driver asks for it.
 foreach(vendor hd dhd)
   add_library(standin_${vendor} SHARED support/emulation/standin_${vendor}.cpp)
@@ -46,7 +46,7 @@ find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
 if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)
   set(CMAKE_CROSSCOMPILING_EMULATOR ${UMOCKDEV_WRAPPER})  # what a test of this target is started by
   typodont_test(stress_umockdev KIND stress SOURCES stress/device_umockdev_test.cpp
-                LIBS typodont_devices typodont_session PkgConfig::UMOCKDEV fmt::fmt SERIAL)
+                LIBS typodont_devices typodont_session PkgConfig::UMOCKDEV fmt::fmt LIVE)
   target_compile_definitions(stress_umockdev PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
   add_dependencies(stress_umockdev typodont)
   unset(CMAKE_CROSSCOMPILING_EMULATOR)

@@ -5,7 +5,7 @@ set_tests_properties(guard.Format.EveryFileIsAsClangFormatWritesIt PROPERTIES LA
 if(CMAKE_BUILD_TYPE STREQUAL "Release" AND NOT TYPODONT_SANITIZE)
   add_executable(hot_paths guard/hot_paths.cpp)
   target_link_libraries(hot_paths PRIVATE typodont_app)
-  typodont_test(guard KIND guard SOURCES guard/guard_test.cpp SERIAL)
+  typodont_test(guard KIND guard SOURCES guard/guard_test.cpp)
   target_compile_definitions(guard PRIVATE TYPODONT_HOT_PATHS="$<TARGET_FILE:hot_paths>")
   target_link_libraries(guard PRIVATE fmt::fmt)
   add_dependencies(guard hot_paths)

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
 #include "audio/sound_file.h"
@@ -52,7 +53,11 @@ Analysed analyse(const std::filesystem::path& file, const Recording& recording, 
   }
   m.centroid = sum > 0 ? moment / sum : 0;
   const auto lines = spectral_lines(x, m.rate);
-  for (std::size_t i = 0; i < lines.size() && i < 5; ++i) m.tones.push_back(lines[i].frequency);
+  for (std::size_t i = 0; i < lines.size() && i < 5; ++i) {
+    const LineTrack track = follow_line(x, m.rate, lines[i].frequency);
+    m.tones.push_back(track.steady() ? track.frequency : lines[i].frequency);
+    m.tone_variation.push_back(track.steady() ? track.own_variation() : track.variation());
+  }
   m.rotor = estimated_rotor_frequency(x, m.rate);
   return result;
 }

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <optional>
 
 #include "audio/ar/estimate.h"
 #include "audio/ar/filter.h"
 #include "audio/ar/levinson.h"
+#include "audio/ar/lines.h"
 #include "audio/ar/noise.h"
+#include "audio/ar/parts.h"
 #include "audio/ar/resample.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
@@ -211,6 +214,14 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
+/// "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+std::string named(const std::vector<SoundPart>& parts) {
+  std::string names;
+  for (const SoundPart& part : parts)
+    names += fmt::format("{}{} {:.2f} to {:.2f} s", names.empty() ? "" : ", ", name_of(part.part), part.from, part.to);
+  return names.empty() ? "none" : names;
+}
+
 }  // namespace
 
 FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options) {
@@ -236,6 +247,11 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
   if (options.rate != 0 && !(options.rate >= 4000 && options.rate <= 400000)) {
     throw Error("--rate", "", fmt::format("{} Hz", options.rate), "4000 to 400000 Hz");
+  }
+
+  const std::optional<DrillPart> wanted = drill_part_named(options.part);
+  if (!wanted && !options.part.empty()) {
+    throw Error("--part", "", "\"" + options.part + "\"", "run-up, idle, load or run-down");
   }
 
   const Recording recording = read_recording(file);
@@ -278,6 +294,23 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
                                        static_cast<double>(last) / rate));
   };
   if (options.trim) narrow(audible({x.data() + first, last - first}, rate), "silence trimmed");
+  report.parts = parts_of({x.data() + first, last - first}, rate);
+  for (SoundPart& part : report.parts) {
+    part.from += static_cast<double>(first) / rate;
+    part.to += static_cast<double>(first) / rate;
+  }
+  if (wanted) {
+    const SoundPart* longest = nullptr;
+    for (const SoundPart& part : report.parts)
+      if (part.part == *wanted && (!longest || part.to - part.from > longest->to - longest->from)) longest = &part;
+    if (!longest) throw Error(file.string(), "--part", options.part, "one of the recording: " + named(report.parts));
+    const double from = longest->from * rate - static_cast<double>(first);
+    narrow({static_cast<std::size_t>(std::lround(from)),
+            static_cast<std::size_t>(std::lround(longest->to * rate - static_cast<double>(first)))},
+           "part of the recording");
+  } else if (report.parts.size() > 1 && !options.steady) {
+    report.notes.push_back("not steady: " + named(report.parts) + "; --part fits one of them, --steady the most even");
+  }
   if (options.steady) narrow(steady({x.data() + first, last - first}, rate), "steady stretch");
   x = std::vector<double>(x.begin() + static_cast<std::ptrdiff_t>(first),
                           x.begin() + static_cast<std::ptrdiff_t>(last));
@@ -318,7 +351,12 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
   report.level_dB = in_dB(mean_power(x));
 
-  // The model.
+  // The rotor's lines apart, then the noise.
+  const std::vector<double> whole = x;
+  ArModel& model = report.model;
+  std::vector<TakenLine> taken;
+  if (options.lines) taken = take_lines(x, model_rate);
+  for (const TakenLine& one : taken) model.lines.push_back(one.line);
   const auto weights = window == Window::kNone ? std::vector<double>() : window_samples(window, x.size());
   Estimate estimate = yule         ? yule_walker(x, highest, weights)
                       : covariance ? modified_covariance(x, highest)
@@ -343,7 +381,6 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
                             in_dB(mean_power(x)) - in_dB(estimate.variance)),
                 "a sound with noise in it");
   }
-  ArModel& model = report.model;
   model.reflection = estimate.reflection;
   model.gain = std::sqrt(estimate.variance);
   model.rate = model_rate;
@@ -354,13 +391,13 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   model.licence = options.licence.empty() ? "not stated" : options.licence;
   model.spindle = options.spindle;
   if (model.spindle == 0) {
-    model.spindle = 2 * kPi * estimated_rotor_frequency(x, model_rate);
+    model.spindle = 2 * kPi * estimated_rotor_frequency(whole, model_rate);
     model.spindle_estimated = model.spindle > 0;
   }
 
   // How well it fits: against the recording's smoothed spectrum.
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
-  const auto measured = welch(x, points, model_rate);
+  const auto measured = welch(whole, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));
   std::vector<double> a, b;
   for (std::size_t i = 1; i < measured.size(); ++i) {
@@ -369,11 +406,14 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
   report.model_dB = spectrum_dB(model, report.frequencies);
   const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model_rate);
+  const auto lines = lines_through_window(taken, points, model_rate);
+  for (std::size_t i = 0; i < report.model_dB.size(); ++i)
+    report.model_dB[i] = in_dB(std::pow(10, report.model_dB[i] / 10) + lines[i + 1]);
   std::vector<double> unsmoothed;
   for (std::size_t i = 0; i < report.frequencies.size(); ++i) {
     if (report.frequencies[i] < 60 || report.frequencies[i] > report.up_to) continue;
     a.push_back(measured[i + 1]);
-    b.push_back(seen[i + 1]);
+    b.push_back(seen[i + 1] + lines[i + 1]);
     unsmoothed.push_back(std::pow(10, report.model_dB[i] / 10));
   }
   report.distance_dB = log_spectral_distance(a, b);

@@ -10,9 +10,59 @@
 
 namespace typodont::audio {
 
+namespace {
+
+constexpr std::size_t kMostLines = 64, kMostLineOrder = 128;
+
+double power_of_process(const std::vector<double>& reflection, double gain) {
+  double power = gain * gain;
+  for (const double k : reflection) power /= 1 - k * k;
+  return power;
+}
+
+std::vector<double> read_reflection(const Json& array, std::size_t most) {
+  if (!array.is_array()) array.fail("an array of numbers");
+  std::vector<double> reflection;
+  for (const Json& item : array.items()) {
+    const double k = item.number();
+    if (!(std::abs(k) < 1)) item.fail("a number between -1 and 1, both excluded: else the filter is not stable");
+    reflection.push_back(k);
+  }
+  if (reflection.size() > most) array.fail(fmt::format("more than {} numbers", most), fmt::format("at most {}", most));
+  return reflection;
+}
+
+LineNoise read_noise(const Json& json, double most_gain) {
+  json.allow_only({"gain", "reflection_coefficients"});
+  return {read_reflection(json["reflection_coefficients"], kMostLineOrder), json["gain"].number(0, most_gain)};
+}
+
+ModelLine read_line(const Json& json, double rate) {
+  json.allow_only({"frequency_Hz", "amplitude", "amplitude_noise", "frequency_noise_Hz"});
+  ModelLine line;
+  line.frequency = json["frequency_Hz"].number(1, rate / 2);
+  line.amplitude = json["amplitude"].number(1e-9, 10);
+  line.amplitude_noise = read_noise(json["amplitude_noise"], 10);
+  line.frequency_noise = read_noise(json["frequency_noise_Hz"], rate / 2);
+  return line;
+}
+
+nlohmann::ordered_json as_json(const LineNoise& noise) {
+  return {{"gain", noise.gain}, {"reflection_coefficients", noise.reflection}};
+}
+
+}  // namespace
+
+double LineNoise::deviation() const {
+  return std::sqrt(power_of_process(reflection, gain));
+}
+
 double power_of(const ArModel& model) {
-  double power = model.gain * model.gain;
-  for (const double k : model.reflection) power /= 1 - k * k;
+  double power = power_of_process(model.reflection, model.gain);
+  for (const ModelLine& line : model.lines) {
+    const double varies = line.amplitude_noise.deviation();
+    power += line.amplitude * line.amplitude / 2 * (1 + varies * varies);
+  }
   return power;
 }
 
@@ -54,7 +104,7 @@ std::size_t sufficient_order(const ArModel& model) {
 ArModel load_model(const std::filesystem::path& file) {
   const Json json = Json::load(file);
   json.allow_only({"kind", "name", "order", "method", "rate_Hz", "gain", "residual_variance", "samples", "spindle_krpm",
-                   "spindle_estimated", "source", "licence", "notes", "reflection_coefficients"});
+                   "spindle_estimated", "source", "licence", "notes", "reflection_coefficients", "lines"});
   if (const auto kind = json.find("kind"); kind && kind->string() != "ar_model") kind->fail("\"ar_model\"");
   ArModel model;
   model.rate = json["rate_Hz"].number(1000, 1e6);
@@ -68,13 +118,13 @@ ArModel load_model(const std::filesystem::path& file) {
   model.spindle = json.number_or("spindle_krpm", 0, 0, 1000) * kKrpm;
   model.spindle_estimated = json.boolean_or("spindle_estimated", false);
   const Json reflection = json["reflection_coefficients"];
-  if (!reflection.is_array()) reflection.fail("an array of numbers");
-  for (const Json& item : reflection.items()) {
-    const double k = item.number();
-    if (!(std::abs(k) < 1)) item.fail("a number between -1 and 1, both excluded: else the filter is not stable");
-    model.reflection.push_back(k);
+  model.reflection = read_reflection(reflection, 10000);
+  if (const auto lines = json.find("lines")) {
+    if (!lines->is_array()) lines->fail("an array of lines");
+    for (const Json& line : lines->items()) model.lines.push_back(read_line(line, model.rate));
+    if (model.lines.size() > kMostLines)
+      lines->fail(fmt::format("{} lines", model.lines.size()), fmt::format("at most {}", kMostLines));
   }
-  if (model.order() > 10000) reflection.fail("more than 10000 numbers", "at most 10000");
   if (const auto order = json.find("order"); order && order->integer() != static_cast<long long>(model.order())) {
     order->fail(std::to_string(model.order()) + ", the number of reflection coefficients");
   }
@@ -104,8 +154,14 @@ std::string to_json(const ArModel& model) {
   json["source"] = model.source;
   json["licence"] = model.licence;
   if (!model.notes.empty()) json["notes"] = model.notes;
+  for (const ModelLine& line : model.lines) {
+    json["lines"].push_back({{"frequency_Hz", line.frequency},
+                             {"amplitude", line.amplitude},
+                             {"amplitude_noise", as_json(line.amplitude_noise)},
+                             {"frequency_noise_Hz", as_json(line.frequency_noise)}});
+  }
   json["reflection_coefficients"] = model.reflection;
-  // One line per field, eight coefficients to a line: a file people can read and diff.
+  // One row per field, eight coefficients to a row: a file people can read and diff.
   std::string text = "{\n";
   for (const auto& [key, value] : json.items()) {
     if (text.size() > 2) text += ",\n";
@@ -115,8 +171,9 @@ std::string to_json(const ArModel& model) {
       continue;
     }
     text += "[";
+    const std::size_t in_a_row = key == "lines" ? 1 : 8;
     for (std::size_t i = 0; i < value.size(); ++i) {
-      text += fmt::format("{}{}{}", i > 0 ? "," : "", i % 8 == 0 ? "\n    " : " ", value[i].dump());
+      text += fmt::format("{}{}{}", i > 0 ? "," : "", i % in_a_row == 0 ? "\n    " : " ", value[i].dump());
     }
     text += "\n  ]";
   }

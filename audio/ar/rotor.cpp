@@ -42,16 +42,25 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  double best = 0, best_score = 12;  // dB: less than two clear lines is no series
+  double best = 0, best_score = 12;  // dB
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      double score = 0;  // a harmonic that is missing costs what a weak one brings
+      // A harmonic that is missing costs what a weak one brings. Above the last one that is there none is missing.
+      double score = 0, missing = 0;
+      int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {
-        score += std::min(prominence_near(harmonic * f), 25.0) - 5;
+        const double prominence = std::min(prominence_near(harmonic * f), 25.0);
+        if (prominence > 0) {
+          score += prominence - 5 - missing;
+          missing = 0;
+          ++present;
+        } else {
+          missing += 5;
+        }
       }
-      if (score > best_score) {
+      if (present >= 2 && score > best_score) {  // one line is no series
         best_score = score;
         best = f;
       }

@@ -22,6 +22,15 @@ constexpr std::array<TissueColour, kTissueCount> kColours = {{
     {6.0, 1.2, 7000, 6.0, 0.25},  // amalgam
     {4.0, 0.0, 4000, 2.0, 0.7},   // composite
 }};
+
+/// What the colour does to the power at a frequency, Hz, its level aside.
+double power_factor(const TissueColour& colour, double frequency) {
+  const double f = std::clamp(frequency, 200.0, 16000.0);
+  const double away = std::log2(f / colour.centre) / colour.width_octaves;
+  const double dB = colour.slope_dB * std::log2(f / 3000) + colour.resonance_dB * std::exp(-0.5 * away * away);
+  return std::pow(10, dB / 10);
+}
+
 }  // namespace
 
 const TissueColour& colour_of(Tissue tissue) noexcept {
@@ -31,25 +40,27 @@ const TissueColour& colour_of(Tissue tissue) noexcept {
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle) {
   constexpr std::size_t kPoints = 16385;
   const auto idle_power = sampled_power(idle.reflection, idle.gain, kPoints);
-  const double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
+  // Powers are sums over the grid; a line's is counted alike.
+  const auto power_of_line = [](const ModelLine& line) { return line.amplitude * line.amplitude / 2 * kPoints; };
+  double before = std::accumulate(idle_power.begin(), idle_power.end(), 0.0);
+  for (const ModelLine& line : idle.lines) before += power_of_line(line);
   std::array<ArModel, kTissueCount> models;
   models.fill(idle);
   for (std::size_t t = 1; t < models.size(); ++t) {
     const TissueColour& colour = kColours[t];
     auto power = idle_power;
     for (std::size_t i = 0; i < kPoints; ++i) {
-      const double f = std::clamp(static_cast<double>(i) / (kPoints - 1) * idle.rate / 2, 200.0, 16000.0);
-      const double away = std::log2(f / colour.centre) / colour.width_octaves;
-      const double dB = colour.slope_dB * std::log2(f / 3000) + colour.resonance_dB * std::exp(-0.5 * away * away);
-      power[i] *= std::pow(10, dB / 10);
+      power[i] *= power_factor(colour, static_cast<double>(i) / (kPoints - 1) * idle.rate / 2);
     }
     // The colour changes the shape; the level is set apart from it. A floor 100 dB down keeps Levinson
     // well-conditioned.
-    const double after = std::accumulate(power.begin(), power.end(), 0.0);
+    double after = std::accumulate(power.begin(), power.end(), 0.0);
+    for (const ModelLine& line : idle.lines) after += power_of_line(line) * power_factor(colour, line.frequency);
     const double scale = before / after * std::pow(10, colour.level_dB / 10);
     const double floor = 1e-10 * before / static_cast<double>(kPoints);
     for (double& v : power) v = v * scale + floor;
     models[t].reflection = reflection_of_power(power, idle.order(), models[t].gain);
+    for (ModelLine& line : models[t].lines) line.amplitude *= std::sqrt(scale * power_factor(colour, line.frequency));
     models[t].method = "derived";
     models[t].name = idle.name + " in " + std::string(name_of(static_cast<Tissue>(t)));
   }

@@ -7,6 +7,8 @@
 #include "audio/drill_synth.h"
 #include "audio/voice/derive.h"
 #include "audio/voice/hand_sounds.h"
+#include "audio/voice/rotor_lines.h"
+#include "audio/voice/sine.h"
 #include "audio/voice/stream.h"
 #include "engine/base/units.h"
 
@@ -20,7 +22,7 @@ namespace {
 
 // The mapping from hand to ear; audio/README.md says where each number comes from.
 constexpr double kTypicalArea = 1e-6;  // m² of contact, N and m³/s of removal at which 63 % of the idle sound
-constexpr double kTypicalForce = 2;    //   has given way to the working sound
+constexpr double kTypicalForce = 1;    //   has given way to the working sound
 constexpr double kTypicalRemoval = 1e-9;
 constexpr double kBrightForce = 1.5;  // N and m³/s at which the highs have risen by 63 % of what they can
 constexpr double kBrightRemoval = 0.5e-9;
@@ -82,15 +84,6 @@ float limited(float x) noexcept {
   return std::copysign(0.7f + 0.3f * std::tanh((size - 0.7f) / 0.3f), x);
 }
 
-/// sin(2π t), any t ≥ 0.
-float sine_of_turns(double t) noexcept {
-  double u = t - std::floor(t) - 0.5;  // −½ … ½, and sin(2π t) = −sin(2π u)
-  if (u > 0.25) u = 0.5 - u;
-  if (u < -0.25) u = -0.5 - u;
-  const double x = u * 2 * kPi, z = x * x;
-  return static_cast<float>(-x * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z / 362880)))));
-}
-
 float finite_or_zero(double v, double most) noexcept {
   return std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, most)) : 0.0f;
 }
@@ -112,6 +105,7 @@ struct DrillSynth::Impl {
         teeth(models.teeth),
         tooth_peak(std::sqrt(2 * kDying / (1 - std::exp(-2 * kDying)))),
         kernels(kFastestSpeed * fastest_step(models, sample_rate)),
+        lines(sample_rate),
         modal(sample_rate),
         scrape(sample_rate, mixed(seed ^ 0x5c4a9e)),
         suction(sample_rate, mixed(seed ^ 0x50c710)),
@@ -128,6 +122,24 @@ struct DrillSynth::Impl {
       const auto& recorded = models.working[t];
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
+    }
+    // A tissue whose working sound is derived sounds the idle model's lines, in its own colour; one that was recorded
+    // has its own.
+    std::uint64_t line_seed = mixed(seed ^ 0x11e5);
+    for (std::size_t i = 0; i < idle.lines.size(); ++i) {
+      RotorLines::Factors factors{1};
+      for (std::size_t t = 1; t < derived.size(); ++t) {
+        if (!models.working[t])
+          factors[t] = static_cast<float>(derived[t].lines[i].amplitude / idle.lines[i].amplitude);
+      }
+      lines.add(idle.lines[i], idle.rate, factors, ++line_seed);
+    }
+    for (std::size_t t = 1; t < derived.size(); ++t) {
+      if (!models.working[t]) continue;
+      RotorLines::Factors factors{};
+      factors[t] = 1;
+      for (const ModelLine& line : models.working[t]->lines)
+        lines.add(line, models.working[t]->rate, factors, ++line_seed);
     }
   }
 
@@ -261,6 +273,7 @@ struct DrillSynth::Impl {
         }
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
+      if (!lines.empty()) lines.add(speeds, gains, active, working, count);
       if (teeth > 0) strike(speeds, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
@@ -350,6 +363,7 @@ struct DrillSynth::Impl {
   double tooth_phase = 0;  // of the way from tooth to tooth
   InterpolationKernels kernels;
   std::vector<ModelStream> streams;  // idle, then working by tissue
+  RotorLines lines;
   ModalBank modal;
   Scrape scrape;
   Suction suction;

@@ -91,11 +91,14 @@ class Consensus {
     return best;
   }
 
-  /// Least trimmed squares (Rousseeuw & Van Driessen 2006): the half of the pairs that one motion fits best, by
-  /// concentration steps from the best of all triples tried. Then pair by pair, the nearest first, until the next one
-  /// lies beyond the noise of those that are in (forward search, Atkinson & Riani 2000). A half is too tight, but so
-  /// is its next neighbour: a ball cut out of a normal cloud ends at 2.3 of its own standard deviations at most. Last,
-  /// everything within the noise that was found.
+  /// Finds the pairs that agree, in three stages.
+  /// 1. Least trimmed squares (Rousseeuw & Van Driessen 2006) finds the half of the pairs that one motion fits best. It
+  ///    starts from the best of all triples tried, fits, keeps the half with the smallest residuals, and repeats.
+  /// 2. A forward search (Atkinson & Riani 2000) adds one pair after the other, the one with the smallest residual
+  ///    first. It stops when the next residual exceeds the noise of the pairs that it holds. The noise of the first
+  ///    half is an underestimate, which does no harm: the residuals of a ball cut out of a normal distribution end
+  ///    at 2.3 of their own standard deviations at most, so that the next pair still passes.
+  /// 3. All pairs within the noise of the final set are taken.
   Fit find_majority() const {
     const std::size_t half = n_ / 2 + 1;
     if (half < 4) return {};

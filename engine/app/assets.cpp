@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/own_file.h"
 
 namespace typodont {
 
@@ -36,8 +37,9 @@ fs::path assets_folder() {
     }
     return set;
   }
-  // build/release/typodont → assets/ two levels up; an installed bin/typodont → share/typodont/assets.
-  const fs::path program = fs::read_symlink("/proc/self/exe", code).parent_path();
+  // build/release/typodont → assets/ two levels up; an installed bin/typodont or lib/libtypodont.so →
+  // share/typodont/assets.
+  const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
     if (fs::is_directory(up / "share/typodont/assets/tools", code)) return up / "share/typodont/assets";

@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// The shipped assets: $TYPODONT_ASSETS, else beside the program or in the source tree. Throws Error when not found.
+/// The shipped assets: $TYPODONT_ASSETS, else beside the program or library, or in the source tree. Throws Error.
 std::filesystem::path assets_folder();
 /// Where the files that a scene names may lie.
 struct ScenePlace {

@@ -104,7 +104,7 @@ void run_demo(const DemoOptions& options) {
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
   SoundLink sound("wav:" + wav.string(), scene, /*live=*/false);
-  session::SessionHeader header = session_header(scene, rig_file, student.device(), volume, kRate);
+  session::SessionHeader header = session_header(scene, rig_file, student.device().info(), volume, kRate);
   header.streams.push_back(sound_stream());
   session::WriterOptions whole;
   whole.whole_or_nothing = true;

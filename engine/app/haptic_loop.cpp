@@ -8,13 +8,13 @@
 
 namespace typodont {
 
-namespace {
-
-haptics::LockStep steps_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand) {
+haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand) {
   const haptics::ServoSettings settings =
       servo_settings(scene, tissue, hand.rate, hand.vibration_band, hand.position_step, hand.torque_limit > 0);
   return haptics::LockStep(std::move(tissue), settings);
 }
+
+namespace {
 
 haptics::DeviceInfo ideal_hand(double rate) {
   haptics::DeviceInfo hand;
@@ -26,7 +26,7 @@ haptics::DeviceInfo ideal_hand(double rate) {
 }  // namespace
 
 HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand)
-    : steps_(steps_for(scene, std::move(tissue), hand)) {}
+    : steps_(lock_step_for(scene, std::move(tissue), hand)) {}
 
 HapticLoop::HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate)
     : HapticLoop(scene, std::move(tissue), ideal_hand(rate)) {}
@@ -45,6 +45,7 @@ void HapticLoop::run(haptics::HapticDevice& hand, const std::function<void(const
     sample.faults = hand.faults();
     const bool did_cut = tick(sample, tick_out, cut);
     hand.write(tick_out.f_T_W, tick_out.tau_T_W);
+    hand.see(tick_out);
     each(tick_out, did_cut ? &cut : nullptr);
   }
   steps_.apply_cuts(std::numeric_limits<std::uint64_t>::max());

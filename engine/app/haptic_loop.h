@@ -9,6 +9,9 @@
 
 namespace typodont {
 
+/// Servo and carver as a session of this scene has them, for this hand. The tissue is taken over. Throws Error.
+haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
+
 class HapticLoop {
  public:
   /// The servo is set up for this hand, as a recording's header says it was (session_header). The tissue is taken over.

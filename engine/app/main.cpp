@@ -8,6 +8,7 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/compute/vulkan_sphere_passes.h"
 #include "engine/app/hands/hands.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
@@ -19,6 +20,12 @@
 #include "engine/base/interrupt.h"
 #include "engine/base/log.h"
 #include "engine/gpu/driver_cache.h"
+#include "haptics/sphere_passes.h"
+
+namespace {
+/// haptics links no Vulkan: the program tells it how a GPU runs the passes of the model "packing".
+const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
+}  // namespace
 
 /// The exit status when all went well: results that did not arrive, as on a full disk, are a failure.
 static int written_out() {
@@ -50,6 +57,7 @@ int main(int argc, char** argv) {
   add_report_command(program);
   add_devices_command(program);
   add_doctor_command(program);
+  add_rescore_command(program);
   add_sign_command(program);
   add_sound_command(program);
   add_calibrate_command(program);

@@ -274,7 +274,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (scene.score) json.fail("both score and task", "the rules in the task");
     scene.task = session::read_task(*task);
     for (const auto& list : {scene.task->protect, scene.task->region}) {
-      for (const Json& item : list) haptics::read_solid(item, {.read_mesh = haptics::read_mesh_solid});
+      for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
   }
   if (const auto implant = json.find("implant")) {

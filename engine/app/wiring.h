@@ -115,6 +115,8 @@ struct Wiring {
   Ring<MeshBatch*> bricks_to_watch{256};
   // CARVER → WATCH (live_views.h): copies of the tissue, as they are asked for; WATCH → UI is inside LiveViews
   Ring<haptics::TissueVolume*> copies_to_watch{4};
+  // CARVER → EXPERT (live_expert.h): copies of the tissue to plan from, where an expert is the hand
+  Ring<haptics::TissueVolume*> copies_to_expert{2};
   // RENDER (window) → SERVO, where the mouse is the hand
   Latest<haptics::HandSample> pointer;
   // UI → CARVER, where an instructor paints
@@ -135,6 +137,8 @@ struct Wiring {
   Ring<Cut> cuts_to_recorder{1 << 14};
   Ring<PatchUse> patches_to_recorder{1 << 12};
   Latest<LoopReport> loop_to_recorder;
+  // SERVO → STREAM; null where nobody is told of the session
+  std::unique_ptr<Ring<ServoTick>> ticks_to_stream;
   // SERVO → RENDER: how the loop fares, how warm the motors are
   Latest<LoopReport> loop_to_render;
   // RENDER → RECORDER, whenever it changed
@@ -145,6 +149,7 @@ struct Wiring {
   // SERVO → AUDIO: inside SoundLink (a ring of what the ear needs)
 
   std::atomic<bool> copy_wanted{false};          // WATCH → CARVER
+  std::atomic<bool> expert_wants_copy{false};    // EXPERT → CARVER
   std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
   std::atomic<std::uint32_t> saved{0},
       not_saved{0};  // CARVER (a thread of its for that) → UI: times the tissue was, and could not be

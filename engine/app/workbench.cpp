@@ -1,6 +1,7 @@
 #include "engine/app/workbench.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -13,8 +14,9 @@
 #include <utility>
 
 #include "engine/app/assets.h"
-#include "engine/app/hands/expert_hand.h"
 #include "engine/app/hands/hands.h"
+#include "engine/app/hands/implant_expert.h"
+#include "engine/app/hands/live_expert.h"
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
 #include "engine/app/headset/xr_session.h"
@@ -74,6 +76,8 @@ struct Workbench::Impl {
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
+  std::optional<StateStream> stream;
+  std::optional<StreamTurns> streaming;
   std::optional<LivePicture> picture;  // where operated or drawn here
   std::optional<XrSession> headset;    // draws on a thread of its own, in the trainee's picture's place
   WorkCounts before;                   // of the process, when the session began
@@ -95,7 +99,7 @@ struct Workbench::Impl {
   std::string keys;    // what the hand and the keyboard do, drawn below the picture
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder, streamer;  // last: they refer to all of the above
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -176,7 +180,8 @@ void Workbench::Impl::set_up() {
         throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
       return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
     }
-    if (scheme == "expert") return open_expert_hand(scene, options.rate);
+    if (scheme == "expert" && scene.implant) return make_live_implant_expert(scene, options.rate);
+    if (scheme == "expert") return make_live_expert(scene, s.carver.volume(), s.wiring, options.rate, /*paced=*/true);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
     pointer.emplace(*rig, above, wheel_step_of(rest));
     return make_mouse_hand(s.wiring, pointer->follow({}, 0).X_WT, options.rate);
@@ -204,7 +209,7 @@ void Workbench::Impl::set_up() {
   }
 
   if (s.record) {
-    session::SessionHeader header = session_header(scene, rig_file, *hands.right, tissue, hand.rate);
+    session::SessionHeader header = session_header(scene, rig_file, hand, tissue, hand.rate);
     if (hands.left) {
       s.left_stream = header.streams.size();
       header.streams.push_back(left_hand_stream());
@@ -226,6 +231,11 @@ void Workbench::Impl::set_up() {
     s.notes.emplace(scene, heard);
     writer.emplace(options.record, header);
     if (sound) writer->event(0, session::EventKind::kNote, sound->about());
+  }
+  if (!options.stream.empty()) {
+    stream.emplace(options.stream, StreamedSession{scene.name, tool_names(scene), hand.rate});
+    streaming.emplace(s, *stream, options.stream_rate);
+    explain(fmt::format("stream: on, {}", fmt::join(options.stream, ", ")));
   }
   if (s.operated) {
     meter.emplace(hand.rate);
@@ -288,6 +298,7 @@ void Workbench::Impl::start() {
     left = std::jthread(left_hand_thread, std::ref(s.wiring), std::ref(*hands.left), std::cref(scene.mouth_mirror),
                         s.record);
   if (writer) recorder = std::jthread(recorder_thread, std::ref(s), std::ref(*writer));
+  if (streaming) streamer = std::jthread(stream_thread, std::ref(s), std::ref(*streaming));
   began = now();
   if (picture) picture->begin();
   const std::size_t tools = std::min<std::size_t>(haptics::tool_set(scene.servo).size(), 9);
@@ -538,6 +549,7 @@ void Workbench::Impl::end() {
   }
   s.wiring.nothing_more = true;
   if (recorder.joinable()) recorder.join();
+  if (streamer.joinable()) streamer.join();
   summary.frames = headset ? headset->frames() : picture ? picture->frames() : 0;
   if (headset) {
     headset->stop();

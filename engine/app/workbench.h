@@ -23,22 +23,24 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;                // file or name; empty: a window where there is a desktop, otherwise no picture
-  std::string hand;               // address; empty: the rig's, else the mouse where there is a window
-  std::string left_hand;          // address; empty: the rig's, else no second hand
-  std::string pedal;              // "auto", "none", a path or a serial; empty: the rig's, else auto
-  double rate = 1000;             // Hz, of hands whose rate is ours to choose
-  std::string audio;              // address; empty: a sound card where there is one
-  std::filesystem::path record;   // empty: not recorded
-  std::filesystem::path touches;  // where pairs for `calibrate register` go, of a headset's controller and an arm
-  double magnify = 0;             // the picture, instead of what the rig says; 0: as the rig says
-  double seconds = 1e18;          // end by itself after so long
-  bool no_real_time = false;      // a hand with motors is used even where the system refuses real time
-  bool explain = false;           // say what is active, and why the rest is not
-  std::filesystem::path save;     // the tissue goes there at the end, and when asked for; empty: nowhere
-  bool save_at_end = true;        // else only when asked for
-  std::string trainee;            // for the recording
-  int monitor = -1;               // full screen on this one; −1: a window on the desktop
+  std::string rig;                  // file or name; empty: a window where there is a desktop, otherwise no picture
+  std::string hand;                 // address; empty: the rig's, else the mouse where there is a window
+  std::string left_hand;            // address; empty: the rig's, else no second hand
+  std::string pedal;                // "auto", "none", a path or a serial; empty: the rig's, else auto
+  double rate = 1000;               // Hz, of hands whose rate is ours to choose
+  std::string audio;                // address; empty: a sound card where there is one
+  std::filesystem::path record;     // empty: not recorded
+  std::vector<std::string> stream;  // addresses where others are told of it (stream/state_stream.h); empty: nowhere
+  double stream_rate = 100;         // Hz, of what they are told
+  std::filesystem::path touches;    // where pairs for `calibrate register` go, of a headset's controller and an arm
+  double magnify = 0;               // the picture, instead of what the rig says; 0: as the rig says
+  double seconds = 1e18;            // end by itself after so long
+  bool no_real_time = false;        // a hand with motors is used even where the system refuses real time
+  bool explain = false;             // say what is active, and why the rest is not
+  std::filesystem::path save;       // the tissue goes there at the end, and when asked for; empty: nowhere
+  bool save_at_end = true;          // else only when asked for
+  std::string trainee;              // for the recording
+  int monitor = -1;                 // full screen on this one; −1: a window on the desktop
 
   // The operator's window (engine/app/operator/).
   bool operated = false;          // keeps the score and the timing at hand

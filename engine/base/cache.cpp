@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/base/log.h"
+#include "engine/base/own_file.h"
 
 namespace typodont::cache {
 
@@ -41,7 +42,7 @@ std::optional<std::uint64_t> hash_of(const fs::path& file) {
 
 void add_program(Fnv1a& key) {
   struct stat program {};
-  if (::stat("/proc/self/exe", &program) != 0) return;
+  if (::stat(own_file().c_str(), &program) != 0) return;
   key.add(program.st_size);
   key.add(program.st_mtim.tv_sec);
   key.add(program.st_mtim.tv_nsec);

@@ -43,4 +43,11 @@ using MaterialTable = std::array<Material, kTissueCount>;
 /// A quantity per tissue, e.g. removed volume in m³.
 using PerTissue = std::array<double, kTissueCount>;
 
+/// The sum over all tissues, in their order.
+constexpr double total(const PerTissue& quantity) noexcept {
+  double sum = 0;
+  for (const double of_one : quantity) sum += of_one;
+  return sum;
+}
+
 }  // namespace typodont

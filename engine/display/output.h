@@ -119,6 +119,8 @@ class Output {
   virtual int first_row() const { return 0; }
   /// The keyboard is this window's from now on.
   virtual void take_focus() {}
+  /// The words in the window's title bar.
+  virtual void set_title(const std::string&) {}
   /// Another window fills this monitor: this one moves to the next, where there is one, and becomes no larger than
   /// that.
   virtual void leave_monitor(int) {}

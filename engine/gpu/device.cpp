@@ -235,7 +235,9 @@ Device Device::create(const DeviceOptions& options) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES, .pNext = &v13, .multiview = VK_TRUE};
     VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                        .pNext = &v11,
-                                       .features = {.multiDrawIndirect = VK_TRUE, .shaderClipDistance = VK_TRUE}};
+                                       .features = {.multiDrawIndirect = VK_TRUE,
+                                                    .shaderClipDistance = VK_TRUE,
+                                                    .shaderFloat64 = options.doubles ? VK_TRUE : VK_FALSE}};
     std::vector<const char*> extensions;
     if (options.present) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
     const VkDeviceCreateInfo info{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
@@ -247,7 +249,9 @@ Device Device::create(const DeviceOptions& options) {
     const VkResult result = options.create_device ? options.create_device(d.physical, info, d.device)
                                                   : vkCreateDevice(d.physical, &info, nullptr, &d.device);
     if (result != VK_SUCCESS)
-      throw Error("Vulkan", d.name(), name_of(result), "multiview, dynamic rendering and multiDrawIndirect");
+      throw Error("Vulkan", d.name(), name_of(result),
+                  options.doubles ? "multiview, dynamic rendering, multiDrawIndirect and doubles in shaders"
+                                  : "multiview, dynamic rendering and multiDrawIndirect");
     vkGetDeviceQueue(d.device, d.queue_family, 0, &d.queue);
     d.pipelines = open_pipelines(d.device, d.properties);
   } catch (...) {

@@ -53,6 +53,7 @@ struct DeviceOptions {
   bool validation = false;                       // the validation layer, each of its messages counted and printed
   std::vector<const char*> instance_extensions;  // a window's
   bool present = false;                          // swapchains
+  bool doubles = false;                          // shaders compute in double precision
   std::string prefer;                            // a part of the device's name; empty: a GPU before a processor
   // Where a headset's runtime must make them (XR_KHR_vulkan_enable2); empty: Vulkan itself does.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;

@@ -49,9 +49,12 @@ Buffer Buffer::create(Device& device, VkDeviceSize size, VkBufferUsageFlags usag
                        VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
 }
 
-Buffer Buffer::create_readback(Device& device, VkDeviceSize size) {
-  return create_buffer(device, size, VK_BUFFER_USAGE_TRANSFER_DST_BIT,
-                       VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+Buffer Buffer::create_local(Device& device, VkDeviceSize size, VkBufferUsageFlags usage) {
+  return create_buffer(device, size, usage, 0, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+}
+
+Buffer Buffer::create_readback(Device& device, VkDeviceSize size, VkBufferUsageFlags usage) {
+  return create_buffer(device, size, usage, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
                        VK_MEMORY_PROPERTY_HOST_CACHED_BIT);
 }
 

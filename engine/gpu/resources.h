@@ -19,8 +19,11 @@ struct Buffer {
 
   /// Memory the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Memory the GPU writes and the host reads.
-  static Buffer create_readback(Device& device, VkDeviceSize size);
+  /// Memory the GPU writes and the host reads: by a copy, or by shaders where `usage` says so.
+  static Buffer create_readback(Device& device, VkDeviceSize size,
+                                VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+  /// Memory of the GPU that the host need not see.
+  static Buffer create_local(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
   void destroy(Device& device);
   template <class T>
   T* mapped(VkDeviceSize offset = 0) const {

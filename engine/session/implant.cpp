@@ -27,7 +27,7 @@ constexpr double kAtSite = 3e-3;       // m from the plan's axis within which a 
 constexpr double kOffAxisFrom = 1e-3;  // m deep from which the axis counts
 
 double volume_of(const ServoTick& tick) {
-  return std::accumulate(tick.removed.begin() + 1, tick.removed.end(), 0.0);
+  return total(tick.removed);
 }
 
 double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
@@ -64,7 +64,13 @@ double ImplantMeasures::phases_done() const {
 
 ImplantMeter::ImplantMeter(ImplantTask task) : task_(std::move(task)) {
   measures_.phases.resize(task_.phases.size());
-  for (std::size_t i = 0; i < task_.phases.size(); ++i) measures_.phases[i].name = task_.phases[i].name.text;
+  for (std::size_t i = 0; i < task_.phases.size(); ++i) {
+    measures_.phases[i].name = task_.phases[i].name.text;
+    measures_.phases[i].force.along.reserve(2 * kBins);
+    measures_.phases[i].force.across.reserve(2 * kBins);
+  }
+  along_.reserve(2 * kBins);
+  across_.reserve(2 * kBins);
 }
 
 void ImplantMeter::add(std::span<const ServoTick> ticks) {

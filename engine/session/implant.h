@@ -67,7 +67,7 @@ struct ImplantTask {
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// Follows a hand through the phases. Feed ticks in order.
+/// Follows a hand through the phases. Feed ticks in order; that allocates nothing.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);

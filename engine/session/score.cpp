@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -57,7 +56,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
       block_count_ = 0;
     }
 
-    const double removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
+    const double removed = total(tick.removed);
     if (first_) removed_last_ = removed;
     stroke_cut_ += std::max(0.0, removed - removed_last_);
     const bool contact = !held && (tick.depth > 0 || tick.contact_area > 0);

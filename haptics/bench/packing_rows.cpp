@@ -13,6 +13,7 @@
 #include "engine/base/units.h"
 #include "haptics/bench.h"
 #include "haptics/bench/timing.h"
+#include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_model.h"
 #include "haptics/contact/packing/sphere_tissue.h"
@@ -91,6 +92,7 @@ class Rows {
     collision(packing, quick);
     direction_of_normal(packing, quick);
     removal(packing);
+    passes(packing, quick);
     ticks(packing, quick);
   }
   void add(const char* name, double error, const char* unit, double ns, const char* per, const char* baseline = "",
@@ -166,6 +168,24 @@ class Rows {
     }
     add("normal and density by overlap (2)(3) on a ball", std::sqrt(squares), "degree, rms", quantile(times, 0.5),
         "look");
+  }
+
+  /// The three passes of one tick, on the processor and on whatever device Vulkan offers.
+  void passes(const SpherePacking& packing, bool quick) {
+    std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
+    if (!on_device) return;
+    Tool head;
+    head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
+    const ToolSpheres tool = tool_spheres(head, kToolSpheres, 1);
+    const SphereTissue tissue(packing, Removal::kMended);
+    ComputePasses passes(std::move(on_device), {&tool, 1});
+    passes.load(tissue);
+    CutBuffers buffers(packing.size());
+    const PassTimes times = compare_passes(tissue, tool, passes, buffers, quick ? 3 : 20);
+    add("three passes of 200 tool spheres, processor", BenchRow::kNone, "", 1e9 * times.processor, "tick");
+    const std::string name = "three passes of 200 tool spheres, " + passes.device();
+    add(name.c_str(), times.same ? 0 : 1, "results that differ", 1e9 * times.gpu, "tick", "processor",
+        1e9 * times.processor);
   }
 
   void removal(const SpherePacking& packing) {

@@ -40,10 +40,6 @@ const Entry* find(std::string_view name) {
   return found == table().end() ? nullptr : &*found;
 }
 
-std::string known_names() {
-  return fmt::format("one of: {}", fmt::join(contact_method_names(), ", "));
-}
-
 }  // namespace
 
 ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMethodReader reader) {
@@ -57,24 +53,28 @@ std::vector<std::string> contact_method_names() {
   return names;
 }
 
+std::string known_contact_methods() {
+  return fmt::format("one of: {}", fmt::join(contact_method_names(), ", "));
+}
+
 SharedContactMethod contact_method(std::string_view name, std::string_view where) {
   const Entry* const entry = find(name);
-  if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_names());
+  if (!entry) throw Error(std::string(where), "model", fmt::format("\"{}\"", name), known_contact_methods());
   return entry->read(std::nullopt);
 }
 
 SharedContactMethod read_contact_method(const Json& json) {
   if (json.is_string()) {
     const Entry* const entry = find(json.string());
-    if (!entry) json.fail(known_names());
+    if (!entry) json.fail(known_contact_methods());
     return entry->read(std::nullopt);
   }
   if (!json.is_object() || json.keys().size() != 1) {
-    json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_names());
+    json.fail("the name of a contact model, or an object {NAME: {parameters}}; " + known_contact_methods());
   }
   const std::string name = json.keys().front();
   const Entry* const entry = find(name);
-  if (!entry) json.fail(fmt::format("\"{}\"", name), known_names());
+  if (!entry) json.fail(fmt::format("\"{}\"", name), known_contact_methods());
   return entry->read(json[name]);
 }
 

@@ -1,21 +1,54 @@
-// The last cuts of a servo, so that a fresh patch that lacks some of them is brought up to date.
+// The last cuts of a servo, so that a fresh snapshot that lacks some of them is brought up to date.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <climits>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "engine/contract/contact.h"
 
 namespace typodont::haptics {
 
-/// Cuts and fillings by their index, the oldest overwritten. Servo thread; never allocates.
+/// What a contact model remembers of each cut, by the cut's index (1, 2, 3 …); the oldest is overwritten. Allocates at
+/// construction only. Servo thread.
+template <class Made>
+class RecentCuts {
+ public:
+  static constexpr std::uint64_t kLength = 8192;  // cuts that a late snapshot may lack
+
+  RecentCuts() : made_(kLength) {}
+
+  /// `index`: that of the cut before plus one.
+  void add(std::uint64_t index, const Made& made) noexcept {
+    made_[index % kLength] = made;
+    last_ = index;
+  }
+  const Made& operator[](std::uint64_t index) const noexcept { return made_[index % kLength]; }
+  Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
+  /// Index of the last cut; 0: none was made.
+  std::uint64_t last() const noexcept { return last_; }
+  /// The oldest cut after `index` that is still known; last() + 1 where there is none.
+  std::uint64_t first_after(std::uint64_t index) const noexcept {
+    return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
+  }
+
+ private:
+  std::vector<Made> made_;
+  std::uint64_t last_ = 0;
+};
+
+/// A cut that is to be made once more in a snapshot that lacks it.
+struct MadeCut {
+  Pose X_WA, X_WB;
+  std::uint32_t tool = 0;
+  PerTissue removed{};  // m³
+};
+
+/// The cuts and fillings of a model that works in a SurfacePatch, with the voxels that each may have changed.
 class CutLog {
  public:
-  static constexpr int kLength = 8192;  // cuts a late patch may lack
-
   /// The cut itself, to be made once more in a patch that was edited.
   struct Made {
     Pose X_WA, X_WB;
@@ -27,28 +60,25 @@ class CutLog {
 
   /// `lo`, `hi`: voxels that it may have changed.
   void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
-    boxes_[index % kLength] = {lo, hi, cut.fill_radius > 0};
-    made_[index % kLength] = cut;
-    last_ = index;
+    boxes_.add(index, {lo, hi, cut.fill_radius > 0});
+    made_.add(index, cut);
   }
-  const Made& made(std::uint64_t index) const noexcept { return made_[index % kLength]; }
-  std::uint64_t last() const noexcept { return last_; }
-  /// The oldest cut after `index` that is still known.
-  std::uint64_t first_after(std::uint64_t index) const noexcept {
-    return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
-  }
+  const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
+  std::uint64_t last() const noexcept { return made_.last(); }
+  std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
   /// Union of the boxes of cuts after `index`; everything when that reaches back too far. False when there is none.
   /// `filled`: whether there was a filling among them.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
-    if (index >= last_) return false;
-    filled = last_ - index >= kLength;
+    if (index >= last()) return false;
+    const bool all_known = last() - index < RecentCuts<Made>::kLength;
+    filled = !all_known;
     lo = glm::ivec3(INT_MAX), hi = glm::ivec3(INT_MIN);
-    if (last_ - index >= kLength) {
+    if (!all_known) {
       std::swap(lo, hi);
       return true;
     }
-    for (std::uint64_t i = index + 1; i <= last_; ++i) {
-      const Box& box = boxes_[i % kLength];
+    for (std::uint64_t i = index + 1; i <= last(); ++i) {
+      const Box& box = boxes_[i];
       lo = glm::min(lo, box.lo);
       hi = glm::max(hi, box.hi);
       filled |= box.filled;
@@ -61,9 +91,8 @@ class CutLog {
     glm::ivec3 lo{0}, hi{0};
     bool filled = false;
   };
-  std::array<Box, kLength> boxes_;
-  std::array<Made, kLength> made_;
-  std::uint64_t last_ = 0;
+  RecentCuts<Box> boxes_;
+  RecentCuts<Made> made_;
 };
 
 }  // namespace typodont::haptics

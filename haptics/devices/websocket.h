@@ -13,9 +13,6 @@
 
 namespace typodont::haptics {
 
-/// The answer a server owes to a key. RFC 6455, 4.2.2.
-std::string websocket_accept(std::string_view key);
-
 class WebSocket {
  public:
   static constexpr std::size_t kLongestMessage = 1 << 16;

@@ -22,6 +22,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
+#include "engine/base/own_file.h"
 
 namespace typodont::haptics {
 
@@ -67,12 +68,12 @@ Seal seal_of(const std::filesystem::path& file) {
 /// The guarded process's program: as the environment says, beside this one, where it was installed, or where it was
 /// built.
 std::filesystem::path reader_program() {
-  std::error_code code;
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", code).parent_path();
+  const std::filesystem::path own = own_file().parent_path();
   const char* const set = std::getenv("TYPODONT_VOLUME_READER");
   for (const std::filesystem::path& file :
        {std::filesystem::path(set ? set : ""), own / "typodont-volume-reader",
-        own / "../libexec/typodont/typodont-volume-reader", std::filesystem::path(TYPODONT_VOLUME_READER)}) {
+        own / "../libexec/typodont/typodont-volume-reader", own / "../../libexec/typodont/typodont-volume-reader",
+        std::filesystem::path(TYPODONT_VOLUME_READER)}) {
     if (access(file.c_str(), X_OK) == 0) return file;
   }
   throw Error((own / "typodont-volume-reader").string(), "", "no such program", "the one that reads volume files");

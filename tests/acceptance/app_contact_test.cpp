@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/json.h"
 #include "engine/base/units.h"
@@ -18,10 +17,6 @@ using namespace test;
 using testing::HasSubstr;
 
 constexpr const char* kHeader = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
-
-double total(const PerTissue& v) {
-  return std::accumulate(v.begin(), v.end(), 0.0);
-}
 
 class ServoOn : public testing::Test {
  protected:

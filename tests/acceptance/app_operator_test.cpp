@@ -144,6 +144,14 @@ struct OperatorWindow : testing::Test {
     Desktop::xdotool("key --delay 60 " + key);
     std::this_thread::sleep_for(150ms);
   }
+  /// Waits for the page of the last session's result: what is pressed from then on is for this page.
+  static void wait_for_result() {
+    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ', Result$'").empty(); })) << "no result";
+  }
+  /// Waits for the page on which a session is chosen.
+  static void wait_for_choice() {
+    EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name '^Typodont$'").empty(); })) << "no choice";
+  }
   /// Pixels in a part of the screen that differ clearly between two moments.
   static int differing(const render::Picture& a, const render::Picture& b, glm::ivec2 lo, glm::ivec2 hi, int by = 24) {
     int count = 0;
@@ -324,7 +332,7 @@ TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   press("ctrl+r");
   press("F10");
   program.wait_for("session ended");
-  std::this_thread::sleep_for(500ms);
+  wait_for_result();
   press("F10");
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0);
@@ -343,7 +351,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
   press("F10");
   program.wait_for("session ended");
-  std::this_thread::sleep_for(1s);
+  wait_for_result();
   type("painted block");
   press("F4");
   const std::string exercise = program.wait_for("exercise saved: ");
@@ -441,7 +449,7 @@ TEST_F(OperatorWindow, WhoLeavesWhatHeDrilledUnsavedIsAskedAndItIsKeptOrDroppedA
   ASSERT_NO_FATAL_FAILURE(paint_the_block(program));
   press("F10");
   program.wait_for("session ended");
-  std::this_thread::sleep_for(1s);
+  wait_for_result();
   press("F10");     // away …
   press("Escape");  // … not yet
   press("F10");
@@ -459,7 +467,7 @@ TEST_F(OperatorWindow, WhoLeavesWhatHeDrilledUnsavedIsAskedAndItIsKeptOrDroppedA
   press("F10");
   ASSERT_TRUE(
       eventually([&] { return program.said().rfind("session ended") > program.said().rfind("session started"); }));
-  std::this_thread::sleep_for(1s);
+  wait_for_result();
   press("F10");
   press("Right");
   press("Return");
@@ -482,7 +490,7 @@ TEST_F(OperatorWindow, AReportThatNoProgramOpensIsSaidAndSoIsOneThatTheDesktopRe
   choose_block_and_script();
   press("F5");
   const std::string report = program.wait_for("report written: ");
-  std::this_thread::sleep_for(500ms);
+  wait_for_result();
   press("F2");
   EXPECT_EQ(program.wait_for("No program on this computer opens "), report);
   press("F10");
@@ -660,9 +668,9 @@ TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheOneChosenAndTheWindow
     EXPECT_TRUE(OperatorWindow::eventually(stands_there)) << place_of(own).x << ", " << place_of(own).y;
     OperatorWindow::press("F10");
     ASSERT_TRUE(OperatorWindow::eventually([&] { return windows().size() == 1; }));
+    OperatorWindow::wait_for_result();
     OperatorWindow::press("F10");
-    std::this_thread::sleep_for(500ms);
-    OperatorWindow::press("F10");
+    OperatorWindow::wait_for_choice();
   }
   OperatorWindow::press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();

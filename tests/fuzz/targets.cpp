@@ -21,6 +21,7 @@
 #include "engine/app/tissue/paint_file.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/base/websocket.h"
 #include "engine/display/display_rig.h"
 #include "engine/display/head_tracker.h"
 #include "engine/render/picture.h"
@@ -224,7 +225,7 @@ class Service : public haptics::Link {
       const std::string_view key = asked.substr(at + kKey.size());
       said_.insert(
           0, "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-                 haptics::websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
+                 websocket_accept(key.substr(0, key.find('\r'))) + "\r\n\r\n");
     }
     return true;
   }

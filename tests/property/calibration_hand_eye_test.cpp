@@ -10,12 +10,14 @@
 #include "calibration/statistics.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "tests/support/pose_error.h"
 
 namespace typodont::calibration {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+using test::error_of;
+using test::Matrix6;
+using test::Vector6;
 
 dquat turn_by(const dvec3& v) {
   const double angle = glm::length(v);
@@ -54,13 +56,6 @@ struct Bench {
   }
 };
 
-Vector6 error_of(const Pose& found, const Pose& truth) {
-  const dquat d = found.R * glm::conjugate(truth.R);
-  const dvec3 axis = (d.w < 0 ? -2.0 : 2.0) * dvec3(d.x, d.y, d.z), t = found.p - truth.p;
-  Vector6 e;
-  e << axis.x, axis.y, axis.z, t.x, t.y, t.z;
-  return e;
-}
 double mahalanobis(const Pose& found, const Pose& truth, const std::array<double, 36>& covariance) {
   const Vector6 e = error_of(found, truth);
   const Matrix6 C = Eigen::Map<const Matrix6>(covariance.data());

@@ -8,12 +8,14 @@
 
 #include "calibration/registration_solver.h"
 #include "calibration/statistics.h"
+#include "tests/support/pose_error.h"
 
 namespace typodont::calibration {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+using test::error_of;
+using test::Matrix6;
+using test::Vector6;
 constexpr double kSigma = 2e-4;  // m
 
 struct Scene {
@@ -33,14 +35,6 @@ struct Scene {
     return D;
   }
 };
-
-Vector6 error_of(const Pose& found, const Pose& truth) {
-  const dquat d = found.R * glm::conjugate(truth.R);
-  const dvec3 axis = (d.w < 0 ? -2.0 : 2.0) * dvec3(d.x, d.y, d.z), t = found.p - truth.p;
-  Vector6 e;
-  e << axis.x, axis.y, axis.z, t.x, t.y, t.z;
-  return e;
-}
 
 TEST(RegistrationLaws, ReportedCovarianceIsTheScatterOfTheEstimates) {
   const Scene scene(1, 24);

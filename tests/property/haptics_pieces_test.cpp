@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "engine/base/units.h"
@@ -28,9 +27,6 @@ Tool round_bur(double diameter) {
 
 TissueVolume tissue(std::string_view json) {
   return TissueVolume(read_solids(Json::parse(std::string(json), "tissue")));
-}
-double total(const PerTissue& volumes) {
-  return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 std::size_t bodies(const TissueVolume& volume) {
   return LoosePieces(volume).bodies();

@@ -24,12 +24,6 @@ using haptics::SurfacePatch;
 using haptics::Sweep;
 using haptics::Tool;
 
-double total(const PerTissue& removed) {
-  double sum = 0;
-  for (const double v : removed) sum += v;
-  return sum;
-}
-
 struct Random {
   std::mt19937_64 engine;
   double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine); }

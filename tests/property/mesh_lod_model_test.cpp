@@ -13,8 +13,7 @@
 #include "haptics/contact_method.h"
 #include "haptics/damping_fit.h"
 #include "haptics/import/mesh_tissue.h"
-#include "haptics/lockstep.h"
-#include "haptics/solid.h"
+#include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -77,42 +76,31 @@ TissueVolume section() {
   return tissue;
 }
 
-struct Session {
-  LockStep steps;
-  ServoTick tick;
-  Cut cut;
-  Nanos t = 0;
-  Session(TissueVolume tissue, const ServoSettings& s) : steps(std::move(tissue), s) {}
-  const ServoTick& step(const dvec3& p, double pedal = 0) {
-    HandSample hand;
-    hand.t = t += 1'000'000;
-    hand.X_WT.p = p;
-    hand.pedal = pedal;
-    steps.tick(hand, tick, cut);
-    return tick;
-  }
+/// The bench with the materials of its settings.
+struct MeshBench : test::HapticBench {
+  MeshBench(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
 };
 
 TEST(MeshLodModel, OnABallTheForceIsTheSpringsAndPointsOutAndOutsideThereIsNone) {
-  Session run(ball(), settings());
+  MeshBench run(ball(), settings());
   const double reach = kBall + 0.125_mm;
   for (int i = 0; i < 1500; ++i) {
     const double height = reach + 0.2_mm - std::min(i, 400) * 1e-6, a = 0.002 * std::max(0, i - 400);
     const dvec3 out(std::sin(a), 0, std::cos(a));
-    run.step(height * out);
+    run.tick({height * out});
     const double depth = reach - height;
-    ASSERT_TRUE(depth > -2e-6 || run.tick.f_T_W == dvec3(0)) << i;
+    ASSERT_TRUE(depth > -2e-6 || run.last.f_T_W == dvec3(0)) << i;
     if (depth < 0.05_mm) continue;
-    ASSERT_NEAR(glm::length(run.tick.f_T_W), 1000 * depth, 5e-3) << i;  // flat faces lie inside the ball
-    ASSERT_GT(glm::dot(glm::normalize(run.tick.f_T_W), out), std::cos(4.0_deg)) << i;
+    ASSERT_NEAR(glm::length(run.last.f_T_W), 1000 * depth, 5e-3) << i;  // flat faces lie inside the ball
+    ASSERT_GT(glm::dot(glm::normalize(run.last.f_T_W), out), std::cos(4.0_deg)) << i;
   }
-  EXPECT_EQ(run.tick.faults, 0U);
+  EXPECT_EQ(run.last.faults, 0U);
 }
 
 TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
   ServoSettings s = settings();
   s.friction = true;
-  Session run(ball(), s);
+  MeshBench run(ball(), s);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   dvec3 hand(0, 0, kBall);
@@ -120,8 +108,8 @@ TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
   for (int i = 0; i < 3000; ++i) {
     hand.x = std::clamp(hand.x + 8e-6 * unit(random) + 4e-6 * std::sin(0.01 * i), -1e-3, 1e-3);
     hand.y = std::clamp(hand.y + 8e-6 * unit(random), -1e-3, 1e-3);
-    run.step(hand);
-    const dvec3 n = run.tick.n_C_W, f = run.tick.f_T_W;
+    run.tick({hand});
+    const dvec3 n = run.last.n_C_W, f = run.last.f_T_W;
     const double along = glm::dot(f, n);
     if (!(along > 0)) continue;
     const double share = glm::length(f - along * n) / along;
@@ -132,44 +120,44 @@ TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
 }
 
 TEST(MeshLodModel, FromSoftToHardAWallHoldsWithTheHardTissuesStiffness) {
-  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
-  for (int i = 0; i < 300; ++i) run.step({-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   int checked = 0;
   for (double x = -1e-3; x < 0.15e-3; x += 5e-6) {
-    run.step({x, 0.2e-3, -0.2e-3});
+    run.tick({{x, 0.2e-3, -0.2e-3}});
     const double beyond = x + 0.1e-3;
     if (beyond < 0.02e-3) {
-      ASSERT_NEAR(-run.tick.f_T_W.x, std::max(0.0, 500 * beyond), 1e-3) << x;
+      ASSERT_NEAR(-run.last.f_T_W.x, std::max(0.0, 500 * beyond), 1e-3) << x;
       continue;
     }
     ++checked;
-    ASSERT_NEAR(-run.tick.f_T_W.x / (500 * beyond), 1, 0.01) << x;
+    ASSERT_NEAR(-run.last.f_T_W.x / (500 * beyond), 1, 0.01) << x;
   }
   EXPECT_GT(checked, 30);
 }
 
 TEST(MeshLodModel, FromHardToSoftThereIsNoWall) {
-  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
-  for (int i = 0; i < 300; ++i) run.step({1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.tick({{1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   for (double x = 1e-3; x > -1e-3; x -= 5e-6) {
-    run.step({x, 0.2e-3, -0.2e-3});
-    ASSERT_NEAR(run.tick.f_T_W.x, 0, 1e-3) << x;
+    run.tick({{x, 0.2e-3, -0.2e-3}});
+    ASSERT_NEAR(run.last.f_T_W.x, 0, 1e-3) << x;
   }
 }
 
 TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
-  Session run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
-  for (int i = 0; i < 300; ++i) run.step({-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i});
+  MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70], "wall_limit_N": 0.05}})", 0.1_mm));
+  for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   std::vector<double> peaks;  // m, where a wall gave way
   double last = 0, most_step = 0;
-  dvec3 before = run.tick.f_T_W;
+  dvec3 before = run.last.f_T_W;
   for (double x = -1e-3; x < 1e-3; x += 2e-6) {
-    run.step({x, 0.2e-3, -0.2e-3});
-    const double along = -run.tick.f_T_W.x;
+    run.tick({{x, 0.2e-3, -0.2e-3}});
+    const double along = -run.last.f_T_W.x;
     if (last > 0.045 && along < last && (peaks.empty() || x > peaks.back() + 0.05e-3)) peaks.push_back(x);
     last = along;
-    most_step = std::max(most_step, glm::distance(run.tick.f_T_W, before));
-    before = run.tick.f_T_W;
+    most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    before = run.last.f_T_W;
   }
   ASSERT_EQ(peaks.size(), 2U);
   EXPECT_NEAR(peaks[0], -0.1e-3 + 0.05 / 500, 15e-6);
@@ -178,12 +166,12 @@ TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
 }
 
 TEST(MeshLodModel, StiffnessFallsFromOutsideToInsideLikeStepsOfAStair) {
-  Session run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
+  MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
   const auto press = [&](double x) {
-    for (int i = 0; i < 100; ++i) run.step({x, 0.2e-3, 0.1e-3});
-    for (int i = 0; i < 300; ++i) run.step({x, 0.2e-3, 0.1e-3 - 1e-6 * i});
-    for (int i = 0; i < 100; ++i) run.step({x, 0.2e-3, -0.2e-3});
-    return run.tick.f_T_W.z / 0.25e-3;
+    for (int i = 0; i < 100; ++i) run.tick({{x, 0.2e-3, 0.1e-3}});
+    for (int i = 0; i < 300; ++i) run.tick({{x, 0.2e-3, 0.1e-3 - 1e-6 * i}});
+    for (int i = 0; i < 100; ++i) run.tick({{x, 0.2e-3, -0.2e-3}});
+    return run.last.f_T_W.z / 0.25e-3;
   };
   EXPECT_NEAR(press(1.5e-3), 1000, 10);
   EXPECT_NEAR(press(0), 500, 5);
@@ -191,17 +179,17 @@ TEST(MeshLodModel, StiffnessFallsFromOutsideToInsideLikeStepsOfAStair) {
 }
 
 TEST(MeshLodModel, ABumpOfATenthOfAMillimetreIsFeltAtTheFinestLevel) {
-  Session run(volume(R"({"voxel_mm": 0.03, "band_mm": 0.3, "solids": [
+  MeshBench run(volume(R"({"voxel_mm": 0.03, "band_mm": 0.3, "solids": [
                 {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -0.5], "size_mm": [2, 1.5, 1]}}},
                 {"tissue": "enamel", "solid": {"cylinder": {"center_mm": [0, 0, 0], "axis": [0, 1, 0], "radius_mm": 0.1, "height_mm": 1}}}]})"),
-              settings(R"({"mesh_lod": {}})"));
-  for (int i = 0; i < 400; ++i) run.step({-0.6e-3, 0, 0.2e-3 - 1e-6 * std::min(i, 125)});
+                settings(R"({"mesh_lod": {}})"));
+  for (int i = 0; i < 400; ++i) run.tick({{-0.6e-3, 0, 0.2e-3 - 1e-6 * std::min(i, 125)}});
   double most = 0, least = 1e9;
   for (double x = -0.6e-3; x < 0.6e-3; x += 4e-6) {
-    run.step({x, 0, 0.075e-3});
-    const double lift = run.tick.X_WG.p.z;
+    run.tick({{x, 0, 0.075e-3}});
+    const double lift = run.last.X_WG.p.z;
     most = std::max(most, lift), least = std::min(least, lift);
-    ASSERT_EQ(run.tick.level, 0U);
+    ASSERT_EQ(run.last.level, 0U);
   }
   EXPECT_NEAR(most - least, 0.1e-3, 0.01e-3);
 }
@@ -211,13 +199,13 @@ TEST(MeshLodModel, CariesIsSoftAndTheTipSticksInIt) {
   s.tool.sink_yield = 0.3;
   TissueVolume tissue = ball();
   tissue.paint(Tissue::kCaries, *capsule({0, 0, kBall}, {0, 0, kBall - 1e-3}, 0.8e-3));
-  Session run(std::move(tissue), s);
+  MeshBench run(std::move(tissue), s);
   const auto pull_out = [&](const dvec3& way) {
-    for (int i = 0; i < 1400; ++i) run.step((kBall + 0.3e-3 - std::min(i, 1300) * 1e-6) * way);
+    for (int i = 0; i < 1400; ++i) run.tick({(kBall + 0.3e-3 - std::min(i, 1300) * 1e-6) * way});
     double pulls = 0;
     for (int i = 0; i < 1000; ++i) {
-      run.step((kBall - 1.0e-3 + i * 2e-6) * way);
-      pulls = std::min(pulls, glm::dot(run.tick.f_T_W, way));
+      run.tick({(kBall - 1.0e-3 + i * 2e-6) * way});
+      pulls = std::min(pulls, glm::dot(run.last.f_T_W, way));
     }
     return -pulls;
   };
@@ -281,13 +269,13 @@ TEST(SlewFilter, BehindTheGuardTakesNoEnergyFromNothing) {
     ServoSettings s = settings();
     s.filter = ForceFilter::kSlew;
     s.passivity = guarded;
-    Session run(volume(R"({"voxel_mm": 0.2, "solids": [
+    MeshBench run(volume(R"({"voxel_mm": 0.2, "solids": [
       {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -3], "size_mm": [8, 8, 6]}}}]})"),
-                s);
+                  s);
     double least = 0, z = 1e-3;
     for (int stroke = 0; stroke < 3; ++stroke) {
-      for (; z > -2e-3; z -= 0.1e-3) run.step({0, 0, z}), least = std::min(least, run.tick.energy);
-      for (; z < 1e-3; z += 0.1e-3) run.step({0, 0, z}), least = std::min(least, run.tick.energy);
+      for (; z > -2e-3; z -= 0.1e-3) run.tick({{0, 0, z}}), least = std::min(least, run.last.energy);
+      for (; z < 1e-3; z += 0.1e-3) run.tick({{0, 0, z}}), least = std::min(least, run.last.energy);
     }
     if (guarded)
       EXPECT_GE(least, -1e-9);
@@ -383,11 +371,6 @@ ServoSettings drill() {
   s.damping = 2;
   return s;
 }
-double sum(const PerTissue& v) {
-  double all = 0;
-  for (const double x : v) all += x;
-  return all;
-}
 /// Volume of a ball of radius r at height z that lies below z = 0.
 double cap(double r, double z) {
   const double h = std::clamp(r - z, 0.0, 2 * r);
@@ -395,35 +378,34 @@ double cap(double r, double z) {
 }
 
 TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
-  Session run(volume(kBlock), drill());
+  MeshBench run(volume(kBlock), drill());
   double most_step = 0, least_energy = 0;
   dvec3 before(0);
-  const double whole = sum(run.steps.carver().volume().volumes());
+  const double whole = total(run.carver.volume().volumes());
   for (int i = 0; i < 1800; ++i) {
-    run.step({0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}, 1);
-    if (i > 20) most_step = std::max(most_step, glm::distance(run.tick.f_T_W, before));
-    before = run.tick.f_T_W;
-    least_energy = std::min(least_energy, run.tick.energy);
+    run.tick({{0.03e-3, 0.02e-3, kBur + 0.05e-3 - std::min(i, 600) * 1e-6}}, 1);
+    if (i > 20) most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+    before = run.last.f_T_W;
+    least_energy = std::min(least_energy, run.last.energy);
   }
-  for (int i = 0; i < 100; ++i) run.step({0.03e-3, 0.02e-3, kBur - 0.55e-3}, 1);
-  ASSERT_GT(run.tick.cuts, 100U);
-  const double z = run.tick.X_WG.p.z;
+  for (int i = 0; i < 100; ++i) run.tick({{0.03e-3, 0.02e-3, kBur - 0.55e-3}}, 1);
+  ASSERT_GT(run.last.cuts, 100U);
+  const double z = run.last.X_WG.p.z;
   EXPECT_LT(z, kBur - 0.2e-3);
-  EXPECT_NEAR(sum(run.tick.removed) / cap(kBur, z), 1, 0.05);
-  EXPECT_NEAR((whole - sum(run.steps.carver().volume().volumes())) / cap(kBur, z), 1, 0.1);
+  EXPECT_NEAR(total(run.last.removed) / cap(kBur, z), 1, 0.05);
+  EXPECT_NEAR((whole - total(run.carver.volume().volumes())) / cap(kBur, z), 1, 0.1);
   EXPECT_LE(most_step, 0.02);
   EXPECT_GE(least_energy, -1e-9);
 }
 
 TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
-  Session run(volume(kBlock), drill());
-  auto& carver = run.steps.carver();
-  const auto& mesh = dynamic_cast<const MeshLodBody&>(carver.body()).mesh();
+  MeshBench run(volume(kBlock), drill());
+  const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();
   const std::uint64_t untouched = mesh.hash();
   EXPECT_EQ(mesh.border_edges(), 0U);
   for (int i = 0; i < 1500; ++i) {
     const double down = kBur + 0.02e-3 - std::min(i, 300) * 1e-6;
-    run.step({i * 0.5e-6, 0.2e-3 * std::sin(0.005 * i), down}, 1);
+    run.tick({{i * 0.5e-6, 0.2e-3 * std::sin(0.005 * i), down}}, 1);
   }
   EXPECT_EQ(mesh.border_edges(), 0U);
   const std::uint64_t cut = mesh.hash();
@@ -438,9 +420,9 @@ TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
     }
   }
   EXPECT_GE(least_angle, 10);
-  ASSERT_TRUE(carver.undo());
+  ASSERT_TRUE(run.carver.undo());
   EXPECT_EQ(mesh.hash(), untouched);
-  ASSERT_TRUE(carver.redo());
+  ASSERT_TRUE(run.carver.redo());
   EXPECT_EQ(mesh.hash(), cut);
 }
 
@@ -448,10 +430,10 @@ TEST(MeshLodModel, EqualHandsCutEqualMeshes) {
   std::uint64_t hash[2];
   dvec3 force[2];
   for (int pass = 0; pass < 2; ++pass) {
-    Session run(volume(kBlock), drill());
-    for (int i = 0; i < 600; ++i) run.step({i * 1e-6, 0, kBur + 0.02e-3 - std::min(i, 300) * 1e-6}, 1);
-    hash[pass] = dynamic_cast<const MeshLodBody&>(run.steps.carver().body()).mesh().hash();
-    force[pass] = run.tick.f_T_W;
+    MeshBench run(volume(kBlock), drill());
+    for (int i = 0; i < 600; ++i) run.tick({{i * 1e-6, 0, kBur + 0.02e-3 - std::min(i, 300) * 1e-6}}, 1);
+    hash[pass] = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh().hash();
+    force[pass] = run.last.f_T_W;
   }
   EXPECT_EQ(hash[0], hash[1]);
   EXPECT_EQ(force[0], force[1]);
@@ -462,24 +444,21 @@ TEST(MeshLodModel, EqualHandsCutEqualMeshes) {
 TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
   std::vector<ServoTick> first;
   for (int pass = 0; pass < 2; ++pass) {
-    Session run(ball(), settings());
+    MeshBench run(ball(), settings());
     for (int i = 0; i < 600; ++i) {
       const dvec3 p(2e-3 * std::sin(0.02 * i), 1e-3 * std::cos(0.03 * i), 3.4e-3 - 1e-6 * i);
-      HandSample hand;
-      hand.t = run.t += 1'000'000;
-      hand.X_WT.p = p;
       if (i == 0) {
-        run.steps.tick(hand, run.tick, run.cut);
+        run.tick({p});
       } else {
         const test::NoAlloc guard;
-        run.steps.tick_servo(hand, run.tick, run.cut);
+        run.servo.tick({i * 1'000'000LL, {p}}, run.last, run.cut);
         ASSERT_EQ(guard.count(), 0U) << i;
       }
       if (pass == 0) {
-        first.push_back(run.tick);
+        first.push_back(run.last);
       } else {
         const ServoTick& was = first[static_cast<std::size_t>(i)];
-        ASSERT_TRUE(was.f_T_W == run.tick.f_T_W && was.X_WG.p == run.tick.X_WG.p && was.level == run.tick.level) << i;
+        ASSERT_TRUE(was.f_T_W == run.last.f_T_W && was.X_WG.p == run.last.X_WG.p && was.level == run.last.level) << i;
       }
     }
   }
@@ -488,10 +467,10 @@ TEST(MeshLodModel, NeverAllocatesInATickAndGivesTheSameBitsAgain) {
 TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
   TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})");
-  Session run(std::move(tissue), settings());
+  MeshBench run(std::move(tissue), settings());
   for (int i = 0; i < 200; ++i) {
-    run.step({0, 0, i % 2 ? -10e-3 : 3e-3});
-    ASSERT_GT(run.tick.X_WG.p.z, 0.4e-3) << i;
+    run.tick({{0, 0, i % 2 ? -10e-3 : 3e-3}});
+    ASSERT_GT(run.last.X_WG.p.z, 0.4e-3) << i;
   }
 }
 
@@ -512,7 +491,7 @@ TEST(MeshLodModel, BadParametersAndToolsAreExactErrors) {
   ServoSettings s = settings();
   s.tool.cuts = true;
   s.tool.shape = HeadShape::kCylinder;
-  EXPECT_THROW(Session(ball(), s), Error);
+  EXPECT_THROW(MeshBench(ball(), s), Error);
 }
 
 }  // namespace

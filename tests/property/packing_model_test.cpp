@@ -15,8 +15,7 @@
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact_method.h"
 #include "haptics/hardness.h"
-#include "haptics/lockstep.h"
-#include "haptics/solid.h"
+#include "tests/support/haptic_bench.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {
@@ -43,25 +42,14 @@ ServoSettings settings(const char* method, bool cuts = true) {
 }
 constexpr const char* kPacking = R"({"packing": {"spheres": 2500}})";
 
-struct Session {
-  LockStep steps;
-  ServoTick tick;
-  Cut cut;
-  Nanos t = 0;
-  explicit Session(const ServoSettings& s) : steps(ball(), s) {}
-  Session(TissueVolume tissue, const ServoSettings& s) : steps(std::move(tissue), s) {}
-  bool step(const Pose& X_WT, double pedal = 0) {
-    HandSample hand;
-    hand.t = t += 1'000'000;
-    hand.X_WT = X_WT;
-    hand.pedal = pedal;
-    return steps.tick(hand, tick, cut);
-  }
-  bool step(const dvec3& p, double pedal = 0) { return step(Pose{p, {1, 0, 0, 0}}, pedal); }
+struct Session : test::HapticBench {
+  explicit Session(const ServoSettings& s) : Session(ball(), s) {}
+  Session(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
+  void step(const dvec3& p, double pedal = 0) { tick(Pose{p, {1, 0, 0, 0}}, pedal); }
   /// A hand above the ball that pushes down with that much, N, wherever the tool is held.
-  bool push(double newton, double pedal, const dvec3& aside = dvec3(0)) {
+  void push(double newton, double pedal, const dvec3& aside = dvec3(0)) {
     const double k = 1000;  // N/m
-    return step(dvec3(aside.x, aside.y, tick.X_WG.p.z - newton / k), pedal);
+    step(dvec3(aside.x, aside.y, last.X_WG.p.z - newton / k), pedal);
   }
 };
 double removed(const ServoTick& tick) {
@@ -81,10 +69,10 @@ TEST(PackingModel, OnABallTheForcePointsOutAndIsTheSprings) {
   for (int i = 0; i < 1200; ++i) {
     run.step(pressing(i, 0.4_mm, 1.0));
     if (i < 260) continue;
-    ASSERT_GT(run.tick.depth, 0.2_mm) << i;
-    const dvec3 out = glm::normalize(run.tick.X_WT.p);
-    worst = std::max(worst, glm::length(glm::cross(glm::normalize(run.tick.f_T_W), out)));
-    ASSERT_NEAR(glm::length(run.tick.f_T_W), 0.4, 0.1) << i;
+    ASSERT_GT(run.last.depth, 0.2_mm) << i;
+    const dvec3 out = glm::normalize(run.last.X_WT.p);
+    worst = std::max(worst, glm::length(glm::cross(glm::normalize(run.last.f_T_W), out)));
+    ASSERT_NEAR(glm::length(run.last.f_T_W), 0.4, 0.1) << i;
   }
   EXPECT_LT(worst, std::sin(25.0_deg));  // the surface is bumpy: spheres of a quarter of a millimetre
 }
@@ -92,17 +80,17 @@ TEST(PackingModel, OnABallTheForcePointsOutAndIsTheSprings) {
 TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
   Session run(settings(kPacking));
   for (int i = 0; i < 100; ++i) run.step(dvec3(0, 0, 8.0_mm - i * 0.01_mm), 1);
-  EXPECT_EQ(run.tick.f_T_W, dvec3(0));
-  EXPECT_EQ(run.tick.faults, 0u);
+  EXPECT_EQ(run.last.f_T_W, dvec3(0));
+  EXPECT_EQ(run.last.faults, 0u);
 }
 
 TEST(PackingModel, ATurningBurSinksWhereTheHandPressesItAndRemovesWhatASweepOfItsWayHolds) {
   Session run(settings(R"({"packing": {"spheres": 12000, "speed_mm_per_s": 1}})"));
   for (int i = 0; i < 1500; ++i) run.step(pressing(i, 0.8_mm), 1);
   // The lens of head and ball down to where the head came.
-  const double sunk = kBall + kHead - run.tick.X_WG.p.z;
+  const double sunk = kBall + kHead - run.last.X_WG.p.z;
   EXPECT_GT(sunk, 0.6_mm);
-  EXPECT_NEAR(removed(run.tick) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
+  EXPECT_NEAR(removed(run.last) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
 }
 
 TEST(PackingModel, TheSamePushRemovesAsMuchAsWithTheOffsetModel) {
@@ -113,7 +101,7 @@ TEST(PackingModel, TheSamePushRemovesAsMuchAsWithTheOffsetModel) {
       Session run(settings(model));
       for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
       for (int i = 0; i < 600; ++i) run.push(newton, 1);
-      taken[k++] = removed(run.tick);
+      taken[k++] = removed(run.last);
     }
     ASSERT_GT(taken[0], 0.02_mm3);
     EXPECT_NEAR(taken[1] / taken[0], 1, 0.1) << newton << " N";
@@ -127,9 +115,9 @@ TEST(PackingModel, WhatIsRemovedTakesTheMotorsWork) {
   double work = 0;
   for (int i = 0; i < 1500; ++i) {
     run.push(0.8, 1);
-    work += s.tool.cutting_coefficient * 0.8 * s.tool.radius() * run.tick.spindle * 1e-3;
+    work += s.tool.cutting_coefficient * 0.8 * s.tool.radius() * run.last.spindle * 1e-3;
   }
-  const double spent = removed(run.tick) * s.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
+  const double spent = removed(run.last) * s.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   EXPECT_NEAR(spent / work, 1, 0.05);
 }
 
@@ -141,9 +129,9 @@ TEST(PackingModel, DenserTissueIsCutSlowerByTheRatioOfTheDensities) {
           fmt::format(R"({{"packing": {{"spheres": 6000, {}"density": {{"dentin": {}}}}}}})", speed, dense ? 2 : 1)
               .c_str()));
       for (int i = 0; i < 200; ++i) run.step(pressing(i, 1.5_mm), 0);  // pressed on, standing
-      const double from = run.tick.X_WG.p.z;
+      const double from = run.last.X_WG.p.z;
       for (int i = 0; i < 500; ++i) run.push(0.6, 1);
-      taken[dense] = *speed != 0 ? from - run.tick.X_WG.p.z : removed(run.tick);
+      taken[dense] = *speed != 0 ? from - run.last.X_WG.p.z : removed(run.last);
     }
     EXPECT_NEAR(taken[0] / taken[1], 2, 0.1) << speed;
   }
@@ -156,14 +144,8 @@ TEST(PackingModel, AFixedSpeedRemovesTheSameAt1And4Kilohertz) {
     s.tick = fast ? 0.25e-3 : 1e-3;
     Session run(s);
     const int every = fast ? 4 : 1;
-    for (int i = 0; i < 900 * every; ++i) {
-      HandSample hand;
-      hand.t = run.t += 1'000'000 / every;
-      hand.X_WT.p = pressing(i / every, 0.9_mm);
-      hand.pedal = 1;
-      run.steps.tick(hand, run.tick, run.cut);
-    }
-    taken[fast] = removed(run.tick);
+    for (int i = 0; i < 900 * every; ++i) run.step(pressing(i / every, 0.9_mm), 1);
+    taken[fast] = removed(run.last);
   }
   EXPECT_NEAR(taken[1] / taken[0], 1, 0.02);
 }
@@ -177,20 +159,20 @@ TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinO
     Session run(s);
     for (int i = 0; i < 300; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.1_mm - i * 1e-6));
     for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, kBall + kHead - 0.2_mm));
-    const dvec3 stuck = run.tick.X_WG.p;
-    const auto& spheres = static_cast<const packing::PackingSnapshot&>(run.steps.servo().snapshot()).spheres;
+    const dvec3 stuck = run.last.X_WG.p;
+    const auto& spheres = static_cast<const packing::PackingSnapshot&>(run.servo.snapshot()).spheres;
     const dvec3 middle = spheres.tree().center(0), n = glm::normalize(stuck - middle);
     const dvec3 side = glm::normalize(glm::cross(n, dvec3(0, 1, 0)));
     double slipped_at = 0;
     for (int i = 0; i < 30000 && slipped_at == 0; ++i) {
       const double x = i * 2e-8;
       run.step(stuck - 0.2_mm * n + x * side);
-      if (glm::distance(run.tick.X_WG.p, stuck) > 1e-9) slipped_at = x;
+      if (glm::distance(run.last.X_WG.p, stuck) > 1e-9) slipped_at = x;
     }
     EXPECT_NEAR(slipped_at / 0.2_mm, fixed, 0.01 * fixed);
     // What the hand feels along the surface is the static friction until then, and the dynamic one after it.
     for (int i = 0; i < 400; ++i) run.step(stuck - 0.2_mm * n + (slipped_at + i * 1e-6) * side);
-    const dvec3 out = glm::normalize(run.tick.X_WG.p - middle), f = run.tick.f_T_W;
+    const dvec3 out = glm::normalize(run.last.X_WG.p - middle), f = run.last.f_T_W;
     const double along = glm::length(f - glm::dot(f, out) * out);
     EXPECT_NEAR(along / glm::dot(f, out), sliding, 0.02 * sliding);
   }
@@ -207,11 +189,11 @@ TEST(PackingModel, GradedCariesGivesWayMoreTheSofterItIs) {
                  hardness_byte(hardness));
     Session run(std::move(tissue), s);
     for (int i = 0; i < 300; ++i) run.step(pressing(i, 0.4_mm), 0);
-    force[k] = glm::length(run.tick.f_T_W);
-    const double before = removed(run.tick);
+    force[k] = glm::length(run.last.f_T_W);
+    const double before = removed(run.last);
     // What is softer is felt softer: the same force of 0.3 N takes a longer way.
     for (int i = 0; i < 300; ++i) run.push(0.3 / hardness, 1);
-    speed[k++] = removed(run.tick) - before;
+    speed[k++] = removed(run.last) - before;
   }
   EXPECT_GT(force[0], 1.05 * force[1]);
   EXPECT_GT(force[1], 1.05 * force[2]);
@@ -222,10 +204,10 @@ TEST(PackingModel, GradedCariesGivesWayMoreTheSofterItIs) {
 TEST(PackingModel, WhatIsPaintedIsFeltAndUndoneWithItsStroke) {
   Session run(settings(kPacking, false));
   for (int i = 0; i < 260; ++i) run.step(pressing(i, 0.3_mm));
-  const double dentin = glm::length(run.tick.f_T_W);
-  EXPECT_EQ(run.tick.tissue, Tissue::kDentin);
+  const double dentin = glm::length(run.last.f_T_W);
+  EXPECT_EQ(run.last.tissue, Tissue::kDentin);
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  Carver& carver = run.steps.carver();
+  Carver& carver = run.carver;
   carver.volume().begin_stroke();
   carver.volume().paint(Tissue::kCaries, *read_solid(Json::parse(R"({"sphere": {"radius_mm": 4}})", "t")),
                         hardness_byte(0.5));
@@ -233,13 +215,13 @@ TEST(PackingModel, WhatIsPaintedIsFeltAndUndoneWithItsStroke) {
   run.steps.take_snapshot(dvec3(0));
   run.steps.adopt_snapshot();
   for (int i = 0; i < 260; ++i) run.step(pressing(i, 0.3_mm));
-  EXPECT_EQ(run.tick.tissue, Tissue::kCaries);
-  EXPECT_NEAR(glm::length(run.tick.f_T_W) / dentin, 0.5, 0.1);
+  EXPECT_EQ(run.last.tissue, Tissue::kCaries);
+  EXPECT_NEAR(glm::length(run.last.f_T_W) / dentin, 0.5, 0.1);
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
   ASSERT_TRUE(carver.undo());
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
   for (int i = 0; i < 260; ++i) run.step(pressing(i, 0.3_mm));
-  EXPECT_EQ(run.tick.tissue, Tissue::kDentin);
+  EXPECT_EQ(run.last.tissue, Tissue::kDentin);
 }
 
 TEST(PackingModel, AShankIsFeltAndNeverCuts) {
@@ -251,11 +233,11 @@ TEST(PackingModel, AShankIsFeltAndNeverCuts) {
   const dquat lying(std::sqrt(0.5), 0, std::sqrt(0.5), 0);  // the shank along +x
   for (int i = 0; i < 600; ++i) {
     const double z = kBall + 0.8_mm + 0.3_mm - std::min(i / 400.0, 1.0) * 0.6_mm;
-    run.step(Pose{{-5.0_mm, 0, z}, lying}, 1);
+    run.tick({{-5.0_mm, 0, z}, lying}, 1);
   }
-  EXPECT_EQ(removed(run.tick), 0);
-  EXPECT_GT(run.tick.f_T_W.z, 0.1);
-  EXPECT_GT(run.tick.X_WG.p.z, kBall + 0.55_mm);
+  EXPECT_EQ(removed(run.last), 0);
+  EXPECT_GT(run.last.f_T_W.z, 0.1);
+  EXPECT_GT(run.last.X_WG.p.z, kBall + 0.55_mm);
 }
 
 TEST(PackingModel, APieceThatACutSetsLooseIsTakenOutCountedAndComesBack) {
@@ -268,13 +250,13 @@ TEST(PackingModel, APieceThatACutSetsLooseIsTakenOutCountedAndComesBack) {
                                 "t")));
   };
   Session run(stud(), settings(R"({"packing": {"spheres": 3000, "speed_mm_per_s": 20}})"));
-  const double before = run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
-  const double top = kPi * 0.5_mm * 0.5_mm * 0.8_mm;  // of the stud above the bur
+  const double before = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+  const double top = kPi * 0.5_mm * 0.5_mm * 0.8_mm;  // m³, the part of the stud that lies above the bur
   double largest = 0;
   LoosePiece piece;
   for (int i = 0; i < 4000 && largest < 0.1 * top; ++i) {
     run.step(dvec3(-1.4_mm + i * 0.7e-6, 0, 1.5_mm), 1);
-    for (const LoosePiece& loose : run.steps.carver().take_pieces()) {
+    for (const LoosePiece& loose : run.carver.take_pieces()) {
       double volume = 0;
       for (const double v : loose.removed) volume += v;
       if (volume > largest) largest = volume, piece = loose;
@@ -283,21 +265,65 @@ TEST(PackingModel, APieceThatACutSetsLooseIsTakenOutCountedAndComesBack) {
   EXPECT_NEAR(largest / top, 1, 0.4);
   EXPECT_GT(piece.center_W.z, 1.9_mm);
   for (int i = 0; i < 20; ++i) run.step(dvec3(-4.0_mm, 0, 4.0_mm), 0);
-  const double after = run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
-  EXPECT_NEAR((before - after) / removed(run.tick), 1, 0.1);
-  EXPECT_GE(run.steps.servo().snapshot().pieces, 1u);
-  EXPECT_LT(run.steps.servo().snapshot().pieces, 20u);
+  const double after = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+  EXPECT_NEAR((before - after) / removed(run.last), 1, 0.1);
+  EXPECT_GE(run.servo.snapshot().pieces, 1u);
+  EXPECT_LT(run.servo.snapshot().pieces, 20u);
   // The bur now goes where the piece was, and feels nothing.
   double most = 0;
   for (int i = 0; i < 300; ++i) {
     run.step(dvec3(-2.0_mm + i * 0.01_mm, 0, 2.6_mm), 0);
-    most = std::max(most, glm::length(run.tick.f_T_W));
+    most = std::max(most, glm::length(run.last.f_T_W));
   }
   EXPECT_LT(most, 1e-3);
   for (int i = 0; i < 400; ++i) run.step(dvec3(-4.0_mm, 0, 4.0_mm), 0);
-  ASSERT_TRUE(run.steps.carver().undo());
+  ASSERT_TRUE(run.carver.undo());
   for (int i = 0; i < 20; ++i) run.step(dvec3(-4.0_mm, 0, 4.0_mm), 0);
-  EXPECT_DOUBLE_EQ(run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)], before);
+  EXPECT_DOUBLE_EQ(run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)], before);
+}
+
+/// A bur goes down into a block and aside under its roof, the drill stops, and the hand goes straight up.
+void drill_under_a_roof(Session& run) {
+  const auto line = [&](const dvec3& from, const dvec3& to, int ticks, double pedal) {
+    for (int i = 1; i <= ticks; ++i) run.step(from + (to - from) * (i / static_cast<double>(ticks)), pedal);
+  };
+  line({0, 0, 3.5_mm}, {0, 0, 0.3_mm}, 1200, 1);
+  line({0, 0, 0.3_mm}, {2.2_mm, 0, 0.3_mm}, 1600, 1);
+  for (int i = 0; i < 300; ++i) run.step(dvec3(2.2_mm, 0, 0.3_mm), 0);
+  ASSERT_GT(run.last.X_WG.p.x, 1.8_mm);
+  ASSERT_LT(run.last.X_WG.p.z, 0.8_mm);
+  line({2.2_mm, 0, 0.3_mm}, {2.2_mm, 0, 6.0_mm}, 500, 0);
+}
+Session under_a_roof() {
+  return {
+      TissueVolume(read_solids(Json::parse(
+          R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [8, 4, 5]}}}]})", "t"))),
+      settings(R"({"packing": {"spheres": 4000, "speed_mm_per_s": 5}})")};
+}
+
+TEST(PackingModel, ABurUnderAnOverhangComesOutTheWayItWentInWithoutCuttingWhenTheHandHasLeft) {
+  Session run = under_a_roof();
+  drill_under_a_roof(run);
+  ASSERT_LT(run.last.X_WG.p.z, 1.5_mm);
+  const std::uint64_t cuts = run.last.cuts;
+  std::uint32_t faults = 0;
+  for (int i = 0; i < 3000; ++i) {
+    run.step(dvec3(2.2_mm, 0, 6.0_mm), 0);
+    faults |= run.last.faults;
+  }
+  EXPECT_LT(glm::distance(run.last.X_WG.p, run.last.X_WT.p), 1e-6);
+  EXPECT_TRUE(faults & bits(Fault::kWedged)) << "the user was told";
+  EXPECT_FALSE(run.last.faults & bits(Fault::kWedged)) << "no longer";
+  EXPECT_EQ(run.last.cuts, cuts);
+}
+
+TEST(PackingModel, AHandThatPushesIntoAWallIsHeldHoweverLong) {
+  Session run = under_a_roof();
+  for (int i = 0; i < 400; ++i) run.step(dvec3(0, 0, 3.5_mm - i * 0.01_mm), 0);
+  const dvec3 held = run.last.X_WG.p;
+  for (int i = 0; i < 3000; ++i) run.step(dvec3(0, 0, -0.5_mm), 0);
+  EXPECT_LT(glm::distance(run.last.X_WG.p, held), 0.1_mm);
+  EXPECT_FALSE(run.last.faults & bits(Fault::kWedged));
 }
 
 TEST(PackingModel, TwoBodiesThatWereApartFromTheStartStay) {
@@ -307,16 +333,16 @@ TEST(PackingModel, TwoBodiesThatWereApartFromTheStartStay) {
                                            "t"))),
       settings(R"({"packing": {"spheres": 1000, "speed_mm_per_s": 20}})"));
   for (int i = 0; i < 1200; ++i) run.step(dvec3(1.9_mm, 0, 2.5_mm - i * 2e-6), 1);
-  EXPECT_GT(removed(run.tick), 0);
-  EXPECT_TRUE(run.steps.carver().take_pieces().empty());
+  EXPECT_GT(removed(run.last), 0);
+  EXPECT_TRUE(run.carver.take_pieces().empty());
 }
 
 TEST(PackingModel, ServoAndCarverHoldTheSameSpheresBitForBit) {
   Session run(settings(kPacking));
   for (int i = 0; i < 1200; ++i) run.step(pressing(i, 0.6_mm, 0.8), 1);
-  ASSERT_GT(run.tick.cuts, 300u);
-  const auto& servo = static_cast<const packing::PackingSnapshot&>(run.steps.servo().snapshot()).spheres;
-  const auto snapshot = run.steps.carver().make_snapshot();
+  ASSERT_GT(run.last.cuts, 300u);
+  const auto& servo = static_cast<const packing::PackingSnapshot&>(run.servo.snapshot()).spheres;
+  const auto snapshot = run.carver.make_snapshot();
   const auto& carver = static_cast<const packing::PackingSnapshot&>(*snapshot).spheres;
   ASSERT_EQ(servo.size(), carver.size());
   for (int i = 0; i < static_cast<int>(servo.size()); ++i) ASSERT_EQ(servo.sphere(i), carver.sphere(i)) << i;
@@ -324,22 +350,22 @@ TEST(PackingModel, ServoAndCarverHoldTheSameSpheresBitForBit) {
 
 TEST(PackingModel, UndoBringsEverySphereBackAndRedoTakesItAgain) {
   Session run(settings(kPacking));
-  const double field_before = run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+  const double field_before = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
   for (int i = 0; i < 800; ++i) run.step(pressing(i, 0.6_mm), 1);
-  const double first = removed(run.tick);
+  const double first = removed(run.last);
   ASSERT_GT(first, 0.05_mm3);
-  const auto state = [&] { return run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)]; };
+  const auto state = [&] { return run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)]; };
   const double cut = state();
   EXPECT_LT(cut, field_before);
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  ASSERT_TRUE(run.steps.carver().undo());
-  EXPECT_FALSE(run.steps.carver().undo());
+  ASSERT_TRUE(run.carver.undo());
+  EXPECT_FALSE(run.carver.undo());
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  EXPECT_NEAR(removed(run.tick), 0, 1e-9 * first);
+  EXPECT_NEAR(removed(run.last), 0, 1e-9 * first);
   EXPECT_DOUBLE_EQ(state(), field_before);
-  ASSERT_TRUE(run.steps.carver().redo());
+  ASSERT_TRUE(run.carver.redo());
   for (int i = 0; i < 50; ++i) run.step(dvec3(0, 0, 6.0_mm));
-  EXPECT_NEAR(removed(run.tick), first, 1e-9 * first);
+  EXPECT_NEAR(removed(run.last), first, 1e-9 * first);
   EXPECT_DOUBLE_EQ(state(), cut);
 }
 
@@ -347,16 +373,16 @@ TEST(PackingModel, TheFieldLosesWhatTheSpheresLoseWithinSixPercentHoweverOftenIt
   std::uint64_t hash[2];
   for (const bool often : {false, true}) {
     Session run(settings(R"({"packing": {"spheres": 12000}})"));
-    const double before = run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+    const double before = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
     for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
     for (int i = 0; i < 1500; ++i) {
       run.push(0.8, 1, dvec3(0.1_mm * std::sin(0.01 * i), 0, 0));
-      if (often && i % 7 == 0) run.steps.carver().volume();
+      if (often && i % 7 == 0) run.carver.volume();
     }
-    const double after = run.steps.carver().volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
-    ASSERT_GT(removed(run.tick), 0.2_mm3);
-    EXPECT_NEAR((before - after) / removed(run.tick), 1, 0.06);
-    hash[often] = run.steps.carver().volume().hash();
+    const double after = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
+    ASSERT_GT(removed(run.last), 0.2_mm3);
+    EXPECT_NEAR((before - after) / removed(run.last), 1, 0.06);
+    hash[often] = run.carver.volume().hash();
   }
   EXPECT_EQ(hash[0], hash[1]);
 }
@@ -366,7 +392,7 @@ TEST(PackingModel, TheSameHandGivesTheSameBits) {
   for (ServoTick* last : {&a, &b}) {
     Session run(settings(kPacking));
     for (int i = 0; i < 900; ++i) run.step(pressing(i, 0.5_mm, 0.5), 1);
-    *last = run.tick;
+    *last = run.last;
   }
   EXPECT_EQ(std::memcmp(&a.f_T_W, &b.f_T_W, sizeof a.f_T_W), 0);
   EXPECT_EQ(std::memcmp(&a.removed, &b.removed, sizeof a.removed), 0);
@@ -384,7 +410,7 @@ TEST(PackingModel, AServosTickNeverAllocates) {
     hand.t = run.t += 1'000'000;
     hand.X_WT.p = pressing(i, 0.5_mm, 0.5);
     hand.pedal = 1;
-    run.steps.servo().tick(hand, tick, cut);
+    run.servo.tick(hand, tick, cut);
   }
   EXPECT_EQ(guard.count(), 0u);
   EXPECT_GT(tick.cuts, 100u);
@@ -401,8 +427,8 @@ TEST(PackingModel, OfRandomHandsNoneGetsEnergyFromNothing) {
       const dvec3 p(wide * 1.0_mm * std::sin(pace * i + phase), wide * 1.0_mm * std::cos(0.7 * pace * i),
                     kBall + kHead + 1.0_mm - down * (1.0_mm + 0.3_mm + 0.2_mm * std::sin(2 * pace * i)));
       run.step(p, hand % 2 == 0 ? 1 : 0);
-      ASSERT_GE(run.tick.energy, -1e-9) << hand << " " << i;
-      ASSERT_TRUE(is_finite(run.tick.f_T_W));
+      ASSERT_GE(run.last.energy, -1e-9) << hand << " " << i;
+      ASSERT_TRUE(is_finite(run.last.f_T_W));
     }
   }
 }
@@ -424,7 +450,7 @@ TEST(PackingModel, AtUpTo20MillimetresATickNoHandComesThroughASheetThatIsPassedB
       while (z > -2.0_mm) run.step(dvec3(x, y, z -= step));
       // Below the sheet, with nothing that holds it back: it came through.
       for (int n = 0; n < 3; ++n) run.step(dvec3(x, y, -2.5_mm));
-      through[k] += run.tick.X_WG.p.z < 0;
+      through[k] += run.last.X_WG.p.z < 0;
     }
     ++k;
   }

@@ -10,28 +10,15 @@
 #include "engine/base/units.h"
 #include "haptics/contact_method.h"
 #include "haptics/import/mesh_solid.h"
-#include "haptics/lockstep.h"
-#include "haptics/solid.h"
+#include "tests/support/haptic_bench.h"
 
 namespace typodont::haptics {
 namespace {
 
 using namespace literals;
 
-struct HandRun {
-  LockStep steps;
-  ServoTick tick;
-  Cut cut;
-  Nanos t = 0;
-  HandRun(TissueVolume tissue, const ServoSettings& settings) : steps(std::move(tissue), settings) {}
-  void step(const dvec3& p, double pedal) {
-    HandSample hand;
-    hand.t = t += 1'000'000;
-    hand.X_WT.p = p;
-    hand.pedal = pedal;
-    steps.tick(hand, tick, cut);
-  }
-};
+using test::HapticBench;
+
 ServoSettings settings(const char* model, double diameter) {
   ServoSettings s;
   s.tool.diameter = s.tool.length = diameter;
@@ -67,10 +54,11 @@ TEST(Reaming, OfTheShippedSocketTheMapDiffersFromAnAnalyticCupByTwoPercentOfItsV
       files));
   const VoxelFrame frame = tissue.frame();
   const Field before(tissue);
-  HandRun run(std::move(tissue), settings(R"({"packing": {"spheres": 20000, "speed_mm_per_s": 20}})", 56.0_mm));
+  const ServoSettings reamer = settings(R"({"packing": {"spheres": 20000, "speed_mm_per_s": 20}})", 56.0_mm);
+  HapticBench run(std::move(tissue), reamer, reamer.materials);
   const dvec3 end(0, 0, -3.0_mm);
-  for (int i = 0; i < 700; ++i) run.step(end + dvec3(0, 0, std::max(0.0, 8.0_mm - i * 0.03_mm)), 1);
-  const Field after(run.steps.carver().volume(), before.lo, before.size);
+  for (int i = 0; i < 700; ++i) run.tick({end + dvec3(0, 0, std::max(0.0, 8.0_mm - i * 0.03_mm)), {1, 0, 0, 0}}, 1);
+  const Field after(run.carver.volume(), before.lo, before.size);
   // The cup: a ball of 28 mm, and its way out.
   double wanted = 0, over = 0, under = 0;
   const auto share = [](double d) { return std::clamp(0.5 - d, 0.0, 1.0); };
@@ -103,19 +91,19 @@ TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
   s.spindle.free_speed = 0.3_krpm;
   for (Material& m : s.materials) m.specific_energy = 1e9;
   for (const bool reams : {false, true}) {
-    HandRun run(
+    HapticBench run(
         TissueVolume(read_solids(Json::parse(
             R"({"voxel_mm": 1, "band_mm": 4, "solids": [{"tissue": "cancellous_bone", "solid": {"box": {"size_mm": [40, 40, 24]}}}]})",
             "t"))),
-        s);
+        s, s.materials);
     double most = 0;
     for (int i = 0; i < 4000; ++i) {
       // Pressed on and let go three times, further in each time, with a tremor of 9 Hz.
       const double deep = 3.3_mm * std::pow(std::sin(kPi * i / 1333.0), 2) + 0.1_mm * std::sin(2 * kPi * 9 * i * 1e-3);
-      run.step(dvec3(0, 0, std::max(34.5_mm - i * 0.01_mm, 34.0_mm - deep)), reams ? 1 : 0);
-      ASSERT_GE(run.tick.energy, -1e-9) << reams << " " << i;
-      ASSERT_TRUE(is_finite(run.tick.f_T_W));
-      most = std::max(most, glm::length(run.tick.f_T_W));
+      run.tick({dvec3(0, 0, std::max(34.5_mm - i * 0.01_mm, 34.0_mm - deep)), {1, 0, 0, 0}}, reams ? 1 : 0);
+      ASSERT_GE(run.last.energy, -1e-9) << reams << " " << i;
+      ASSERT_TRUE(is_finite(run.last.f_T_W));
+      most = std::max(most, glm::length(run.last.f_T_W));
     }
     if (!reams) {
       EXPECT_GT(most, 180);
@@ -129,16 +117,16 @@ TEST(RootCanal, AtTheSameFeedEnamelHoldsTheBurOneAndAHalfTimesAsHardAsDentinAndP
     ServoSettings stiff =
         settings(R"({"packing": {"spheres": 12000, "density": {"enamel": 1.5, "dentin": 1, "pulp": 0}}})", 1.2_mm);
     stiff.stiffness = 1e4;  // so that the push settles within a quarter of a second
-    HandRun run(TissueVolume(read_solids(Json::parse(
-                    fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
+    HapticBench run(TissueVolume(read_solids(Json::parse(
+                        fmt::format(R"({{"voxel_mm": 0.1, "solids": [{{"tissue": "{}", "solid": {{"box": {{"size_mm":
                     [4, 4, 4]}}}}}}]}})",
-                                tissue),
-                    "t"))),
-                stiff);
+                                    tissue),
+                        "t"))),
+                    stiff, stiff.materials);
     double sum = 0;
     for (int i = 0; i < 3000; ++i) {
-      run.step(dvec3(0, 0, 2.62_mm - i * 0.4e-6), 1);  // 0.4 mm/s
-      if (i >= 2200) sum += run.tick.depth * stiff.stiffness / 800;
+      run.tick({dvec3(0, 0, 2.62_mm - i * 0.4e-6), {1, 0, 0, 0}}, 1);  // 0.4 mm/s
+      if (i >= 2200) sum += run.last.depth * stiff.stiffness / 800;
     }
     return sum;
   };

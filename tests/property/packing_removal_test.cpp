@@ -27,12 +27,6 @@ SpherePacking one_sphere(double r) {
   p.solid_volume[static_cast<std::size_t>(Tissue::kDentin)] = 4.0 / 3 * kPi * r * r * r;
   return p;
 }
-double sum(const PerTissue& v) {
-  double s = 0;
-  for (const double x : v) s += x;
-  return s;
-}
-
 constexpr double kBall = 5.0_mm;
 /// A ball of dentin with a core of pulp.
 SpherePacking ball(std::size_t spheres) {
@@ -71,9 +65,9 @@ TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
     const dvec3 at(0, 0, plane + 0.5 - 0.01);
     ASSERT_EQ(tissue.cut(at, at, plane, changed, {}, removed), 1u);
     if (removal == Removal::kAsPrinted) {
-      EXPECT_NEAR(sum(removed.volume) / cap, 99.67, 0.01);
+      EXPECT_NEAR(total(removed.volume) / cap, 99.67, 0.01);
     } else {
-      EXPECT_NEAR(sum(removed.volume) / cap, 1, 1e-3);
+      EXPECT_NEAR(total(removed.volume) / cap, 1, 1e-3);
     }
     EXPECT_NEAR(tissue.tree().radius(0), 0.495, 1e-9);     // eq. 6: half of the overlap off the radius …
     EXPECT_NEAR(tissue.tree().center(0).z, -0.005, 1e-9);  // … and half of it away
@@ -118,7 +112,7 @@ TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
   }
   const PerTissue left = tissue.volumes();
   for (std::size_t t = 0; t < kTissueCount; ++t) {
-    ASSERT_NEAR(left[t] + removed.volume[t], p.solid_volume[t], 1e-12 * sum(p.solid_volume)) << t;
+    ASSERT_NEAR(left[t] + removed.volume[t], p.solid_volume[t], 1e-12 * total(p.solid_volume)) << t;
   }
   EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kPulp)], 0);
   EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kDentin)], 0);
@@ -141,7 +135,7 @@ TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrin
       Removed removed;
       for (int k = 0; k < 400; ++k)
         tissue.cut(glm::mix(a, b, k / 400.0), glm::mix(a, b, (k + 1) / 400.0), 0.6_mm, changed, {}, removed);
-      taken[removal == Removal::kAsPrinted] = sum(removed.volume);
+      taken[removal == Removal::kAsPrinted] = total(removed.volume);
     }
     EXPECT_NEAR(taken[0] / exact, 1, 0.1) << i;
     EXPECT_GT(taken[1], taken[0]) << i;
@@ -160,7 +154,7 @@ TEST(Removal, TheSameWayInFourTimesAsManyStepsTakesTheSameVolumeWithinTwoPercent
       tissue.cut(glm::mix(a, b, static_cast<double>(k) / steps), glm::mix(a, b, static_cast<double>(k + 1) / steps),
                  0.6_mm, changed, {}, removed);
     }
-    taken[steps == 400] = sum(removed.volume);
+    taken[steps == 400] = total(removed.volume);
   }
   EXPECT_NEAR(taken[1] / taken[0], 1, 0.02);
 }
@@ -172,7 +166,7 @@ TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
   Removed first, again;
   EXPECT_GT(tissue.cut(a, b, 0.6_mm, changed, {}, first), 0u);
   tissue.cut(a, b, 0.6_mm, changed, {}, again);
-  EXPECT_LT(sum(again.volume), 1e-9 * sum(first.volume));
+  EXPECT_LT(total(again.volume), 1e-9 * total(first.volume));
 }
 
 TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
@@ -201,7 +195,7 @@ TEST(Removal, CutsNeverAllocate) {
   for (int i = 0; i < 100; ++i)
     tissue.cut({0, 0, 5.0_mm - i * 0.02_mm}, {0, 0, 4.98_mm - i * 0.02_mm}, 0.6_mm, changed, {}, removed);
   EXPECT_EQ(guard.count(), 0u);
-  EXPECT_GT(sum(removed.volume), 0);
+  EXPECT_GT(total(removed.volume), 0);
 }
 
 TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {

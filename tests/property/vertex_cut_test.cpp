@@ -30,12 +30,6 @@ Tool round_head(double radius = kRadius) {
   return tool;
 }
 
-double total(const PerTissue& v) {
-  double sum = 0;
-  for (const double x : v) sum += x;
-  return sum;
-}
-
 /// A mesh with its cutter.
 struct Workpiece {
   EditableMesh mesh;

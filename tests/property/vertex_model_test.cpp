@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "haptics/contact/vertex/vertex_body.h"
@@ -17,28 +16,15 @@ namespace {
 using namespace literals;
 using haptics::read_contact_method;
 using test::HapticBench;
+using test::probe_settings;
 
 constexpr std::string_view kBall =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})";
 
-haptics::ServoSettings probe(const char* model) {
-  haptics::ServoSettings settings;
-  settings.tool.diameter = settings.tool.length = 1.2_mm;
-  settings.damping = 0;
-  settings.friction = false;
-  settings.cutting = false;
-  settings.method = read_contact_method(Json::parse(model, "scene"));
-  return settings;
-}
 haptics::ServoSettings drill(const char* model) {
-  haptics::ServoSettings settings = probe(model);
-  settings.cutting = true;
+  haptics::ServoSettings settings = test::drill_settings(model);
   settings.damping = 0.5;
-  settings.spindle.free_speed = 300.0_krpm;
   return settings;
-}
-double sum(const PerTissue& v) {
-  return std::accumulate(v.begin(), v.end(), 0.0);
 }
 
 /// A ball of 3 mm as a volume, with a mesh of its own of a given edge.
@@ -50,7 +36,7 @@ haptics::TissueVolume ball_of(double edge) {
 
 /// N, on a ball pressed 0.15 mm into the top of that mesh; as printed: on one that lies so deep in it.
 double force_on(double edge, const char* model) {
-  HapticBench bench(ball_of(edge), probe(model));
+  HapticBench bench(ball_of(edge), probe_settings(model));
   for (int i = 0; i <= 200; ++i) bench.tick({{0, 0, 3.65_mm - 1e-6 * i}});
   for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 3.45_mm}});
   return bench.last.f_model_W.z;
@@ -66,7 +52,7 @@ TEST(VertexForce, AsAMeanItDoesNotDependOnTheMeshAndAsPrintedItGrowsWithIt) {
 }
 
 TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
-  HapticBench bench(ball_of(0.1_mm), probe(R"({"vertex": {}})"));
+  HapticBench bench(ball_of(0.1_mm), probe_settings(R"({"vertex": {}})"));
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
     const dvec3 n = glm::normalize(dvec3(std::cos(0.3 + 0.004 * i), 0.4, std::sin(0.3 + 0.004 * i)));
@@ -79,7 +65,7 @@ TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
 
 /// rms of the change of force from tick to tick of a ball that slides over a coarse mesh, N.
 double ripple(const char* model, double& most) {
-  HapticBench bench(ball_of(0.45_mm), probe(model));
+  HapticBench bench(ball_of(0.45_mm), probe_settings(model));
   double before = 0, squares = 0, mean = 0;
   most = 0;
   std::vector<double> forces;
@@ -170,17 +156,17 @@ TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
   const auto mesh_after = body.mesh().hash();
   const auto field_after = samples(bench.carver.volume());
   EXPECT_FALSE(field_after == field_before);
-  const double removed = sum(bench.last.removed);
+  const double removed = total(bench.last.removed);
   ASSERT_TRUE(bench.carver.undo());
   EXPECT_EQ(body.mesh().hash(), mesh_before);
   EXPECT_TRUE(samples(bench.carver.volume()) == field_before);
   bench.tick({{0, 0, 5.0_mm}});
-  EXPECT_NEAR(sum(bench.last.removed), 0, 1e-9 * removed);
+  EXPECT_NEAR(total(bench.last.removed), 0, 1e-9 * removed);
   ASSERT_TRUE(bench.carver.redo());
   EXPECT_EQ(body.mesh().hash(), mesh_after);
   EXPECT_TRUE(samples(bench.carver.volume()) == field_after);
   bench.tick({{0, 0, 5.0_mm}});
-  EXPECT_NEAR(sum(bench.last.removed), removed, 1e-9 * removed);
+  EXPECT_NEAR(total(bench.last.removed), removed, 1e-9 * removed);
   const auto& held = dynamic_cast<const haptics::vertex::VertexSnapshot&>(bench.servo.snapshot());
   EXPECT_EQ(held.mesh.hash(), mesh_after);
   groove(bench, 300, 0.4_mm);
@@ -189,9 +175,9 @@ TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
 
 TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));
-  const double before = sum(bench.carver.volume().volumes());
+  const double before = total(bench.carver.volume().volumes());
   groove(bench, 1000);
-  const double lost = before - sum(bench.carver.volume().volumes()), removed = sum(bench.last.removed);
+  const double lost = before - total(bench.carver.volume().volumes()), removed = total(bench.last.removed);
   EXPECT_GT(removed, 0.05e-9);
   EXPECT_NEAR(lost, removed, 0.05 * removed);
 }
@@ -220,9 +206,9 @@ TEST(VertexModel, ALargerAndASmallerHeadTakeTurnsWhileItRuns) {
   groove(bench, 500);
   for (int i = 0; i < 400; ++i) bench.tick({{0, 0, 5.0_mm}}, 0, 1);
   ASSERT_EQ(bench.last.tool, 1u);
-  const double removed = sum(bench.last.removed);
+  const double removed = total(bench.last.removed);
   for (int i = 0; i < 600; ++i) bench.tick({{-1.0_mm + 2e-6 * i, 0.5_mm, 3.5_mm - std::min(i, 300) * 3e-6}}, 1, 1);
-  EXPECT_GT(sum(bench.last.removed), removed + 0.01e-9);
+  EXPECT_GT(total(bench.last.removed), removed + 0.01e-9);
   const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
   EXPECT_EQ(test::crossings(body.mesh()), 0);
 }
@@ -231,7 +217,7 @@ TEST(VertexModel, UnknownParametersAndToolsThatFillAreRefused) {
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge": 1}})", "scene")), Error);
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"edge_mm": 0}})", "scene")), Error);
   EXPECT_THROW(read_contact_method(Json::parse(R"({"vertex": {"filter": {"xi": 1}}})", "scene")), Error);
-  haptics::ServoSettings settings = probe(R"({"vertex": {}})");
+  haptics::ServoSettings settings = probe_settings(R"({"vertex": {}})");
   settings.tool.cuts = false;
   settings.tool.fill = Tissue::kComposite;
   EXPECT_THROW(HapticBench(kBall, settings), Error);

@@ -130,7 +130,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   s.operated = random.chance(0.5);
   s.serve(hand.info());
   s.notes.emplace(scene, std::nullopt);
-  session::SessionWriter writer(file, session_header(scene, {}, hand, s.carver.volume(), hand.info().rate));
+  session::SessionWriter writer(file, session_header(scene, {}, hand.info(), s.carver.volume(), hand.info().rate));
   s.wiring.patch.offer(s.carver, RandomHand::start());
 
   ServoTurns servo(s, hand, simulated);

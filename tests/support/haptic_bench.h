@@ -1,9 +1,12 @@
 // A scene without files: solids in, servo and carver in lock-step, for tests of the haptics alone.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include "engine/base/units.h"
+#include "haptics/contact_method.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
 #include "haptics/surface_patch.h"
@@ -15,6 +18,26 @@ inline MaterialTable plain_materials() {
   table[static_cast<std::size_t>(Tissue::kEnamel)] = {1000, 30e9, 0.2, 0.15, 2950, dvec3(0.9)};
   table[static_cast<std::size_t>(Tissue::kDentin)] = {500, 8e9, 0.3, 0.22, 2150, dvec3(0.8)};
   return table;
+}
+
+/// A round tool of 1.2 mm that does not cut, felt by its spring alone. `model`: a contact model's name, or
+/// {"NAME": {parameters}} as in a scene.
+inline haptics::ServoSettings probe_settings(std::string_view model) {
+  haptics::ServoSettings settings;
+  settings.tool.diameter = settings.tool.length = 1.2e-3;
+  settings.damping = 0;
+  settings.friction = false;
+  settings.cutting = false;
+  settings.method = model.starts_with('{') ? haptics::read_contact_method(Json::parse(std::string(model), "model"))
+                                           : haptics::contact_method(model, "model");
+  return settings;
+}
+/// The same as a bur at 300,000 rpm.
+inline haptics::ServoSettings drill_settings(std::string_view model) {
+  haptics::ServoSettings settings = probe_settings(model);
+  settings.cutting = true;
+  settings.spindle.free_speed = 300 * kKrpm;
+  return settings;
 }
 
 /// The lock-step with a plain table of materials, and its parts by name.
@@ -31,13 +54,14 @@ struct HapticBench {
   HapticBench(std::string_view tissue_json, const haptics::ServoSettings& s)
       : HapticBench(haptics::TissueVolume(haptics::read_solids(Json::parse(tissue_json, "tissue"))), s) {}
 
-  HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s)
-      : steps(std::move(volume), with_materials(s)) {}
+  HapticBench(haptics::TissueVolume volume, const haptics::ServoSettings& s,
+              const MaterialTable& materials = plain_materials())
+      : steps(std::move(volume), with_materials(s, materials)) {}
   HapticBench(const HapticBench&) = delete;
   HapticBench& operator=(const HapticBench&) = delete;
 
-  static haptics::ServoSettings with_materials(haptics::ServoSettings s) {
-    s.materials = plain_materials();
+  static haptics::ServoSettings with_materials(haptics::ServoSettings s, const MaterialTable& materials) {
+    s.materials = materials;
     return s;
   }
 

@@ -12,8 +12,8 @@ namespace typodont::test {
 
 namespace {
 
-constexpr double kRate = 1000;                              // Hz, of the servo
-constexpr int kTicksATurn = 33;                             // of the servo, between two movements of the mouse
+constexpr double kRate = 1000;                              // Hz, rate of the servo
+constexpr int kTicksATurn = 33;                             // ticks of the servo between two movements of the mouse
 constexpr double kTurn = kTicksATurn / kRate;               // s
 constexpr double kCutPace = 6e-3, kTravelPace = 20e-3;      // m/s
 constexpr double kLead = 0.20e-3;                           // m that the hand goes before the tool

@@ -57,8 +57,15 @@ TEST_F(Files, OfModelsReadBackToTheBit) {
   model.source = "a \"quoted\" recording";
   model.licence = "MIT";
   model.samples = 12345;
+  model.lines = {{3200.5, 0.03, {{-0.9, 0.1}, 0.02}, {{0.3}, 1.7}}, {6401, 0.01, {}, {}}};
   write_text(folder_ / "m.json", to_json(model));
   const ArModel back = load_model(folder_ / "m.json");
+  ASSERT_EQ(back.lines.size(), 2u);
+  EXPECT_EQ(back.lines[0].frequency, 3200.5);
+  EXPECT_EQ(back.lines[0].amplitude, 0.03);
+  EXPECT_EQ(back.lines[0].amplitude_noise.reflection, model.lines[0].amplitude_noise.reflection);
+  EXPECT_EQ(back.lines[0].frequency_noise.gain, 1.7);
+  EXPECT_EQ(back.lines[1].frequency_noise.deviation(), 0);
   EXPECT_EQ(back.reflection, model.reflection);
   EXPECT_EQ(back.gain, model.gain);
   EXPECT_EQ(back.rate, model.rate);
@@ -76,6 +83,12 @@ TEST_F(Files, OfModelsWithMistakesAreRefusedNamingTheKey) {
   EXPECT_THAT(model_refusal(R"({"rate_Hz":48000,"gain":1,"pitch":3,"reflection_coefficients":[0.5]})"),
               HasSubstr("unknown key"));
   EXPECT_THAT(model_refusal("{"), HasSubstr("valid JSON"));
+  EXPECT_THAT(model_refusal(R"({"rate_Hz":48000,"gain":1,"reflection_coefficients":[0.5],"lines":[{"frequency_Hz":3e4,
+                "amplitude":0.1,"amplitude_noise":{"gain":0,"reflection_coefficients":[]},
+                "frequency_noise_Hz":{"gain":0,"reflection_coefficients":[]}}]})"),
+              HasSubstr("lines[0].frequency_Hz"));
+  EXPECT_THAT(model_refusal(R"({"rate_Hz":48000,"gain":1,"reflection_coefficients":[0.5],"lines":7})"),
+              HasSubstr("an array of lines"));
 }
 
 TEST_F(Files, OfVoicesNameTheirModelsAndTissues) {

@@ -226,6 +226,99 @@ TEST_F(Recording, FittedAtAHigherRateStaysStableThoughTheUpperBandIsEmpty) {
   EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.1);
 }
 
+/// A drill that runs up, idles, works twice under 5 dB more, idles and runs down.
+std::vector<double> session() {
+  std::vector<double> x = sound_of(resonance(0.6, 1.0, 0.02), 10 * 48000, 9);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double t = static_cast<double>(i) / 48000;
+    const bool load = (t > 3 && t < 4.5) || (t > 6 && t < 7);
+    x[i] *= t < 1 ? std::pow(10, t - 1) : t > 9 ? std::pow(10, 9 - t) : load ? 1.8 : 1.0;
+  }
+  return x;
+}
+
+TEST_F(Recording, OfASessionIsDividedIntoRunUpIdleLoadAndRunDown) {
+  const auto parts = fit(session()).parts;
+  const std::vector<std::pair<DrillPart, double>> expected = {
+      {DrillPart::kRunUp, 0}, {DrillPart::kIdle, 1}, {DrillPart::kLoad, 3},   {DrillPart::kIdle, 4.5},
+      {DrillPart::kLoad, 6},  {DrillPart::kIdle, 7}, {DrillPart::kRunDown, 9}};
+  ASSERT_EQ(parts.size(), expected.size());
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    EXPECT_EQ(parts[i].part, expected[i].first) << i;
+    EXPECT_NEAR(parts[i].from, expected[i].second, 0.25) << i;
+  }
+  EXPECT_NEAR(parts[2].level_dB - parts[1].level_dB, 20 * std::log10(1.8), 0.3);
+}
+
+TEST_F(Recording, IsFittedInTheLongestPartThatIsAskedFor) {
+  FitOptions options;
+  options.part = "load";
+  const FitReport report = fit(session(), options);
+  EXPECT_NEAR(report.from, 3, 0.1);
+  EXPECT_NEAR(report.to, 4.5, 0.1);
+  options.part = "idle";
+  const FitReport idle = fit(session(), options);
+  EXPECT_NEAR(idle.to - idle.from, 2, 0.3);
+  options.part = "cutting";
+  EXPECT_THAT(refusal(session(), options), HasSubstr("run-up, idle, load or run-down"));
+  options.part = "load";
+  EXPECT_THAT(refusal(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1), options), HasSubstr("idle 0.00 to 3.00 s"));
+}
+
+TEST_F(Recording, ThatIsNotSteadyIsFittedWithAWarning) {
+  EXPECT_THAT(fit(session()).model.notes, HasSubstr("not steady: run-up"));
+  EXPECT_EQ(fit(sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1)).model.notes, "");
+}
+
+/// A whistle of mean amplitude 0.05 over a hiss. Its amplitude varies by `varies` (of its mean), its frequency by
+/// `wanders` Hz, both slowly.
+std::vector<double> whistle(double frequency, double varies, double wanders, std::uint64_t seed) {
+  std::vector<double> x = sound_of(resonance(0.6, 1.0, 0.004), 6 * 48000, seed);
+  const double slow = 0.999;  // about 8 Hz: faster than a drift
+  const auto amplitude = sound_of(model_of({-slow}, std::sqrt(1 - slow * slow)), x.size(), seed + 1);
+  const auto deviation = sound_of(model_of({-slow}, std::sqrt(1 - slow * slow)), x.size(), seed + 2);
+  double turns = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    turns += (frequency + wanders * deviation[i]) / 48000;
+    x[i] += 0.05 * (1 + varies * amplitude[i]) * std::sin(2 * kPi * turns);
+  }
+  return x;
+}
+
+TEST_F(Recording, OfAWhistleGivesALineWithItsFrequencyAmplitudeAndVariation) {
+  const auto x = whistle(3200, 0.17, 6, 5);
+  const FitReport report = fit(x);
+  ASSERT_EQ(report.model.lines.size(), 1u);
+  const ModelLine& line = report.model.lines[0];
+  EXPECT_NEAR(line.frequency, 3200, 3);
+  EXPECT_NEAR(line.amplitude, 0.05, 0.003);
+  EXPECT_NEAR(line.amplitude_noise.deviation(), 0.17, 0.03);
+  EXPECT_NEAR(line.frequency_noise.deviation(), 6, 1.5);
+  EXPECT_LT(report.distance_dB, 0.6);
+  EXPECT_NEAR(10 * std::log10(power_of(report.model)), report.level_dB, 0.2);
+}
+
+TEST_F(Recording, OfANarrowBandOfNoiseGivesNoLine) {
+  auto x = sound_of(resonance(0.999, 0.42, 0.0005), 6 * 48000, 3);
+  const auto hiss = sound_of(resonance(0.6, 1.0, 0.002), x.size(), 4);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += hiss[i];
+  EXPECT_TRUE(fit(x).model.lines.empty());
+}
+
+TEST_F(Recording, WhoseLinesAreNotWantedIsAllNoise) {
+  FitOptions options;
+  options.lines = false;
+  EXPECT_TRUE(fit(whistle(3200, 0.1, 5, 6), options).model.lines.empty());
+}
+
+TEST_F(Recording, WithASeriesThatHasGapsTellsItsRotor) {
+  auto x = sound_of(resonance(0.6, 1.0, 0.004), 3 * 48000, 1);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (const int h : {1, 3}) x[i] += 0.02 * std::sin(2 * kPi * 1600 * h * static_cast<double>(i) / 48000 + h);
+  }
+  EXPECT_NEAR(fit(x).model.spindle / kKrpm, 96, 1);
+}
+
 TEST_F(Recording, TellsTheRotorByItsHarmonicSeries) {
   auto x = sound_of(resonance(0.6, 1.0, 0.02), 3 * 48000, 1);
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -265,11 +358,16 @@ TEST(ShippedModels, AreWhatTheFitterMakesOfTheShippedRecordings) {
     ASSERT_EQ(made.order(), shipped.order());
     for (std::size_t i = 0; i < made.order(); ++i) EXPECT_NEAR(made.reflection[i], shipped.reflection[i], 1e-9);
     EXPECT_NEAR(made.gain, shipped.gain, 1e-9);
+    ASSERT_EQ(made.lines.size(), shipped.lines.size());
+    for (std::size_t i = 0; i < made.lines.size(); ++i)
+      EXPECT_NEAR(made.lines[i].frequency, shipped.lines[i].frequency, 1e-6);
   };
   FitOptions options;
   expect_same("micromotor_steady.wav", "micromotor_ar300.json", options);
   options.order = "24";
+  options.lines = false;
   expect_same("micromotor_steady.wav", "hiss_ar24.json", options);
+  options.lines = true;
   options.order = "300";
   options.steady = true;
   expect_same("drill_spinup_run_spindown.wav", "handpiece_ar300.json", options);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "audio/ar/lines.h"
 #include "audio/ar/rotor.h"
 #include "audio/ar/spectrum.h"
 #include "audio/drill_synth.h"
@@ -124,6 +125,40 @@ TEST(DrillSynth, IdlesWithTheSpectrumAndLevelOfItsModel) {
     ++counted;
   }
   EXPECT_LT(std::sqrt(squares / counted), 1.0);
+}
+
+/// hiss() with a whistle at 3.2 kHz whose amplitude varies by 0.17 and whose frequency by 6 Hz.
+SoundModels whistling() {
+  SoundModels models = hiss();
+  models.idle.lines = {
+      {3200, 0.05, {{-0.98}, 0.17 * std::sqrt(1 - 0.98 * 0.98)}, {{-0.98}, 6 * std::sqrt(1 - 0.98 * 0.98)}}};
+  return models;
+}
+
+TEST(DrillSynth, SoundsALineAsASinusoidThatVariesAsMuchAsTheModels) {
+  const auto y = voiced({state(0, 1)}, 12, 256, whistling());
+  const LineTrack heard = follow_line(part(y, 0, 12), kRate, 3200);
+  EXPECT_NEAR(heard.frequency, 3200, 3);
+  EXPECT_NEAR(heard.mean_amplitude(), 0.05, 0.003);
+  EXPECT_NEAR(heard.own_variation(), 0.17, 0.034);  // within 20 %; noise of the same spectrum varies by 0.52
+}
+
+TEST(DrillSynth, LowersALineWithTheSpindle) {
+  const auto y = voiced({state(0, 0.75)}, 4, 256, whistling());
+  EXPECT_NEAR(follow_line(part(y, 0, 4), kRate, 2400).frequency, 2400, 4);
+}
+
+TEST(DrillSynth, LetsALineNotBeatWhileIdleGivesWayToWork) {
+  SoundModels models = whistling();
+  models.idle.lines[0].amplitude_noise = {};
+  models.idle.lines[0].amplitude = 0.1;
+  const auto y = voiced({state(0, 1, 0.3e-6, 0.5)}, 6, 256, models);
+  EXPECT_LT(follow_line(part(y, 0.2, 6), kRate, 3200).own_variation(), 0.02);
+}
+
+TEST(DrillSynth, SoundsLinesWithTheSameBitsHoweverTheBuffersAreDivided) {
+  const std::vector<SoundState> states = {state(0, 1), state(0.3, 0.9, 0.5e-6, 1), state(0.7, 1)};
+  EXPECT_EQ(voiced(states, 1, 256, whistling()), voiced(states, 1, 37, whistling()));
 }
 
 TEST(DrillSynth, LowersItsPitchWithTheSpindleBeforeStall) {
@@ -412,6 +447,20 @@ TEST(DrillSynth, MayRunModelsOfLowerOrderWhereTheCriterionLosesNothing) {
   all.push(state(0, 1));
   few.push(state(0, 1));
   EXPECT_NEAR(level_dB(render(all, 4), 0, 4), level_dB(render(few, 4), 0, 4), 0.3);
+}
+
+TEST(DerivedModels, ColourALineAsTheyColourTheNoiseBesideIt) {
+  SoundModels models = whistling();
+  const auto derived = derived_working_models(models.idle);
+  for (std::size_t t = 1; t < derived.size(); ++t) {
+    ASSERT_EQ(derived[t].lines.size(), 1u);
+    const double noise = spectrum_dB(derived[t], {3200})[0] - spectrum_dB(models.idle, {3200})[0];
+    const double line = 20 * std::log10(derived[t].lines[0].amplitude / models.idle.lines[0].amplitude);
+    EXPECT_NEAR(line, noise, 1.5) << t;  // a model of order 16 follows the colour only roughly
+    EXPECT_NEAR(10 * std::log10(power_of(derived[t]) / power_of(models.idle)),
+                colour_of(static_cast<Tissue>(t)).level_dB, 0.3)
+        << t;
+  }
 }
 
 TEST(DerivedModels, AreStableAndLouderByTheirTissuesLevel) {

@@ -52,12 +52,6 @@ class Floor {
   std::vector<float> samples_;
 };
 
-double total(const PerTissue& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum;
-}
-
 TEST(Debris, MassIsDensityTimesRemovedVolume) {
   Debris debris;
   double expected = 0;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "engine/base/websocket.h"
 #include "haptics/devices/arm_protocol.h"
 #include "haptics/devices/haply.h"
 #include "haptics/devices/json_scan.h"

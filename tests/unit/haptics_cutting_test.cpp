@@ -29,12 +29,6 @@ ServoSettings drill(double diameter, double rate) {
   return s;
 }
 
-double total(const PerTissue& removed) {
-  double sum = 0;
-  for (const double v : removed) sum += v;
-  return sum;
-}
-
 std::string box(double voxel_mm) {
   char text[200];
   std::snprintf(text, sizeof text,

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -36,10 +35,6 @@ using test::HapticBench;
 
 constexpr auto kDentin = static_cast<std::size_t>(Tissue::kDentin);
 constexpr double kDentinEnergy = 8e9;  // J/m³, of test::plain_materials()
-
-double total(const PerTissue& of) {
-  return std::accumulate(of.begin(), of.end(), 0.0);
-}
 
 /// A block of dentin, its top at z = 2.5 mm. Empty: nothing is said of hardness.
 std::string block(const std::string& hardness = "") {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -16,7 +15,9 @@ namespace {
 
 using namespace literals;
 using haptics::contact_method;
+using test::drill_settings;
 using test::HapticBench;
+using test::probe_settings;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
@@ -25,30 +26,9 @@ constexpr std::string_view kBall =
 constexpr std::string_view kBlock =
     R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
 
-haptics::ServoSettings probe(const char* model) {
-  haptics::ServoSettings settings;
-  settings.tool.diameter = settings.tool.length = 1.2_mm;
-  settings.damping = 0;
-  settings.friction = false;
-  settings.cutting = false;
-  settings.method = contact_method(model, "test");
-  return settings;
-}
-
-haptics::ServoSettings drill(const char* model) {
-  haptics::ServoSettings settings = probe(model);
-  settings.cutting = true;
-  settings.spindle.free_speed = 300.0_krpm;
-  return settings;
-}
-
-double sum(const PerTissue& v) {
-  return std::accumulate(v.begin(), v.end(), 0.0);
-}
-
 /// Greatest angle, degrees, between the force and the normal of a ball on which the hand slides 0.2 mm deep.
 double direction_error(const char* model) {
-  HapticBench bench(kBall, probe(model));
+  HapticBench bench(kBall, probe_settings(model));
   double worst = 0;
   for (int i = 0; i < 400; ++i) {
     const double a = 0.3 + 0.004 * i;
@@ -63,7 +43,7 @@ double direction_error(const char* model) {
 
 TEST(ContactMethods, AMethodFromAnotherFileIsChosenByNameWithItsParameters) {
   EXPECT_THAT(haptics::contact_method_names(), Contains("ball"));
-  haptics::ServoSettings settings = probe("ball");
+  haptics::ServoSettings settings = probe_settings("ball");
   settings.method = haptics::read_contact_method(Json::parse(R"({"ball": {"radius_mm": 3}})", "scene"));
   EXPECT_EQ(settings.method->name(), "ball");
   HapticBench bench(kBall, settings);
@@ -93,7 +73,7 @@ TEST(ContactMethods, GodObjectIsAnotherNameOfOffset) {
 
 TEST(ContactMethods, NoMethodAllocatesInATick) {
   for (const char* model : {"offset", "vertex", "voxel_penalty", "ball"}) {
-    HapticBench bench(kBlock, drill(model));
+    HapticBench bench(kBlock, drill_settings(model));
     for (int i = 0; i < 100; ++i) bench.tick({{0, 0, 2.7_mm - 2e-6 * i}}, 1);
     std::size_t allocated = 0;
     ServoTick out;
@@ -116,7 +96,7 @@ TEST(VoxelPenalty, ItsDirectionIsOffByDegreesWhereTheOffsetSurfacesIsExact) {
 
 TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
   // A cylinder that lies flat on a block's edge, with its middle 1 mm beyond: the block pushes on one half only.
-  haptics::ServoSettings settings = probe("voxel_penalty");
+  haptics::ServoSettings settings = probe_settings("voxel_penalty");
   settings.tool.shape = haptics::HeadShape::kCylinder;
   settings.tool.diameter = 1.0_mm;
   settings.tool.length = 4.0_mm;
@@ -132,12 +112,12 @@ TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
 }
 
 TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
-  HapticBench bench(kBlock, drill("voxel_penalty"));
+  HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   const PerTissue before = bench.carver.volume().volumes();
   for (int i = 0; i < 1500; ++i) bench.tick({{0.3_mm * std::sin(0.01 * i), 0, 2.7_mm - 0.6e-6 * i}}, 1);
   EXPECT_GT(bench.last.cuts, 20u);
-  const double gone = sum(before) - sum(bench.carver.volume().volumes());
-  EXPECT_NEAR(sum(bench.last.removed), gone, 1e-6 * gone);
+  const double gone = total(before) - total(bench.carver.volume().volumes());
+  EXPECT_NEAR(total(bench.last.removed), gone, 1e-6 * gone);
   EXPECT_GT(gone, 0.02e-9);
   const haptics::SurfacePatch& patch = bench.patch();
   haptics::SurfacePatch check = bench.empty_patch();
@@ -146,18 +126,18 @@ TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
 }
 
 TEST(VoxelPenalty, RemovedVolumeIsWhatTheEnergyPaysFor) {
-  HapticBench bench(kBlock, drill("voxel_penalty"));
+  HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   double work = 0;
   for (int i = 0; i < 3000; ++i) {
     bench.tick({{0.3_mm * std::sin(0.01 * i), 0, 2.62_mm - 0.3e-6 * i}}, 1);
     work += bench.last.cutting_power * bench.settings.tick;
   }
   const double dentin = 8e9;  // J/m³ of plain_materials()
-  EXPECT_NEAR(work / dentin, sum(bench.last.removed), 0.01 * sum(bench.last.removed));
+  EXPECT_NEAR(work / dentin, total(bench.last.removed), 0.01 * total(bench.last.removed));
 }
 
 TEST(VoxelPenalty, UndoBringsBackEveryVoxelAndASecondRunRemovesTheSame) {
-  HapticBench bench(kBlock, drill("voxel_penalty"));
+  HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   const std::uint64_t untouched = bench.carver.volume().hash();
   const auto stroke = [&] {
     for (int i = 0; i < 800; ++i) bench.tick({{0, 0, 2.7_mm - 1e-6 * i}}, 1);
@@ -173,7 +153,7 @@ TEST(VoxelPenalty, UndoBringsBackEveryVoxelAndASecondRunRemovesTheSame) {
 }
 
 TEST(VoxelPenalty, AToolThatFillsIsRefusedWithTheReason) {
-  haptics::ServoSettings settings = probe("voxel_penalty");
+  haptics::ServoSettings settings = probe_settings("voxel_penalty");
   settings.tool.fill = Tissue::kAmalgam;
   settings.tool.fill_rate = 1e-9;
   settings.tool.fill_reach = 0.5e-3;

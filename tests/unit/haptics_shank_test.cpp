@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "engine/base/error.h"
@@ -21,10 +20,6 @@ using haptics::HeadShape;
 using haptics::ServoSettings;
 using haptics::Tool;
 using test::HapticBench;
-
-double total(const PerTissue& v) {
-  return std::accumulate(v.begin(), v.end(), 0.0);
-}
 
 Tool bur_with_shank() {
   Tool tool;

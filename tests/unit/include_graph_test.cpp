@@ -68,7 +68,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
 TEST(IncludeGraph, EveryModuleIncludesOnlyWhatTheArchitectureAllows) {
   const std::size_t files = for_each_include(kProgram, [](const std::string& path, const std::string& included) {
     const std::string from = module_of(path), to = module_of(included);
-    if (from == "engine/app" || to.empty() || to == from) return;
+    if (from == "engine/app" || from == "engine/bindings" || to.empty() || to == from) return;
     ASSERT_TRUE(kMayInclude.contains(from)) << path << " belongs to no module of the table";
     EXPECT_TRUE(kMayInclude.at(from).contains(to)) << path << " includes " << included;
   });
@@ -92,9 +92,10 @@ TEST(IncludeGraph, AHeaderInASubfolderIsIncludedByItsOwnModuleOnly) {
 
 // A test may look inside the module that it tests, and inside no other.
 TEST(IncludeGraph, ATestLooksInsideOneModuleOnly) {
-  // The parsers of every module are driven from one file; faults arise in the session's threads and in the safety
-  // layer.
-  const std::set<std::string> several = {"tests/fuzz/targets.cpp", "tests/stress/faults_test.cpp"};
+  // One file drives the parsers of every module. Faults arise in the session's threads and in the safety layer. The
+  // program's passes on a GPU are held against those of the contact model.
+  const std::set<std::string> several = {"tests/fuzz/targets.cpp", "tests/stress/faults_test.cpp",
+                                         "tests/property/packing_gpu_test.cpp"};
   std::map<std::string, std::set<std::string>> looked_into;
   const std::size_t files = for_each_include({"tests"}, [&](const std::string& path, const std::string& included) {
     const std::string module = inside_of(included);

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
@@ -327,7 +326,7 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
     tooth.options.mesh_unit = unit;
     Progress progress;
     const auto volumes = load_tissue(read_scene(bring_in(tooth, progress))).volumes();
-    EXPECT_NEAR(std::cbrt(std::accumulate(volumes.begin(), volumes.end(), 0.0)), unit, 0.02 * unit);
+    EXPECT_NEAR(std::cbrt(total(volumes)), unit, 0.02 * unit);
   }
 }
 

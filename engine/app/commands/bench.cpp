@@ -22,6 +22,7 @@
 #include "engine/base/input_file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "haptics/contact_method.h"
 
 namespace typodont {
 
@@ -204,8 +205,9 @@ void add_bench_command(cli::Command& app) {
   command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
       ->check(cli::existing_file());
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
-  command->add_option("--model", options->model,
-                      "contact model that `contact` measures instead of the default (offset, voxel_penalty, …)");
+  command->add_option(
+      "--model", options->model,
+      "contact model that `contact` measures instead of the default, " + haptics::known_contact_methods());
   command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");
   command->callback([options] { run(*options); });

@@ -7,6 +7,7 @@
 #include "engine/app/commands/commands.h"
 #include "engine/app/picture/eye_size.h"
 #include "engine/contract/session_length.h"
+#include "haptics/contact_method.h"
 
 namespace typodont {
 
@@ -20,7 +21,8 @@ void add_demo_command(cli::Command& app) {
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--size", *size, "WIDTHxHEIGHT of one eye's picture; where not given the rig's (full HD)");
-  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
+  command->add_option("--model", options->model,
+                      "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();

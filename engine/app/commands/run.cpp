@@ -13,6 +13,7 @@
 #include "engine/base/log.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"
+#include "haptics/contact_method.h"
 #include "haptics/device_safety.h"
 
 namespace typodont {
@@ -111,6 +112,13 @@ void add_run_command(cli::Command& app) {
       ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
+  command->add_option(
+      "--stream", w.stream,
+      "tell other programs of the session: osc:[HOST:]PORT, ws:[HOST:]PORT; this computer where no host "
+      "is given; can be repeated");
+  command->add_option("--stream-rate", w.stream_rate, "states a second that they are told, Hz")
+      ->check(cli::range(1.0, 1000.0))
+      ->show_default();
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
       ->check(cli::from_zero());
   command
@@ -121,7 +129,8 @@ void add_run_command(cli::Command& app) {
       ->check(cli::writes({FileKind::kVolume}));
   command->add_option("--resume", options->resume,
                       "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
-  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
+  command->add_option("--model", options->model,
+                      "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_option("--seconds", w.seconds, "end after so many seconds, a day at most")
       ->check(cli::more_than_zero(kLongestSession));
   command->add_flag("--no-real-time", w.no_real_time,
@@ -129,7 +138,10 @@ void add_run_command(cli::Command& app) {
   command->add_flag("--explain", w.explain,
                     "say what is active, and why the rest is not; at the end, what was done, kind by kind");
   command->add_flag("--json", options->json, "print the summary as JSON");
-  command->callback([options] { run(*options); });
+  command->callback([options, command] {
+    command->refuse_without({"--stream-rate"}, !options->workbench.stream.empty(), "--stream");
+    run(*options);
+  });
 }
 
 }  // namespace typodont

@@ -11,19 +11,18 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
-#include "engine/app/haptic_loop.h"
 #include "engine/app/hands/implant_expert.h"
-#include "engine/app/recording/replay_hand.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/offline.h"
 #include "engine/app/recording/resume.h"
-#include "engine/app/recording/session_record.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/measure.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
-#include "engine/session/recorder.h"
 #include "engine/session/session_file.h"
 #include "engine/session/ticks_csv.h"
+#include "haptics/contact_method.h"
 #include "haptics/scripted_hand.h"
 
 namespace typodont {
@@ -39,45 +38,33 @@ struct Options {
 /// Where the ticks go: a table, or by its extension a session.
 class TickSink {
  public:
-  TickSink(const std::string& file, const session::SessionHeader& header, const Scene& scene)
-      : notes_(scene, std::nullopt) {
+  TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
+           const haptics::TissueVolume& tissue) {
     constexpr std::array kKinds{FileKind::kSession};
     if (kind_of_name(file, kKinds) == FileKind::kSession) {
-      session::WriterOptions options;
-      options.whole_or_nothing = true;
-      session_ = std::make_unique<session::SessionWriter>(file, header, options);
+      session_.emplace(file, scene, hand, tissue);
     } else {
       csv_ = std::make_unique<session::TicksCsvWriter>(file);
     }
   }
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch) {
     if (csv_) return csv_->append({&tick, 1});
-    if (patch) session_->append({patch, 1});
-    if (cut) session_->append({cut, 1});
-    session_->append({&tick, 1});
-    notes_.add(tick, *session_);
+    session_->add(tick, cut, patch);
   }
   void add(const LoosePiece& piece) {
-    if (session_) session_->append(event_of(piece));
+    if (session_) session_->add(piece);
   }
-  void finish(const session::SessionResult& result) {
-    if (csv_) return csv_->finish();
-    if (!session_->finish(result)) throw RunFailure(session_->status().message);
+  /// The hash of the tissue.
+  std::uint64_t finish(const haptics::TissueVolume& tissue) {
+    if (session_) return session_->finish(tissue);
+    csv_->finish();
+    return tissue.hash();
   }
 
  private:
   std::unique_ptr<session::TicksCsvWriter> csv_;
-  std::unique_ptr<session::SessionWriter> session_;
-  TickNotes notes_;
+  std::optional<OfflineRecording> session_;
 };
-
-/// A path, a simulated hand, or a recorded one: whatever moves by itself and always the same.
-std::unique_ptr<haptics::HapticDevice> open_deterministic_hand(const Options& options, const Scene& scene) {
-  const std::string& hand = options.hand;
-  if (hand.starts_with("replay:")) return open_replay_hand(hand.substr(7), options.rate, /*paced=*/false);
-  const std::string file = hand.starts_with("script:") ? hand.substr(7) : hand;
-  return haptics::open_scripted_hand(file, options.rate, /*paced=*/false, tool_names(scene));
-}
 
 /// s of the hand's path; nothing for hands that find out by themselves how long they take.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
@@ -120,7 +107,7 @@ void run(const Options& options) {
   } else if (options.hand == "expert:") {
     expert.emplace(scene, load_untouched(scene));
   } else {
-    hand = open_deterministic_hand(options, scene);
+    hand = open_offline_hand(scene, options.hand, options.rate);
   }
   HapticLoop loop(scene, load_tissue(scene), hand ? hand->info() : ExpertHand::info_for(options.rate));
   if (expert) hand = std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate);
@@ -130,9 +117,7 @@ void run(const Options& options) {
   if (length) check_room(options, *length);
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
 
-  session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), options.rate);
-  header.date.clear();  // same input, same bytes out
-  TickSink sink(options.out, header, scene);
+  TickSink sink(options.out, scene, hand->info(), loop.carver().volume());
 
   auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
   auto* const surgeon = dynamic_cast<ImplantExpert*>(hand.get());
@@ -162,13 +147,12 @@ void run(const Options& options) {
   };
   if (expert) {
     run_expert(loop, *experts, *expert, each);
-  } else if (surgeon) {
-    run_implant_expert(loop, *surgeon, each);
   } else {
     loop.run(*hand, each);
   }
-  const session::SessionResult result = session_result(loop.carver().volume());
-  sink.finish(result);
+  if (const std::string phase = surgeon ? surgeon->gave_up() : ""; !phase.empty())
+    throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
+  const std::uint64_t field_hash = sink.finish(loop.carver().volume());
   progress.at(1);
   if (!options.save.empty()) loop.carver().volume().save(options.save);
 
@@ -196,14 +180,14 @@ void run(const Options& options) {
         {"tick_us_p999", percentile(0.999)},
         {"force_max_N", force_max},
         {"energy_min_J", energy_min},
-        {"field_hash", fmt::format("{:016x}", result.field_hash)},
+        {"field_hash", fmt::format("{:016x}", field_hash)},
         {"out", options.out}};
     fmt::print("{}\n", json.dump(2));
   } else {
     fmt::print("{} ticks, {:.3f} s, {} cuts, {:.4f} mm³ removed\n", ticks, to_seconds(last.t), last.cuts, removed);
     fmt::print("tick: median {:.2f} µs, 99 % {:.2f} µs, 99.9 % {:.2f} µs of thread CPU time\n", percentile(0.5),
                percentile(0.99), percentile(0.999));
-    fmt::print("field {:016x}, faults {}\n", result.field_hash, faults);
+    fmt::print("field {:016x}, faults {}\n", field_hash, faults);
     fmt::print("wrote {}\n", options.out);
   }
 }
@@ -226,7 +210,8 @@ void add_servo_command(cli::Command& app) {
       ->required()
       ->check(cli::writes({FileKind::kTable, FileKind::kSession}));
   command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
-  command->add_option("--model", options->model, "contact model instead of the scene's (offset, voxel_penalty, …)");
+  command->add_option("--model", options->model,
+                      "contact model instead of the scene's, " + haptics::known_contact_methods());
   command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
       ->check(cli::range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")

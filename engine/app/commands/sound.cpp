@@ -36,7 +36,7 @@ struct FitCommand {
   std::string input, out, spectrum;
   audio::FitOptions options;
   double spindle_krpm = 0;
-  bool json = false, no_trim = false;
+  bool json = false, no_trim = false, no_lines = false;
 };
 
 void run_fit(FitCommand c) {
@@ -46,6 +46,7 @@ void run_fit(FitCommand c) {
   check_range("--rate", c.options.rate, 0, 1e6);
   c.options.spindle = c.spindle_krpm * kKrpm;
   c.options.trim = !c.no_trim;
+  c.options.lines = !c.no_lines;
   const auto report = audio::fit_recording(c.input, c.options);
   const audio::ArModel& model = report.model;
   if (!c.spectrum.empty()) {
@@ -80,9 +81,21 @@ void run_fit(FitCommand c) {
     j["sufficient_order"] = audio::sufficient_order(model);
     j["spindle_krpm"] = model.spindle / kKrpm;
     j["spindle_estimated"] = model.spindle_estimated;
+    j["lines"] = ordered_json::array();
+    for (const audio::ModelLine& line : model.lines) {
+      j["lines"].push_back({{"frequency_Hz", line.frequency},
+                            {"level_dB", 20 * std::log10(line.amplitude)},
+                            {"amplitude_variation", line.amplitude_noise.deviation()},
+                            {"frequency_deviation_Hz", line.frequency_noise.deviation()}});
+    }
     j["duration_s"] = report.duration;
     j["from_s"] = report.from;
     j["to_s"] = report.to;
+    j["parts"] = ordered_json::array();
+    for (const audio::SoundPart& part : report.parts) {
+      j["parts"].push_back(
+          {{"part", audio::name_of(part.part)}, {"from_s", part.from}, {"to_s", part.to}, {"level_dB", part.level_dB}});
+    }
     j["hum_Hz"] = report.hum;
     j["notes"] = report.notes;
     fmt::print("{}\n", j.dump(2, ' ', false, ordered_json::error_handler_t::replace));
@@ -99,6 +112,11 @@ void run_fit(FitCommand c) {
   fmt::print("  stability       largest |k| {:.5f}; condition {:.3g}: runs as {} filter\n", report.largest_reflection,
              report.condition, report.form);
   fmt::print("  enough          order {} by the Bayesian criterion\n", audio::sufficient_order(model));
+  for (const audio::ModelLine& line : model.lines) {
+    fmt::print("  line            {:.1f} Hz, amplitude {:.1f} dB, varies by {:.0f} % and {:.1f} Hz\n", line.frequency,
+               20 * std::log10(line.amplitude), 100 * line.amplitude_noise.deviation(),
+               line.frequency_noise.deviation());
+  }
   if (model.spindle > 0) {
     fmt::print("  spindle         {:.1f} krpm{}\n", model.spindle / kKrpm,
                model.spindle_estimated ? ", estimated from the lines: say --spindle-krpm if you know it" : "");
@@ -224,8 +242,10 @@ struct CompareCommand {
 };
 
 ordered_json as_json(const audio::SoundMeasure& m) {
-  return {{"duration_s", m.duration},  {"rate_Hz", m.rate},   {"level_dB", m.level_dB}, {"peak_dB", m.peak_dB},
-          {"centroid_Hz", m.centroid}, {"rotor_Hz", m.rotor}, {"tones_Hz", m.tones}};
+  return {{"duration_s", m.duration},  {"rate_Hz", m.rate},
+          {"level_dB", m.level_dB},    {"peak_dB", m.peak_dB},
+          {"centroid_Hz", m.centroid}, {"rotor_Hz", m.rotor},
+          {"tones_Hz", m.tones},       {"tone_variation", m.tone_variation}};
 }
 
 void run_compare(const CompareCommand& c) {
@@ -249,8 +269,11 @@ void run_compare(const CompareCommand& c) {
     fmt::print("level                  {:8.2f} dB louder\n", r.level_difference_dB);
     if (r.tone_ratio > 0) fmt::print("strongest tone         {:8.4f} times\n", r.tone_ratio);
     for (const auto& [name, m] : {std::pair{&c.a, &r.a}, std::pair{&c.b, &r.b}}) {
-      fmt::print("{}: {:.2f} s at {:.0f} Hz, level {:.1f} dB, peak {:.1f} dB, centroid {:.0f} Hz, tones {:.0f} Hz\n",
-                 *name, m->duration, m->rate, m->level_dB, m->peak_dB, m->centroid, fmt::join(m->tones, " "));
+      fmt::print(
+          "{}: {:.2f} s at {:.0f} Hz, level {:.1f} dB, peak {:.1f} dB, centroid {:.0f} Hz, tones {:.0f} Hz, whose "
+          "amplitudes vary by {:.2f}\n",
+          *name, m->duration, m->rate, m->level_dB, m->peak_dB, m->centroid, fmt::join(m->tones, " "),
+          fmt::join(m->tone_variation, " "));
     }
   }
   if (c.at_most > 0 && !(r.distance_dB <= c.at_most)) {
@@ -305,7 +328,9 @@ void add_sound_command(cli::Command& app) {
   f->add_option("--from", fit->options.from, "Start in the recording, s");
   f->add_option("--to", fit->options.to, "End in the recording, s");
   f->add_flag("--steady", fit->options.steady, "Fit only the longest stretch of even loudness");
+  f->add_option("--part", fit->options.part, "Fit only the longest run-up, idle, load or run-down");
   f->add_flag("--no-trim", fit->no_trim, "Keep silence at both ends");
+  f->add_flag("--no-lines", fit->no_lines, "Model steady lines as noise, too, not as sinusoids");
   f->add_option("--hum", fit->options.hum, "Mains hum to remove: auto, off, 50 or 60")->show_default();
   f->add_option("--spindle-krpm", fit->spindle_krpm, "Speed of the drill in the recording (default: estimated)");
   f->add_option("--name", fit->options.name, "Name of the model");

@@ -4,13 +4,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/app/hands/implant_expert.h"
 #include "engine/app/hands/task_student.h"
-#include "engine/app/recording/resume.h"
 #include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
-#include "engine/base/progress.h"
 #include "engine/base/units.h"
 #include "haptics/fill.h"
 #include "haptics/scripted_hand.h"
@@ -19,58 +17,100 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTravel = 60e-3;      // m/s in the air
-constexpr double kCutPace = 20e-3;     // m/s along a stroke where nothing is in the way
-constexpr double kScrapePace = 30e-3;  // m/s of an edge drawn by hand
-constexpr double kSlowing =
-    0.06;  // s before a stroke's end: slower than the hand reacts, or it cuts on into what should stay
-constexpr double kEndPace = 0.4e-3;      // m/s there
-constexpr double kAhead = 0.05e-3;       // m that the wanted place may lead the tool along a cut …
-constexpr double kBeside = 0.02e-3;      // … and that the tool may be beside it
-constexpr double kThere = 0.01e-3;       // m
-constexpr double kNearLine = 0.035e-3;   // m, the same for an edge: so near the line is good enough
-constexpr int kMostTimes = 8;            // along one line with an edge
-constexpr double kAllowance = 0.005e-3;  // m farther than wanted: so much less than asked for does a bur do
-constexpr double kPass = 0.22, kLeastPass = 0.12e-3, kMostPass = 0.3e-3;  // of the diameter, m: between passes
-constexpr double kPatience = 3;                               // s without getting on before it leaves a stroke
-constexpr double kScrapeGain = 12, kMostScrapeLead = 1.5e-3;  // the same of an edge in soft filling
-constexpr double kGain = 50;             // lead over how far the tool is off: how hard it presses, …
-constexpr double kSteadyGain = 1.5;      // … and at most so many reaction times over the tick, or it would swing
-constexpr double kWorkingForce = 1.8;    // N that a cut is pressed on with, …
-constexpr double kLeadPerForce = 15e-3;  // … m/s of lead for each N that it is off, …
-constexpr double kLeastMostLead = 0.6e-3, kMostLead = 4e-3;  // … m, within these
-constexpr double kStraightOn = 0.9, kTurn = 0.3;             // cosines of a turn: no slower; somewhat slower
-constexpr double kAsidePace = 5e-3, kTurnPace = 1.5e-3;      // m/s in a turn, and in a sharper one
-constexpr double kReactionTime = 0.05;                       // s
-constexpr double kNoGap = 1e-6;                              // m; strokes that lie nearer meet
-constexpr double kJoined = 0.6e-3;                           // m; strokes that lie nearer are joined without lifting
-constexpr double kAbove = 1.0e-3;                            // m over everything, to travel
-constexpr double kHopOver = 0.3e-3;                          // m over the tissue, from portion to portion
-constexpr double kFillGrid = 0.15e-3;                        // m between places looked at for filling
-constexpr int kHeadPoints = 120;
-constexpr double kDown = 0.04e-3;  // m, how finely it is looked how far an instrument comes down
-constexpr double kFree = 0.1;      // voxels that stay between it and what it comes down on
-constexpr double kPortionHeight = 0.6, kLayer = 0.3, kPortionRadius = 0.98;  // shares of the instrument's reach
-constexpr double kBelowWall = 0.8;  // of the instrument's radius: lower, so that the nearest surface is not the wall's
-constexpr double kNearWall = 0.2e-3, kNudge = 0.02e-3;  // m: so near a wall it is put against it, in such steps
-constexpr double kHeadFree = 0.5;                       // voxels that a portion leaves between itself and the head
-constexpr double kOneSurface = 0.5;  // slope of the field below which a place lies midway between surfaces
-constexpr double kProud = 0.12e-3, kOverfill = 0.4e-3;    // m that an instrument's end stands above the contour at most
-constexpr double kCarvedAgain = 0.4, kOverfilled = 0.05;  // what is too much counts so much of what is wanted
-constexpr double kWorthPortion = 0.003e-9,
-                 kWorthOverfill = 0.03e-9;   // m³ that is wanted at a place and worth a portion
-constexpr double kMostFilling = 0.5;         // s at one place
-constexpr double kRunUp = 1.0;               // s for the drill
-constexpr double kHardlyMore = 0.12;         // of what the best tool takes away, that a wider one may leave
-constexpr double kHardlyLess = 0.7;          // of what a tool leaves: where another one leaves less, it finishes
-constexpr double kSameWidth = 0.01e-3;       // m
-constexpr double kWorthIt = 0.9;             // another tool must leave less than this share of what the last one left
-constexpr double kLeastGain = 0.012;         // of the whole task, that a tool must bring
-constexpr double kWorthCutting = 0.5;        // of what was off before: where more is left, it is not cut once more
-constexpr double kLeastLayer = 0.01e-9;      // m³ that a layer must bring
-constexpr int kMostVain = 3, kMostCuts = 4;  // of doing and looking
-constexpr std::size_t kMostTools = 3;
-constexpr std::size_t kMostTried = 5;
+/// How the hand leads a tool along a leg.
+struct Lead {
+  static constexpr double travel_pace = 60e-3;  // m/s through the air
+  static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
+  static constexpr double scrape_pace = 40e-3;  // m/s of an edge drawn by hand
+  // A cut slows down before its end: with the hand's lag it would run on into tissue that should stay.
+  static constexpr double slowing_time = 0.06;  // s before the end of a cut
+  static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
+  // Tolerances of the tool against the wanted place, m.
+  static constexpr double ahead = 0.05e-3;   // the wanted place of a cut may lead the tool by so much
+  static constexpr double beside = 0.02e-3;  // a cutting tool may be so far beside its line
+  static constexpr double there = 0.01e-3;   // a cut has ended when the tool is so near its end
+  static constexpr double near_line =
+      0.015e-3;                          // an edge has carved a run of strokes when it was nowhere farther beside
+  static constexpr int most_times = 3;   // times that an edge goes back along a run
+  static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
+  // The hand aims ahead of the wanted place by a gain times the tool's error; the coupling makes a force of that.
+  static constexpr double reaction_time = 0.05;  // s, lag of the hand
+  static constexpr double gain = 50;             // of a cut
+  static constexpr double steady_gain = 1.5;     // limit of the gain, in reaction times per tick: above, it oscillates
+  static constexpr double scrape_gain = 30;      // of an edge in soft filling
+  static constexpr double most_scrape_lead = 2.5e-3;  // m
+  // The lead of a cut is limited; the limit is adjusted until the push is the working force, whatever the tissue.
+  static constexpr double working_force = 1.85;                        // N
+  static constexpr double lead_per_force = 15e-3;                      // m/s of limit for each N that the push is off
+  static constexpr double least_most_lead = 0.6e-3, most_lead = 4e-3;  // m, bounds of the limit
+};
+
+/// How strokes are joined to legs.
+struct Joining {
+  static constexpr double straight_on = 0.9,
+                          turn = 0.3;  // cosine between two strokes: above, full pace; between, slower
+  static constexpr double aside_pace = 5e-3, turn_pace = 1.5e-3;  // m/s between the two cosines, and below both
+  static constexpr double no_gap = 1e-6;                          // m; strokes nearer than this meet
+  static constexpr double longest_run = 3e-3;                     // m that an edge is drawn to and fro at once
+  static constexpr double joined = 0.6e-3;        // m; strokes nearer than this are joined without lifting
+  static constexpr double hop = 0.5e-3;           // m over what stands between two strokes
+  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must pass as well
+  static constexpr double beside = 0.3e-3;        // m kept to what stands higher
+  static constexpr double above = 1.0e-3;         // m over everything, to travel
+  static constexpr double run_up = 1.0;           // s until the drill has its speed
+};
+
+/// Which tools cut, and in which order.
+struct ToolChoice {
+  static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.3e-3;  // diameters, m, m between passes
+  // m that an edge is sent into it: it stays off, since enamel that the edge touches bears its push, and the filling
+  // beside it is hardly cut.
+  static constexpr double edge_allowance = -0.015e-3;
+  static constexpr double allowance = 0.005e-3;  // m that a bur is sent into what should stay: it lags by about as much
+  // The widest tool wins that removes at least 1 - hardly_more of what the best one removes: it cuts fastest.
+  static constexpr double hardly_more = 0.12;
+  static constexpr double same_width = 0.01e-3;  // m
+  static constexpr double hardly_less = 0.7;  // where another tool leaves less than this fraction, it makes the finish
+  // The next tool must leave less than this fraction of what the last one left, and gain so much of the whole task.
+  static constexpr double worth_it = 0.9, least_gain = 0.012;
+  static constexpr std::size_t most_tools = 3, most_tried = 5;
+};
+
+/// How filling is put down, portion by portion. A portion is a dome that grows from the surface nearest to the
+/// instrument's free end.
+struct Filling {
+  static constexpr double hop_over = 0.3e-3;  // m over the tissue, from one portion to the next
+  static constexpr double grid = 0.15e-3;     // m between places that are tried
+  static constexpr int head_points = 120;
+  static constexpr double down = 0.04e-3;  // m, step when an instrument is lowered onto the tissue
+  static constexpr double free = 0.1;      // voxels kept between the instrument and the tissue
+  static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
+  static constexpr double below_wall = 0.8;  // instrument radii above the floor at most: higher, the wall is nearest
+  static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;  // m: nearer walls are moved up against, in such steps
+  static constexpr double head_free = 0.5;                      // voxels that the dome keeps off the instrument
+  static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
+  static constexpr double proud = 0.12e-3, overfill = 0.4e-3;  // m of the instrument's end above the contour at most
+  // Cost of filling that is not wanted, per volume that is: over the cavity, in the usual and in the last layers, where
+  // it is carved away again; and over the tooth beside it, where an edge hardly takes it off the enamel.
+  static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
+  static constexpr double rim = 1;                  // voxels below the contour, where the two are told apart
+  static constexpr double layer = 0.4e-3;           // m above the lowest voxel, that portions are chosen by
+  static constexpr double whole_voxel = 0.9;        // voxels that a dome must reach beyond a voxel to fill it
+  static constexpr double least_volume = 0.004e-9;  // m³ of a portion: a tick puts down so much
+  static constexpr int at_once = 1;                 // portions between two looks at the tissue
+  // A portion is given up after so many times the time that it should take, and so many seconds.
+  static constexpr double longer = 1.2, least_time = 0.1;
+};
+
+/// When the expert is done.
+struct Rounds {
+  // Another round of cutting is planned only while the last one at least halved the volume that is off: what a round
+  // hardly changed, the next will not change either.
+  static constexpr double still_left = 0.5;
+  static constexpr int most_cuts = 4;             // rounds of cutting
+  static constexpr double least_layer = 0.01e-9;  // m³ that a layer of filling must bring
+  static constexpr int most_vain = 3;             // layers in a row that bring less
+};
 
 /// m³ of tissue too much and too little.
 double left_to_do(const session::Preparation& in) {
@@ -100,11 +140,85 @@ double mean_width(const haptics::Tool& tool) {
   return sum / kPlaces;
 }
 
+/// How high tissue, neighbours and gum stand along the axis, on a grid square to it: what a tool lifts over.
+class Terrain {
+ public:
+  Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis) {
+    const dquat R = toward(axis);
+    u_ = R * dvec3(1, 0, 0), v_ = R * dvec3(0, 1, 0), w_ = R * dvec3(0, 0, 1);
+    const DenseCopy copy = dense_copy(tissue);
+    dvec3 lo(1e9), hi(-1e9);
+    for (int corner = 0; corner < 8; ++corner) {
+      const dvec3 p = copy.frame.to_world(dvec3(corner & 1 ? copy.field.size.x : 0, corner & 2 ? copy.field.size.y : 0,
+                                                corner & 4 ? copy.field.size.z : 0));
+      const dvec3 q(glm::dot(p, u_), glm::dot(p, v_), glm::dot(p, w_));
+      lo = glm::min(lo, q), hi = glm::max(hi, q);
+    }
+    lo_ = {lo.x - kRim, lo.y - kRim};
+    size_ = glm::ivec2((glm::dvec2(hi) + kRim - lo_) / kCell) + 1;
+    height_.assign(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y), lo.z);
+    for (int x = 0; x < copy.field.size.x; ++x) {
+      for (int y = 0; y < copy.field.size.y; ++y) {
+        for (int z = 0; z < copy.field.size.z; ++z) {
+          if (copy.field.distance[copy.field.at(x, y, z)] >= 0) continue;
+          const dvec3 p = copy.frame.to_world(dvec3(x, y, z));
+          double& height = height_[cell(cell_of(p))];
+          height = std::max(height, glm::dot(p, w_));
+        }
+      }
+    }
+    if (!around) return;
+    for (int i = 0; i < size_.x; ++i) {
+      for (int j = 0; j < size_.y; ++j) {
+        double& height = height_[cell({i, j})];
+        const dvec3 foot = (lo_.x + (i + 0.5) * kCell) * u_ + (lo_.y + (j + 0.5) * kCell) * v_;
+        double w = hi.z + kRim;
+        while (w > height && around->neighbour(foot + w * w_) > 0 && around->gum(foot + w * w_) > 0) w -= kCell;
+        height = std::max(height, w);
+      }
+    }
+  }
+  /// m along the axis, of the highest within `beside` of the line from a to b, seen along the axis.
+  double highest(const dvec3& a, const dvec3& b, double beside) const {
+    const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
+    const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
+                     hi = glm::min(glm::max(ca, cb) + around, size_ - 1);
+    const glm::dvec2 way(cb - ca);
+    const double length2 = glm::dot(way, way), most = beside / kCell + 1;
+    double highest = -1e9;
+    for (int i = lo.x; i <= hi.x; ++i) {
+      for (int j = lo.y; j <= hi.y; ++j) {
+        const glm::dvec2 d(glm::ivec2(i, j) - ca);
+        const double along = length2 > 0 ? std::clamp(glm::dot(d, way) / length2, 0.0, 1.0) : 0;
+        if (glm::length(d - along * way) <= most) highest = std::max(highest, height_[cell({i, j})]);
+      }
+    }
+    return highest;
+  }
+
+ private:
+  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m
+  std::size_t cell(const glm::ivec2& at) const {
+    return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
+  }
+  glm::ivec2 cell_of(const dvec3& p) const {
+    const glm::dvec2 q(glm::dot(p, u_), glm::dot(p, v_));
+    return glm::clamp(glm::ivec2(glm::floor((q - lo_) / kCell)), glm::ivec2(0), size_ - 1);
+  }
+
+  dvec3 u_, v_, w_;
+  glm::dvec2 lo_{0};  // m along u and v
+  glm::ivec2 size_{0};
+  std::vector<double> height_;  // m along w
+};
+
 class Plan {
  public:
+  /// `filled`: where portions were put down so far; those of this plan are added.
   Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, const SurroundingsShape* around,
-       double whole)
+       double whole, std::vector<FilledSpot>& filled)
       : whole_(whole),
+        filled_(filled),
         around_(around),
         tools_(haptics::tool_set(scene.servo)),
         judge_(judge),
@@ -117,21 +231,21 @@ class Plan {
           now.frame().to_world(dvec3(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z));
       top_ = std::max(top_, glm::dot(p, axis_));
     }
-    for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + kAbove);
+    for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
   /// With the widest tool that leaves hardly more than the best, for it cuts fastest; then with others as long as they
   /// bring it nearer.
   void cut(bool by_hand) {
     std::vector<bool> used(tools_.size());
-    for (std::size_t round = 0; round < kMostTools; ++round) {
+    for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = left_to_do(now);
       now.before = now.after;  // what is to go is what is there now
-      const double most = std::min(kWorthIt * before, before - kLeastGain * whole_);
+      const double most = std::min(ToolChoice::worth_it * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
-      for (std::size_t i = 0; i < tools_.size() && candidates.size() < kMostTried; ++i) {
+      for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::most_tried; ++i) {
         const haptics::Tool& tool = tools_[i];
         if (used[i] || !tool.cuts || tool.turns() == by_hand) continue;
         Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true)};
@@ -143,21 +257,22 @@ class Plan {
       }
       Candidate* best = nullptr;
       for (Candidate& c : candidates) {
-        if (c.left >= most || c.left > least + kHardlyMore * (before - least)) continue;
+        if (c.left >= most || c.left > least + ToolChoice::hardly_more * (before - least)) continue;
         const double wider = best ? mean_width(tools_[c.tool]) - mean_width(tools_[best->tool]) : 1;
-        if (wider > kSameWidth || (wider > -kSameWidth && c.left < best->left)) best = &c;
+        if (wider > ToolChoice::same_width || (wider > -ToolChoice::same_width && c.left < best->left)) best = &c;
       }
       if (!best) return;
       used[best->tool] = true;
       const haptics::Tool& tool = tools_[best->tool];
-      const bool other_finishes = least < kHardlyLess * best->left;
+      const bool other_finishes = least < ToolChoice::hardly_less * best->left;
       const std::vector<Stroke> strokes =
           other_finishes ? plan(now, tool, by_hand, /*finish=*/false) : std::move(best->strokes);
       log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
                 best->left * 1e9);
+      const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand);
+      follow(strokes, by_hand, terrain);
     }
   }
 
@@ -166,9 +281,8 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Puts one layer of filling into what should be full: portions where the instrument comes down lowest, with the
-  /// finest instrument but `coarser`. Nothing where it stands above the contour everywhere.
-  /// `over`: over the contour, where less would leave it short; what is too much is carved away again.
+  /// Plans some portions of filling with the finest instrument but `coarser`; none where it gains nothing. `over`: the
+  /// instrument may stand higher over the contour, and what is too much costs less: it is carved away again.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -187,17 +301,24 @@ class Plan {
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
                            bool finish) const {
-    return plan_strokes(now, tool, std::clamp(kPass * tool.diameter, kLeastPass, kMostPass), by_hand ? 0 : kAllowance,
-                        around_, finish);
+    return plan_strokes(now, tool,
+                        std::clamp(ToolChoice::pass * tool.diameter, ToolChoice::least_pass, ToolChoice::most_pass),
+                        by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance, around_, finish);
   }
-  void follow(const std::vector<Stroke>& strokes, bool by_hand) {
+  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
+    double run = 0;  // m, of an edge
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
-      const double gap = legs_.empty() ? 1 : glm::length(s.from.p - legs_.back().to.p);
-      if (gap > kJoined) go_over(s.from);
-      if (gap > kNoGap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from);
+      const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
+      if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
+      if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
-      if (s.goes_on && i + 1 < strokes.size()) legs_.back().end_pace = pace_over(s, strokes[i + 1]);
+      run += glm::length(s.to.p - s.from.p);
+      if (!s.goes_on || i + 1 == strokes.size() || (by_hand && run > Joining::longest_run)) {
+        run = 0;
+      } else {
+        legs_.back().end_pace = pace_over(s, strokes[i + 1]);
+      }
     }
     lift();
   }
@@ -205,7 +326,9 @@ class Plan {
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
-    return cosine > kStraightOn ? kCutPace : cosine > kTurn ? kAsidePace : kTurnPace;
+    return cosine > Joining::straight_on ? Lead::cut_pace
+           : cosine > Joining::turn      ? Joining::aside_pace
+                                         : Joining::turn_pace;
   }
   bool idle() const { return legs_.empty(); }
   std::vector<ExpertLeg> take_legs() { return std::move(legs_); }
@@ -222,9 +345,19 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  void go_over(const Pose& to) {
-    lift();
-    add(ExpertLeg::Kind::kMove, over(to));
+  /// To the place above this one, over all that stands between; first up from the last place where it `lifts`.
+  void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
+    const haptics::Tool& tool = tools_[tool_];
+    const dvec3 from = legs_.back().to.p;
+    const double beside = std::max(tool.radius(), Joining::shank_radius) + Joining::beside;
+    double height = terrain.highest(from, to.p, beside) + tool.half() + Joining::hop;
+    height = std::max({height, glm::dot(to.p, axis_), lifts ? glm::dot(from, axis_) : -1e9});
+    const auto raised = [&](Pose pose) {
+      pose.p += (height - glm::dot(pose.p, axis_)) * axis_;
+      return pose;
+    };
+    if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
+    add(ExpertLeg::Kind::kMove, raised(to));
   }
   /// Up, across at this height, and down: what was just put down lies between.
   void hop(const Pose& to, double height) {
@@ -242,63 +375,7 @@ class Plan {
     const Pose here = legs_.empty() ? over({axis_ * top_, toward(axis_)}) : legs_.back().to;
     add(ExpertLeg::Kind::kTake, here);
     pedal_ = drill ? 1 : 0;
-    if (drill) add(ExpertLeg::Kind::kWait, here, kRunUp);
-  }
-
-  /// A place for a portion: the instrument's end stands over the surface, the portion grows from the point nearest to
-  /// it.
-  struct Portion {
-    Pose X_WT;
-    dvec3 center;       // m
-    double radius = 0;  // m
-    double height = 0;  // m along the axis, of the center
-    int enclosed = 0;   // voxels of tissue in reach about the center
-  };
-
-  void fill_with(std::uint32_t which) {
-    const haptics::Tool& tool = tools_[which];
-    session::Preparation layer = judge_.preparation(state_);
-    const Instrument instrument(tool, axis_);
-    std::vector<Portion> portions = places_for(instrument, layer);
-    if (portions.empty()) return;
-    // Corners first, then along the walls: what is left open there, no instrument reaches any more.
-    std::stable_sort(portions.begin(), portions.end(),
-                     [](const Portion& a, const Portion& b) { return a.enclosed > b.enclosed; });
-    double lowest = 1e9;
-    for (const Portion& portion : portions) lowest = std::min(lowest, portion.height);
-    const double above = top_of(layer.frame, layer.after) + instrument.half + kHopOver;
-    bool any = false;
-    for (double window = kLayer * tool.fill_reach; !any && lowest + window < above;
-         window *= 2) {  // higher, where below nothing is to be gained
-      for (const Portion& first : portions) {
-        if (first.height > lowest + window) continue;
-        // Once more: what was just put down is in the way.
-        const std::optional<Portion> portion =
-            place_at(instrument, layer, glm::dot(first.X_WT.p, instrument.u), glm::dot(first.X_WT.p, instrument.v));
-        if (!portion || portion->height > lowest + window) continue;
-        const haptics::Fill dome(tool, portion->center, portion->radius, portion->X_WT, layer.frame);
-        const double volume = put(dome, layer);
-        state_.fill(haptics::Fill(tool, portion->center, portion->radius, portion->X_WT, state_.frame()));
-        if (!any) take(which, false);
-        any = true;
-        hop(portion->X_WT, above);
-        pedal_ = 1;
-        add(ExpertLeg::Kind::kWait, portion->X_WT, kMostFilling, volume);
-        pedal_ = 0;
-      }
-    }
-    if (any) lift();
-  }
-
-  /// The dome into the layer; m³ that came.
-  static double put(const haptics::Fill& dome, session::Preparation& layer) {
-    const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
-    if (glm::any(glm::lessThan(to, from))) return 0;
-    const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
-    PerTissue added{};
-    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
-               row * static_cast<std::size_t>(layer.after.size.y), row, &added);
-    return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
+    if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
   }
 
   /// A tool that fills, held upright.
@@ -317,12 +394,132 @@ class Plan {
           w(R_WT * dvec3(0, 0, 1)),
           half(t.half()),
           field(t, 1) {
-      for (const haptics::HeadSample& sample : haptics::sample_head(t, kHeadPoints)) head.push_back(R_WT * sample.p_TQ);
+      for (const haptics::HeadSample& sample : haptics::sample_head(t, Filling::head_points))
+        head.push_back(R_WT * sample.p_TQ);
     }
   };
+  /// A portion of filling: the instrument's end stands over the surface, and a dome grows from the surface point
+  /// nearest to it.
+  struct Portion {
+    Pose X_WT;
+    dvec3 center;  // m
+    // Of a dome of radius k + 1 voxels: the cost of its excess, and the voxels that it brings up to level j.
+    std::vector<double> excess, wanted;
+    double lowest = 0, step = 0;  // m along the axis, of the levels
+    std::size_t level(double height) const {
+      return static_cast<std::size_t>(
+          std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
+    }
+  };
+  /// Where an instrument may be put down: its axis, m along its u and v.
+  struct Spot {
+    double a = 0, b = 0;
+    std::optional<Portion> portion;
+  };
 
-  /// Where a portion would bring something that is wanted.
-  std::vector<Portion> places_for(const Instrument& instrument, const session::Preparation& layer) const {
+  /// Portions for the lowest voxels that should be full and are not. What lies deep must be filled first: later it is
+  /// out of every instrument's reach.
+  void fill_with(std::uint32_t which) {
+    const haptics::Tool& tool = tools_[which];
+    session::Preparation layer = judge_.preparation(state_);
+    const Instrument instrument(tool, axis_);
+    std::vector<Spot> spots = spots_for(instrument, layer);
+    for (const FilledSpot& filled : filled_) {
+      if (filled.tool == which)
+        spots.push_back({filled.a, filled.b, portion_at(instrument, layer, filled.a, filled.b)});
+    }
+    const double above = top_of(layer.frame, layer.after) + instrument.half + Filling::hop_over;
+    int portions = 0;
+    for (const dvec3& q : lowest_first(layer)) {
+      if (portions == Filling::at_once) break;
+      const glm::ivec3 v(q);
+      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // a portion has filled it
+      double radius = 0;                                             // voxels
+      const Portion* const best = best_for(q, layer, instrument, spots, radius);
+      if (!best) continue;
+      const Portion portion = *best;
+      radius *= layer.frame.voxel;
+      const haptics::Fill dome(tool, portion.center, radius, portion.X_WT, layer.frame);
+      const double volume = put(dome, layer);
+      if (volume < Filling::least_volume) continue;
+      state_.fill(haptics::Fill(tool, portion.center, radius, portion.X_WT, state_.frame()));
+      filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
+      if (portions++ == 0) take(which, false);
+      hop(portion.X_WT, above);
+      pedal_ = 1;
+      add(ExpertLeg::Kind::kWait, portion.X_WT, Filling::longer * volume / tool.fill_rate + Filling::least_time,
+          volume);
+      pedal_ = 0;
+      const double a = glm::dot(portion.center, instrument.u), b = glm::dot(portion.center, instrument.v);
+      for (Spot& spot : spots) {
+        if (std::hypot(spot.a - a, spot.b - b) < 2 * tool.fill_reach)
+          spot.portion = portion_at(instrument, layer, spot.a, spot.b);
+      }
+    }
+    if (portions > 0) lift();
+  }
+
+  /// Voxels that should be full and are not, in order of their height.
+  std::vector<dvec3> lowest_first(const session::Preparation& in) const {
+    std::vector<std::pair<double, dvec3>> by_height;
+    for (int x = 0; x < in.after.size.x; ++x) {
+      for (int y = 0; y < in.after.size.y; ++y) {
+        for (int z = 0; z < in.after.size.z; ++z) {
+          if (!to_fill(in, in.after.at(x, y, z))) continue;
+          const dvec3 q(x, y, z);
+          by_height.push_back({glm::dot(in.frame.to_world(q), axis_), q});
+        }
+      }
+    }
+    std::stable_sort(by_height.begin(), by_height.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<dvec3> voxels;
+    for (const auto& [height, q] : by_height) voxels.push_back(q);
+    return voxels;
+  }
+
+  /// The portion that fills q (voxels) and brings most in the layer over it, and its radius in voxels; null where its
+  /// excess would cost more. What lies higher brings nothing: it would only be in the way of the instrument.
+  const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
+                          const std::vector<Spot>& spots, double& radius) const {
+    const Portion* best = nullptr;
+    double most = 0;
+    for (const Spot& spot : spots) {
+      if (!spot.portion) continue;
+      const Portion& portion = *spot.portion;
+      const double least = glm::length(q - in.frame.to_voxels(portion.center)) + Filling::whole_voxel;
+      const dvec3 p_TQ = glm::conjugate(instrument.R_WT) * (in.frame.to_world(q) - portion.X_WT.p);
+      if (instrument.field.distance(p_TQ) <= Filling::head_free * in.frame.voxel) continue;
+      const std::size_t level = portion.level(glm::dot(in.frame.to_world(q), axis_) + Filling::layer);
+      for (std::size_t k = 0; k < portion.excess.size(); ++k) {
+        const double r = std::min(static_cast<double>(k + 1), most_radius(in, instrument));
+        const double gain = portion.wanted[2 * portion.excess.size() * k + level] - portion.excess[k];
+        if (r < least || gain <= most) continue;
+        most = gain;
+        radius = r;
+        best = &portion;
+      }
+    }
+    return best;
+  }
+  /// Voxels.
+  static double most_radius(const session::Preparation& in, const Instrument& instrument) {
+    return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
+  }
+
+  /// The dome into the layer; m³ that came.
+  static double put(const haptics::Fill& dome, session::Preparation& layer) {
+    const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
+    if (glm::any(glm::lessThan(to, from))) return 0;
+    const std::size_t at = layer.after.at(from.x, from.y, from.z), row = static_cast<std::size_t>(layer.after.size.z);
+    PerTissue added{};
+    dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
+               row * static_cast<std::size_t>(layer.after.size.y), row, &added);
+    return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
+  }
+
+  /// A grid of spots over what should be full and is not.
+  std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
       for (int y = 0; y < layer.after.size.y; ++y) {
@@ -335,37 +532,37 @@ class Plan {
       }
     }
     const double edge = 0.5 * instrument.tool.fill_reach;
-    std::vector<Portion> portions;
-    for (double b = lo.y - edge; b <= hi.y + edge; b += kFillGrid) {
-      for (double a = lo.x - edge; a <= hi.x + edge; a += kFillGrid) {
-        if (const auto portion = place_at(instrument, layer, a, b)) portions.push_back(*portion);
-      }
+    std::vector<Spot> spots;
+    for (double b = lo.y - edge; b <= hi.y + edge; b += Filling::grid) {
+      for (double a = lo.x - edge; a <= hi.x + edge; a += Filling::grid)
+        spots.push_back({a, b, portion_at(instrument, layer, a, b)});
     }
-    return portions;
+    return spots;
   }
 
-  /// Down at this place until the instrument stands on something, and up again by what a portion is to be high.
-  std::optional<Portion> place_at(const Instrument& instrument, const session::Preparation& layer, double a,
-                                  double b) const {
+  /// Down at this spot until the instrument stands on something, and up again by the height of a portion.
+  std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
+                                    double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
     const auto clear = [&](double c) {
-      return std::all_of(instrument.head.begin(), instrument.head.end(),
-                         [&](const dvec3& p) { return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > kFree; });
+      return std::all_of(instrument.head.begin(), instrument.head.end(), [&](const dvec3& p) {
+        return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > Filling::free;
+      });
     };
     const dvec3 size = dvec3(layer.after.size - 1) * h;
     const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w),
                  span = 0.5 * glm::length(size);
     double c = middle + span + half;
-    while (c > middle - span && clear(c - kDown)) c -= kDown;
+    while (c > middle - span && clear(c - Filling::down)) c -= Filling::down;
     // Up against the wall beside it: a slit between the two would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
-    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + kNearWall &&
-        glm::length(aside) > kOneSurface) {
-      const dvec3 step = kNudge * glm::normalize(aside);
-      for (double moved = 0; moved < kNearWall; moved += kNudge) {
+    if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
+        glm::length(aside) > Filling::one_surface) {
+      const dvec3 step = Filling::nudge * glm::normalize(aside);
+      for (double moved = 0; moved < Filling::near_wall; moved += Filling::nudge) {
         a -= glm::dot(step, instrument.u), b -= glm::dot(step, instrument.v);
         if (clear(c)) continue;
         a += glm::dot(step, instrument.u), b += glm::dot(step, instrument.v);
@@ -374,65 +571,75 @@ class Plan {
     }
     const auto below = [&] {  // m to what lies below the end
       double way = 0;
-      while (way < reach && layer.after.sample(end(c - way)) > 0) way += kDown;
+      while (way < reach && layer.after.sample(end(c - way)) > 0) way += Filling::down;
       return way;
     };
-    const double height = std::min(kPortionHeight * reach, kBelowWall * instrument.tool.radius());
-    for (const double from = c; below() < height && c < from + height; c += 0.5 * kDown) {
-      if (layer.ideal.sample(end(c)) * h > (over_ ? kOverfill : kProud)) break;
+    const double height = std::min(Filling::portion_height * reach, Filling::below_wall * instrument.tool.radius());
+    for (const double from = c; below() < height && c < from + height; c += 0.5 * Filling::down) {
+      if (layer.ideal.sample(end(c)) * h > (over_ ? Filling::overfill : Filling::proud)) break;
     }
     const double gap = layer.after.sample(end(c)) * h;
     if (gap <= 0 || gap > reach) return std::nullopt;
     // As the servo finds it: the nearest surface, or midway between walls what lies below.
     dvec3 center = at(c - half);
     const dvec3 g = layer.after.gradient(end(c));
-    if (glm::length(g) >= kOneSurface) {
+    if (glm::length(g) >= Filling::one_surface) {
       center -= gap * glm::normalize(g);
     } else {
       const double way = below();
       if (way >= reach) return std::nullopt;
       center -= way * instrument.w;
     }
-    Portion portion{{at(c), instrument.R_WT}, center, 0, glm::dot(center, instrument.w), 0};
-    return measure_portion(layer, instrument, portion) ? std::optional(portion) : std::nullopt;
+    Portion portion{{at(c), instrument.R_WT}, center, {}};
+    measure(layer, instrument, portion);
+    return portion;
   }
 
-  /// How large a portion there brings most of what should be full and is not, for the least that is to be carved away
-  /// again; false where it would not be worth it.
-  bool measure_portion(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
+  void measure(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
     const dvec3 c = in.frame.to_voxels(portion.center);
-    const double most = kPortionRadius * instrument.tool.fill_reach / in.frame.voxel;
+    const double most = most_radius(in, instrument);
     const dquat R_TW = glm::conjugate(instrument.R_WT);
     const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - most)), glm::ivec3(0)),
                      hi = glm::min(glm::ivec3(glm::floor(c + most)), in.after.size - 1);
-    std::vector<int> wanted(static_cast<std::size_t>(most) + 1),
-        excess(wanted.size());  // voxels, by their distance from the center
+    const std::size_t bins = static_cast<std::size_t>(most) + 1, levels = 2 * bins;
+    portion.lowest = glm::dot(portion.center, instrument.w) - static_cast<double>(bins) * in.frame.voxel;
+    portion.step = in.frame.voxel;
+    portion.excess.assign(bins, 0);
+    portion.wanted.assign(bins * levels, 0);
     for (int x = lo.x; x <= hi.x; ++x) {
       for (int y = lo.y; y <= hi.y; ++y) {
         for (int z = lo.z; z <= hi.z; ++z) {
           const dvec3 p(x, y, z);
           const double away = glm::length(p - c);
           const std::size_t i = in.after.at(x, y, z);
-          if (away > most) continue;
-          if (in.after.distance[i] <= 0) {
-            ++portion.enclosed;
+          if (away > most || in.after.distance[i] <= 0) continue;
+          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <=
+              Filling::head_free * in.frame.voxel)
             continue;
+          const auto k = static_cast<std::size_t>(away);
+          if (to_fill(in, i)) {
+            portion.wanted[k * levels + portion.level(glm::dot(in.frame.to_world(p), instrument.w))] += 1;
+          } else {
+            portion.excess[k] += excess_cost(in, p);
           }
-          if (instrument.field.distance(R_TW * (in.frame.to_world(p) - portion.X_WT.p)) <= kHeadFree * in.frame.voxel)
-            continue;
-          ++(to_fill(in, i) ? wanted : excess)[static_cast<std::size_t>(away)];
         }
       }
     }
-    double gain = 0, best = 0, sum = 0;
-    for (std::size_t k = 0; k < wanted.size(); ++k) {
-      sum += wanted[k];
-      gain += wanted[k] - (over_ ? kOverfilled : kCarvedAgain) * excess[k];
-      if (gain <= best || sum * std::pow(in.frame.voxel, 3) < (over_ ? kWorthOverfill : kWorthPortion)) continue;
-      best = gain;
-      portion.radius = std::min(static_cast<double>(k + 1), most) * in.frame.voxel;
+    std::partial_sum(portion.excess.begin(), portion.excess.end(), portion.excess.begin());
+    for (std::size_t k = 0; k < bins; ++k) {
+      double* const row = &portion.wanted[k * levels];
+      std::partial_sum(row, row + levels, row);
+      for (std::size_t j = 0; k > 0 && j < levels; ++j) row[j] += row[j - levels];
     }
-    return portion.radius > 0;
+  }
+
+  /// What filling at p (voxels), where none is wanted, costs in filling that is.
+  double excess_cost(const session::Preparation& in, const dvec3& p) const {
+    const dvec3 g = in.ideal.gradient(p);
+    const double slope = glm::length(g);
+    if (slope < Filling::one_surface) return Filling::flash;
+    const dvec3 below = p - (in.ideal.sample(p) + Filling::rim) / slope * g;
+    return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
   /// Empty, and to be filled: not what only lies outside the tooth.
@@ -455,6 +662,7 @@ class Plan {
   }
 
   double whole_;  // m³
+  std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
@@ -478,12 +686,12 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, now, judge_, around_ ? &*around_ : nullptr, whole_);
+  Plan plan(scene_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
   const double missing = missing_in(judge_.preparation(now));
-  vain_ = missing > missing_ - kLeastLayer ? vain_ + 1 : 0;
+  vain_ = missing > missing_ - Rounds::least_layer ? vain_ + 1 : 0;
   missing_ = std::min(missing_, missing);
-  if (vain_ > kMostVain) vain_ = 0, ++instrument_;
+  if (vain_ > Rounds::most_vain) vain_ = 0, ++instrument_;
   if (cuts_ == 0) {
     while (plan.idle() && instrument_ < 2 * plan.fillers()) {
       plan.fill(instrument_ % plan.fillers(), /*over=*/instrument_ >= plan.fillers());
@@ -494,7 +702,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = left_to_do(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < kMostCuts && (cuts_ == 0 || off < kWorthCutting * off_)) {
+  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
@@ -515,22 +723,22 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each) {
   while (true) {
-    loop.run(hand, [&](const ServoTick& tick, const Cut* cut) {
-      each(tick, cut);
-      hand.see(tick);
-    });
+    loop.run(hand, each);
     std::vector<ExpertLeg> rest = expert.plan(loop.carver().volume());
     if (rest.empty()) return;
-    hand.go_on(std::move(rest));
+    hand.go_on(rest);
   }
 }
 
-void ExpertHand::go_on(std::vector<ExpertLeg> legs) {
-  legs_ = std::move(legs);
+void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {
+  legs_.swap(legs);
   leg_ = 0;
   way_ = way_out_.size();
   along_ = waited_ = worst_ = 0;
   times_ = 0;
+  back_ = false;
+  run_ = 0;
+  run_from_ = from_;
 }
 
 haptics::DeviceInfo ExpertHand::info_for(double rate) {
@@ -548,7 +756,7 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
       dt_(1 / rate),
       from_(legs_.front().to),
       free_(from_),
-      most_lead_(kWorkingForce * 1e-3) {
+      most_lead_(Lead::working_force * 1e-3) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -560,6 +768,28 @@ void ExpertHand::next_leg() noexcept {
   ++(out ? way_ : leg_);
   along_ = waited_ = worst_ = 0;
   times_ = 0;
+  back_ = false;
+  run_ = leg_;
+  run_from_ = from_;
+}
+
+void ExpertHand::end_scraping() noexcept {
+  along_ = waited_ = 0;
+  if (!back_ && legs_[leg_].end_pace > 0) {
+    from_ = legs_[leg_++].to;
+  } else if (!back_ && worst_ > Lead::near_line && times_ < Lead::most_times) {
+    back_ = true;
+    worst_ = 0;
+  } else if (!back_) {
+    next_leg();
+  } else if (leg_ > run_) {
+    --leg_;
+    from_ = leg_ == run_ ? run_from_ : legs_[leg_ - 1].to;
+  } else {
+    back_ = false;
+    worst_ = 0;
+    ++times_;
+  }
 }
 
 void ExpertHand::leave() noexcept {
@@ -582,8 +812,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   if (leg_ >= legs_.size() && way_ >= way_out_.size()) return false;
   using Kind = ExpertLeg::Kind;
   const ExpertLeg leg = way_ < way_out_.size() ? way_out_[way_] : legs_[leg_];
-  const bool back = leg.kind == Kind::kScrape && times_ % 2 == 1;
-  const Pose &a = back ? leg.to : from_, &b = back ? from_ : leg.to;
+  const Pose &a = back_ ? leg.to : from_, &b = back_ ? from_ : leg.to;
   const double length = glm::length(b.p - a.p);
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };
   const dvec3 away = place() - seen_.X_WG.p, way = length > 0 ? (b.p - a.p) / length : dvec3(0);
@@ -599,40 +828,37 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     along_ = length;
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
-    const double pace = leg.kind == Kind::kMove ? kTravel
-                        : leg.kind == Kind::kCut
-                            ? std::min(kCutPace, std::max(leg.end_pace, kEndPace) + (length - along_) / kSlowing)
-                            : kScrapePace;
-    const bool may = leg.kind != Kind::kCut || (off < kAhead && beside < kBeside);
+    const double pace =
+        leg.kind == Kind::kMove ? Lead::travel_pace
+        : leg.kind == Kind::kCut
+            ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
+            : Lead::scrape_pace;
+    const bool may = leg.kind != Kind::kCut || (off < Lead::ahead && beside < Lead::beside);
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;
     }
-    if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, off);
-    done = along_ >= length && (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? kBeside : kThere));
-    stuck = !done && waited_ > kPatience;
+    if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, beside);
+    done = along_ >= length && (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? Lead::beside : Lead::there));
+    stuck = !done && waited_ > Lead::patience;
     done = done || stuck;
-    if (done && leg.kind == Kind::kScrape && worst_ > kNearLine && ++times_ < kMostTimes) {
-      done = false;
-      along_ = length - along_;
-      if (along_ >= length) along_ = 0;
-      worst_ = waited_ = 0;
-    }
   }
   const bool presses = leg.kind == Kind::kCut || leg.kind == Kind::kScrape;
   const bool scrapes = leg.kind == Kind::kScrape;
   dvec3 wanted =
-      presses ? (scrapes ? kScrapeGain : std::min(kGain, kSteadyGain * kReactionTime / dt_)) * (place() - seen_.X_WG.p)
+      presses ? (scrapes ? Lead::scrape_gain : std::min(Lead::gain, Lead::steady_gain * Lead::reaction_time / dt_)) *
+                    (place() - seen_.X_WG.p)
               : dvec3(0);
-  const double size = glm::length(wanted), most = scrapes ? kMostScrapeLead : most_lead_;
+  const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) {
     wanted *= most / size;
     // Soft tissue gives way under the same lead: more of it, until the force is right.
     if (!scrapes)
-      most_lead_ = std::clamp(most_lead_ + dt_ * kLeadPerForce * (kWorkingForce - glm::length(seen_.f_T_W)),
-                              kLeastMostLead, kMostLead);
+      most_lead_ =
+          std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (Lead::working_force - glm::length(seen_.f_T_W)),
+                     Lead::least_most_lead, Lead::most_lead);
   }
-  lead_ += std::min(1.0, dt_ / kReactionTime) * (wanted - lead_);
+  lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);
   sample.X_WT = {place() + lead_, glm::slerp(a.R, b.R, share)};
@@ -640,49 +866,11 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   sample.tool = leg.tool;
   if (done && stuck && leg.kind == Kind::kCut)
     leave();
+  else if (done && scrapes)
+    end_scraping();
   else if (done)
     next_leg();
   return true;
-}
-
-namespace {
-
-/// Keeps what a hand did.
-class NotedHand final : public haptics::HapticDevice {
- public:
-  NotedHand(ExpertHand& hand, haptics::HandPath& path) : hand_(hand), path_(path) {}
-  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
-  bool read(haptics::HandSample& sample) noexcept override {
-    if (!hand_.read(sample)) return false;
-    path_.rows.push_back({to_seconds(sample.t), sample.X_WT, sample.pedal, dvec3(0), sample.tool});
-    return true;
-  }
-  void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept override { hand_.write(f_T_W, tau_T_W); }
-
- private:
-  ExpertHand& hand_;
-  haptics::HandPath& path_;
-};
-
-}  // namespace
-
-std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate) {
-  if (scene.implant) return open_implant_expert_hand(scene, rate);
-  HapticLoop loop(scene, load_tissue(scene), rate);
-  Expert expert(scene, load_untouched(scene));
-  ExpertHand hand(expert.plan(loop.carver().volume()), rate);
-  haptics::HandPath path;
-  NotedHand noted(hand, path);
-  Progress progress("expert");
-  for (std::vector<ExpertLeg> rest; true; hand.go_on(std::move(rest))) {
-    loop.run(noted, [&](const ServoTick& tick, const Cut*) {
-      hand.see(tick);
-      if (tick.index % 256 == 0) progress.at(hand.done());
-    });
-    rest = expert.plan(loop.carver().volume());
-    if (rest.empty()) break;
-  }
-  return haptics::make_scripted_hand(std::move(path), rate, /*paced=*/true);
 }
 
 }  // namespace typodont

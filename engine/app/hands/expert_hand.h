@@ -22,7 +22,7 @@ struct ExpertLeg {
   enum class Kind {
     kMove,    // through the air
     kCut,     // along a line, as fast as the tissue goes
-    kScrape,  // along a line, to and fro until the tool lies on it
+    kScrape,  // along a line; with an edge, to and fro until the tool lies on it
     kWait,    // for `seconds`, or until so much `volume` was put down; the pedal as it is
     kTake,    // another tool, when the drill stands
   } kind = Kind::kMove;
@@ -31,7 +31,14 @@ struct ExpertLeg {
   std::uint32_t tool = 0;
   double seconds = 0;
   double volume = 0;    // m³
-  double end_pace = 0;  // m/s with which a cut goes over into the next leg; 0: it stops there
+  double end_pace = 0;  // m/s with which a stroke goes over into the next leg; 0: it stops there
+};
+
+/// Where a portion of filling was put down: m along the two axes square to the preparation's. The instrument leaves a
+/// hole there into which it fits no other way.
+struct FilledSpot {
+  std::uint32_t tool = 0;
+  double a = 0, b = 0;
 };
 
 /// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
@@ -52,11 +59,12 @@ class Expert {
   std::optional<SurroundingsShape> around_;
   double whole_;  // m³ that the task changes
   std::optional<haptics::TissueVolume> planned_;
-  int layers_ = 0, cuts_ = 0;   // planned so far
-  double missing_ = 1e9;        // m³ of filling, at the least when it looked
-  double off_ = 0;              // m³ that were off before it cut last
-  int vain_ = 0;                // layers in a row that brought nothing
-  std::size_t instrument_ = 0;  // that fills, from the finest; then all of them again, over the contour
+  std::vector<FilledSpot> filled_;  // so far
+  int layers_ = 0, cuts_ = 0;       // planned so far
+  double missing_ = 1e9;            // m³ of filling, at the least when it looked
+  double off_ = 0;                  // m³ that were off before it cut last
+  int vain_ = 0;                    // layers in a row that brought nothing
+  std::size_t instrument_ = 0;      // that fills, from the finest; then all of them again, over the contour
 };
 
 class ExpertHand final : public haptics::HapticDevice {
@@ -67,14 +75,17 @@ class ExpertHand final : public haptics::HapticDevice {
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// What came of the last sample: the eyes of this hand.
-  void see(const ServoTick& tick) noexcept { seen_ = tick; }
-  /// Where it has come to the end of its plan: goes on with this.
-  void go_on(std::vector<ExpertLeg> legs);
+  /// The eyes of this hand: it leads its tool from where the servo last had it.
+  void see(const ServoTick& tick) noexcept override { seen_ = tick; }
+  /// Begins the next plan, once read() has ended the last one. Swaps: the finished plan is in `legs` afterwards, so
+  /// that nothing is freed. Servo thread.
+  void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
 
  private:
   void next_leg() noexcept;
+  /// At the end of a leg of an edge: on along its run, or back, or to the next run.
+  void end_scraping() noexcept;
   /// Leaves a stroke that it cannot finish: out the way the shank points, over to where the next begins. Straight there
   /// it would press through what should stay.
   void leave() noexcept;
@@ -92,17 +103,18 @@ class ExpertHand final : public haptics::HapticDevice {
   double along_ = 0;   // m of it that the wanted place has come
   double filled_ = 0;  // m³ in the tissue when it began, more or less than at the start
   double waited_ = 0;  // s that it has stood still
-  double worst_ = 0;   // m, how far the tool was off the line, this time along it
-  int times_ = 0;      // along the line
-  dvec3 lead_{0};      // m, by which the hand leads the tool
-  double most_lead_;   // m, of a cut: as much as gives the force that it works with
+  // Strokes of an edge that go on into each other are a run: it is drawn to and fro until the tool lies on the line.
+  std::size_t run_ = 0;  // the leg that begins the run …
+  Pose run_from_;        // … and where that begins
+  double worst_ = 0;     // m, how far the tool was beside the line in this pass
+  int times_ = 0;        // that it went back and forth
+  bool back_ = false;    // it goes back now
+  dvec3 lead_{0};        // m, by which the hand leads the tool
+  double most_lead_;     // m, of a cut: as much as gives the force that it works with
 };
 
-/// The expert's whole session in this scene, worked out now, as a hand of `rate` Hz that does it at its own pace in a
-/// live session. Shows its progress. Throws Error where the task names no ideal.
-std::unique_ptr<haptics::HapticDevice> open_expert_hand(const Scene& scene, double rate);
-
-/// The hand at work until there is nothing left to do: it does its plan, looks at what came of it, and does the rest.
+/// Runs the hand in simulated time until nothing is left to do: it carries out its plan, looks at the tissue, and plans
+/// the rest. `each`: called after every tick.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);
 

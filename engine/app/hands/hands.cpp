@@ -133,7 +133,7 @@ void add_window_drivers() {
 
   haptics::Driver expert;
   expert.scheme = "expert";
-  expert.about = "a hand that knows the task: what it does is worked out first, then shown";
+  expert.about = "a hand that knows the task: it works, looks at the result, and goes on until the task is done";
   expert.hardware = false;
   expert.open = [](const std::string& rest, const haptics::HandOptions& options) {
     if (!rest.empty() || !options.window) throw Error("--hand", "", "expert:" + rest, "expert: of a session");

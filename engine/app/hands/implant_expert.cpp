@@ -1,18 +1,13 @@
 #include "engine/app/hands/implant_expert.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "engine/app/hands/expert_hand.h"
-#include "engine/app/recording/resume.h"
-#include "engine/base/error.h"
-#include "engine/base/progress.h"
+#include "engine/base/clock.h"
+#include "engine/base/realtime.h"
 #include "engine/base/units.h"
 #include "haptics/implant_tool.h"
-#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -221,48 +216,40 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
   return true;
 }
 
-void run_implant_expert(HapticLoop& loop, ImplantExpert& hand,
-                        const std::function<void(const ServoTick&, const Cut*)>& each) {
-  loop.run(hand, [&](const ServoTick& tick, const Cut* cut) {
-    hand.see(tick);
-    each(tick, cut);
-  });
-  if (const std::string phase = hand.gave_up(); !phase.empty())
-    throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
-}
-
 namespace {
 
-/// Keeps what the expert did.
-class Noted final : public haptics::HapticDevice {
+class LiveImplantExpert final : public haptics::HapticDevice {
  public:
-  Noted(ImplantExpert& hand, haptics::HandPath& path) : hand_(hand), path_(path) {}
+  LiveImplantExpert(const Scene& scene, double rate) : hand_(scene, rate) {}
   const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  void see(const ServoTick& tick) noexcept override {
+    held_ = (tick.faults & bits(Fault::kHeld)) != 0;
+    if (!held_) hand_.see(tick);
+  }
   bool read(haptics::HandSample& sample) noexcept override {
-    if (!hand_.read(sample)) return false;
-    path_.rows.push_back({to_seconds(sample.t), sample.X_WT, sample.pedal, dvec3(0), sample.tool});
+    const Nanos t = from_seconds(static_cast<double>(ticks_++) / info().rate);
+    if (ticks_ == 1) began_ = now();
+    sleep_until(began_ + t);
+    if (!held_ && !hand_.read(last_)) return false;
+    sample = last_;
+    sample.t = t;
+    if (held_) sample.pedal = 0;
     return true;
   }
-  void write(const dvec3&, const dvec3&) noexcept override {}
 
  private:
-  ImplantExpert& hand_;
-  haptics::HandPath& path_;
+  ImplantExpert hand_;
+  haptics::HandSample last_;
+  std::uint64_t ticks_ = 0;
+  Nanos began_ = 0;
+  bool held_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<haptics::HapticDevice> open_implant_expert_hand(const Scene& scene, double rate) {
-  HapticLoop loop(scene, load_tissue(scene), rate);
-  ImplantExpert hand(scene, rate);
-  haptics::HandPath path;
-  Noted noted(hand, path);
-  Progress progress("expert");
-  loop.run(noted, [&](const ServoTick& tick, const Cut*) {
-    hand.see(tick);
-    if (tick.index % 256 == 0) progress.at(hand.done());
-  });
-  return haptics::make_scripted_hand(std::move(path), rate, /*paced=*/true);
+std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate) {
+  return std::make_unique<LiveImplantExpert>(scene, rate);
 }
 
 }  // namespace typodont

@@ -1,12 +1,10 @@
 // A hand that does all phases of an implant procedure: "--hand expert:" in scenes with an "implant" block.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "engine/app/haptic_loop.h"
 #include "engine/app/scene.h"
 #include "engine/session/implant.h"
 #include "haptics/haptic_device.h"
@@ -23,7 +21,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
   /// What came of the last sample: the eyes of this hand.
-  void see(const ServoTick& tick) noexcept;
+  void see(const ServoTick& tick) noexcept override;
   double done() const;
   /// The phase that it gave up in, after too long without getting on; empty: none.
   std::string gave_up() const;
@@ -60,12 +58,7 @@ class ImplantExpert final : public haptics::HapticDevice {
   bool gave_up_ = false;
 };
 
-/// The expert at work until all phases are done, calling `each` after every tick. Throws RunFailure naming the phase
-/// that it could not do.
-void run_implant_expert(HapticLoop& loop, ImplantExpert& hand,
-                        const std::function<void(const ServoTick&, const Cut*)>& each);
-
-/// Its whole session in this scene, worked out now, as a hand that does it at its own pace. Shows its progress.
-std::unique_ptr<haptics::HapticDevice> open_implant_expert_hand(const Scene& scene, double rate);
+/// The same in a live session: it keeps to the clock, and stands still while the session is held.
+std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

@@ -121,7 +121,7 @@ bool Student::next(haptics::HandSample& sample, const haptics::TissueVolume& now
     if (hand_->read(sample)) return true;
     std::vector<ExpertLeg> rest = expert_.plan(now);
     if (!rest.empty()) {
-      hand_->go_on(std::move(rest));
+      hand_->go_on(rest);
       continue;
     }
     phase_ = Phase::kAway;

@@ -178,6 +178,11 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
+  if (wiring.expert_wants_copy.exchange(false)) {
+    repeat_cuts();  // the expert asks after its last cut, which may have come since this turn began
+    auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
+    if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
+  }
   return done;
 }
 

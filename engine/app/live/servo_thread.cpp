@@ -62,6 +62,7 @@ bool ServoTurns::turn() noexcept {
   const Nanos wrote = clock_();
   // What the servo was told is in the tick, and nothing that it was not told: a replay tells it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
+  hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;
   if (++ticks_ == 1) s.first_tick = wrote;
@@ -74,6 +75,7 @@ bool ServoTurns::turn() noexcept {
   if (s.sound) s.sound->push(tick_);  // before it is published: a file is made up to the newest that is
   if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
+  if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);  // full: counted, the session goes on
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
   s.last = tick_;

@@ -8,11 +8,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/app/hands/hands.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/scene.h"
 #include "engine/app/sound_link.h"
+#include "engine/app/stream/state_stream.h"
 #include "engine/app/tissue/stroke_book.h"
 #include "engine/app/wiring.h"
 #include "engine/session/recorder.h"
@@ -115,6 +117,26 @@ class RecorderTurns {
   session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;  // the last state that was logged
 };
 
+/// The stream's loop, turn by turn: what others are told of the session.
+class StreamTurns {
+ public:
+  /// `rate`: states a second, Hz. Makes the ring from the servo: before that has begun.
+  StreamTurns(LiveSession& s, StateStream& stream, double rate);
+  /// Empties the ring, tells of what began since, and of the newest tick where one is due.
+  void turn();
+  /// The last tick, and the session's end.
+  void end();
+
+ private:
+  LiveSession& s_;
+  StateStream& stream_;
+  const Nanos interval_;
+  std::vector<std::string> tools_;
+  bool begun_ = false;
+  Nanos told_ = 0;  // time of the last state
+  ServoTick tick_;  // the newest
+};
+
 /// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 /// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it
@@ -122,5 +144,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
 void carver_thread(LiveSession& s);
 /// Takes everything that is recorded out of its rings and to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
+/// Tells others of the session until all other threads have ended.
+void stream_thread(LiveSession& s, StreamTurns& turns);
 
 }  // namespace typodont

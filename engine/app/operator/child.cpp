@@ -111,7 +111,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  const int said = memfd_create("messages", MFD_CLOEXEC);  // no pipe: it may outlive this program
+  const int said = memfd_create("messages", MFD_CLOEXEC);  // a pipe would break if this program ended before the child
   const pid_t child = fork();
   if (child == 0) {
     if (said >= 0) dup2(said, STDERR_FILENO);

@@ -9,9 +9,12 @@
 
 namespace typodont {
 
+/// Niceness of a program that runs only while no other wants the processor.
+inline constexpr int kLowestPriority = 19;
+
 /// Runs `typodont ARGUMENTS` to its end and returns what it printed; how far it says it is goes to `progress`.
-/// Cancelled, it is asked to end, and made to. `nice`: 19 stands back for everything else. Throws Cancelled; RunFailure
-/// with its own last words where it fails without an answer.
+/// Cancelled, it is asked to end, and made to. `nice`: its niceness, 0 to 19. Throws Cancelled; RunFailure with the
+/// program's last message where it fails without an answer.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
 /// Programs that were started and go on by themselves; of one that fails it is known. Main thread.

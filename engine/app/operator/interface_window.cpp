@@ -324,6 +324,12 @@ void InterfaceWindow::end() {
   ++frames_;
 }
 
+void InterfaceWindow::set_title(const std::string& title) {
+  if (title == options_.title) return;
+  options_.title = title;
+  output_->set_title(title);
+}
+
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
   // One that was destroyed may have left its handle to another, which was uploaded since.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);

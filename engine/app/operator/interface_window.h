@@ -64,6 +64,8 @@ class InterfaceWindow {
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
+  /// The words in the title bar; nothing happens while they stay the same.
+  void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
   std::uint64_t frames() const { return frames_; }

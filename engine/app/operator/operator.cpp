@@ -129,7 +129,31 @@ class Operator {
     desk_.make_picture();
   }
 
+  /// The words in the title bar: the page, and whose session it shows.
+  std::string title() const {
+    std::string title = "Typodont";
+    switch (s_.page) {
+      case Page::kStart:
+        break;
+      case Page::kLoading:
+      case Page::kSession:
+        title += ": " + s_.scene_title;
+        break;
+      case Page::kResult:
+        title += fmt::format(": {}, {}", s_.scene_title, s_.text("op.result"));
+        break;
+      case Page::kDoctor:
+        title += fmt::format(": {}", s_.text("op.check_computer"));
+        break;
+      case Page::kArchive:
+        title += fmt::format(": {}", s_.text("op.archive"));
+        break;
+    }
+    return title;
+  }
+
   void draw() {
+    window_.set_title(title());
     result_picture_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {

@@ -66,7 +66,7 @@ void ScenePictures::begin() {
     const fs::path picture = made_picture(file), folder = fs::path(picture).replace_extension();
     run_self(
         {"render", file.string(), "--rig", "closeup", "--eye", "left", "--size", "640x480", "--out", folder.string()},
-        progress, 19);
+        progress, kLowestPriority);
     std::error_code code;
     fs::rename(folder / "left.png", picture, code);
     std::error_code ignored;

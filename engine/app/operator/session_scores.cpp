@@ -94,9 +94,8 @@ void SessionScores::begin() {
   scored_ = entry->file;
   tried_.insert(scored_);
   job_ = std::make_unique<Job>([file = scored_](Progress& progress) {
-    constexpr int kStandsBack = 19;  // for everything else
     const Json json = Json::parse(
-        run_self({"report", file.string(), "--json", "--out", "/dev/null"}, progress, kStandsBack), "report");
+        run_self({"report", file.string(), "--json", "--out", "/dev/null"}, progress, kLowestPriority), "report");
     keep_score(file, {json["points"].number(), json["full"].number() > 0, json["passed"].boolean()});
   });
 }

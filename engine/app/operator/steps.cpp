@@ -14,12 +14,6 @@ constexpr double kDrilled = 0.05 * kCubicMillimetre;
 constexpr double kMoved = 10 * kMillimetre;  // of the hand's path
 constexpr double kMost = 20 * kMillimetre;   // a jump of the input, not a movement
 
-double sum(const PerTissue& volumes) {
-  double total = 0;
-  for (const double v : volumes) total += v;
-  return total;
-}
-
 }  // namespace
 
 bool StepWatcher::waits() const {
@@ -47,7 +41,7 @@ bool StepWatcher::follow(const Deeds& now) {
   const std::string& deed = task_.step_deeds[static_cast<std::size_t>(current_)];
   const bool done = deed == "move"    ? path_ > kMoved
                     : deed == "touch" ? touched_ > kTouch
-                    : deed == "drill" ? sum(now.tick.removed) - sum(start_.tick.removed) > kDrilled
+                    : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled
                     : deed == "tool"  ? now.tick.tool != start_.tick.tool
                     : deed == "speed" ? std::abs(now.settings.speed_share - start_.settings.speed_share) > 0.01
                     : deed == "undo"  ? now.undone > start_.undone

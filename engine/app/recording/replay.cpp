@@ -8,7 +8,6 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "engine/app/haptic_loop.h"
 #include "engine/app/recording/replay_hand.h"
@@ -211,7 +210,12 @@ Scene scene_with(const session::SessionReader& session, const std::string& overr
   if (!given.is_object()) given.fail("an object with keys of a scene");
   auto json = nlohmann::ordered_json::parse(own.text);
   const auto changes = nlohmann::ordered_json::parse(overrides);
-  for (const auto& [key, value] : changes.items()) json[key] = value;
+  for (const auto& [key, value] : changes.items()) {
+    if (value.is_null())
+      json.erase(key);
+    else
+      json[key] = value;
+  }
   return parse_scene(Json::parse(json.dump(2), where, Json::Lines::kUnknown), own.file, own.place);
 }
 
@@ -222,7 +226,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   HapticLoop loop(scene, load_tissue(scene), hand->info());
   std::unique_ptr<session::SessionWriter> writer;
   if (!out.empty()) {
-    session::SessionHeader header = session_header(scene, {}, *hand, loop.carver().volume(), rate);
+    session::SessionHeader header = session_header(scene, {}, hand->info(), loop.carver().volume(), rate);
     header.hand = "replay:" + session.file().string();
     header.trainee = session.header().trainee;
     header.date.clear();
@@ -232,7 +236,6 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
   }
   RerunResult result;
   TickNotes notes(scene, std::nullopt);
-  const auto sum = [](const PerTissue& v) { return std::accumulate(v.begin(), v.end(), 0.0); };
   constexpr std::uint64_t kChunk = 65536;
   double force2 = 0, tool2 = 0;
   for (std::uint64_t first = 0; first < session.tick_count(); first += kChunk) {
@@ -254,7 +257,7 @@ RerunResult rerun_session(const session::SessionReader& session, const Scene& sc
       result.tool_off_max = std::max(result.tool_off_max, tool_off);
       result.force_max = std::max(result.force_max, glm::length(tick.f_T_W));
       result.force_max_before = std::max(result.force_max_before, glm::length(recorded.f_T_W));
-      result.removed = sum(tick.removed), result.removed_before = sum(recorded.removed);
+      result.removed = total(tick.removed), result.removed_before = total(recorded.removed);
       result.seconds = to_seconds(tick.t);
       result.cuts = tick.cuts;
       ++result.ticks;

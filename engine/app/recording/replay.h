@@ -42,7 +42,8 @@ struct RerunResult {
   double tool_off_rms = 0, tool_off_max = 0;    // m, of where the tool is drawn
   double removed = 0, removed_before = 0;       // m³
 };
-/// The session's scene with these keys of `overrides` (a JSON object) in place of its own. Throws Error.
+/// The session's scene with these keys of `overrides` (a JSON object) in place of its own; null takes a key away.
+/// Throws Error.
 Scene scene_with(const session::SessionReader& session, const std::string& overrides, const std::string& where);
 /// Feeds the recorded hand, tick by tick, to the scene's servo. `out`: the new session (.h5); empty: not kept.
 RerunResult rerun_session(const session::SessionReader& session, const Scene& scene, const std::filesystem::path& out,

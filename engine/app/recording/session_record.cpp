@@ -1,6 +1,7 @@
 #include "engine/app/recording/session_record.h"
 
 #include <array>
+#include <system_error>
 
 #include "engine/app/assets.h"
 #include "engine/session/hash.h"
@@ -9,20 +10,28 @@
 namespace typodont {
 
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
-                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
+                                      const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate) {
   session::SessionHeader header;
   header.scene_json = scene.text;
   header.model = model_name(scene);
-  header.hand = hand.info().address;
+  header.hand = hand.address;
   header.tools = tool_names(scene);
   header.servo_rate = rate;
-  header.vibration_band = hand.info().vibration_band;
-  header.position_step = hand.info().position_step;
-  header.gives_torque = hand.info().torque_limit > 0;
+  header.vibration_band = hand.vibration_band;
+  header.position_step = hand.position_step;
+  header.gives_torque = hand.torque_limit > 0;
   header.voxel = tissue.frame().voxel;
   header.volumes_before = scene.resume.empty() ? tissue.volumes() : load_untouched(scene).volumes();
-  header.files.push_back(session::describe_file(std::filesystem::absolute(scene.file)));
+  const std::filesystem::path scene_file = std::filesystem::absolute(scene.file);
+  std::error_code code;
+  if (std::filesystem::exists(scene_file, code)) {
+    header.files.push_back(session::describe_file(scene_file));
+  } else {  // a scene that a program gave as text
+    Fnv1a hash;
+    hash.bytes(scene.text.data(), scene.text.size());
+    header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});
+  }
   if (const auto volume = scene.tissue->find("volume")) {
     header.files.push_back(session::describe_file(std::filesystem::absolute(find_file(volume->string(), scene.place))));
   }

@@ -20,7 +20,7 @@ namespace typodont {
 
 /// Scene and rig in full, hashes of the files they were made from, the hand, the volumes at the start.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
-                                      const haptics::HapticDevice& hand, const haptics::TissueVolume& tissue,
+                                      const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
 /// Samples of the second hand: its pose as held and its pedal, on the session's clock.

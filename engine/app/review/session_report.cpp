@@ -90,6 +90,10 @@ session::SessionSummary summary_of(const session::SessionReader& session) {
   }
 }
 
+session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene) {
+  return session::summarize(session, judge_session(session, scene).score);
+}
+
 namespace {
 
 /// Those that `wanted` says, by what their files hold; not this one, and not what is no session.

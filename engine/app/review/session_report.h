@@ -23,6 +23,8 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
 
 /// The score as report_of has it, without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
+/// The same by the rules of `scene` (judge_session). Throws Error where its tissue or its ideal cannot be made.
+session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
 /// Of all sessions in `folder`, by their files' names; what cannot be read is left out, and said. Throws Error where
 /// there is none, Cancelled.

@@ -324,7 +324,10 @@ session::Score final_score(const Scene& scene, const haptics::TissueVolume& afte
 }
 
 JudgedSession judge_session(const session::SessionReader& session) {
-  Scene scene = scene_of(session);
+  return judge_session(session, scene_of(session));
+}
+
+JudgedSession judge_session(const session::SessionReader& session, Scene scene) {
   haptics::TissueVolume start = load_untouched(scene);
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);

@@ -64,5 +64,7 @@ struct JudgedSession {
 };
 /// Throws Error where the tissue is not there or has changed.
 JudgedSession judge_session(const session::SessionReader& session);
+/// The same by the rules of `scene`, which is the session's own but for these (scene_with).
+JudgedSession judge_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

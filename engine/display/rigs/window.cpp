@@ -156,6 +156,7 @@ class Window final : public Output {
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
+  void set_title(const std::string& title) override { glfwSetWindowTitle(window_, title.c_str()); }
   void take_focus() override { glfwFocusWindow(window_); }
   void leave_monitor(int taken) override {
     int count = 0;

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "engine/base/units.h"
@@ -91,10 +90,6 @@ template <class Message>
 Column<Message> added_later(Column<Message> column) {
   column.added = true;
   return column;
-}
-
-double total(const PerTissue& volumes) {
-  return std::accumulate(volumes.begin(), volumes.end(), 0.0);
 }
 
 template <class Message, std::size_t... kIndex>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "engine/base/json.h"
@@ -73,7 +72,7 @@ Course course_of(const SessionReader& session) {
           speed.add(bin, glm::length(tick.X_WT.p - moved_from->X_WT.p) * 1e3 / to_seconds(tick.t - moved_from->t));
         moved_from = tick;
       }
-      removed.add(bin, std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0) * 1e9);
+      removed.add(bin, total(tick.removed) * 1e9);
       if (tick.depth > 0 || tick.contact_area > 0) ++c.touched[bin][static_cast<std::size_t>(tick.tissue)];
       for (std::size_t i = 0; i < c.faults.size(); ++i) {
         if (!(tick.faults & bits(fault_names()[i].fault))) continue;

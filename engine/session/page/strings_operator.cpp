@@ -138,6 +138,7 @@ constexpr Entry kOperator[] = {
     {"op.to_start", {"Back to the choice", "Zurück zur Auswahl", "返回选择"}},
     {"op.delete_recording", {"Delete the recording", "Aufzeichnung löschen", "删除记录"}},
     {"op.deleted", {"The recording is deleted.", "Die Aufzeichnung ist gelöscht.", "记录已删除。"}},
+    {"op.result", {"Result", "Ergebnis", "结果"}},
     {"op.scoring", {"Scoring the result", "Ergebnis wird bewertet", "正在评分"}},
     {"op.making_report", {"Making the report", "Bericht wird erstellt", "正在生成报告"}},
     {"op.report_ready", {"The report is ready.", "Der Bericht ist fertig.", "报告已生成。"}},

@@ -26,6 +26,7 @@ class MeshLodBody final : public TissueBody {
   bool undo() override { return edited(solid_->undo()); }
   bool redo() override { return edited(solid_->redo()); }
   PerTissue taken_back() const override { return solid_->taken_back(); }
+  TissueVolume::Strokes strokes() override { return solid_->strokes(); }
   std::unique_ptr<Snapshot> make_snapshot() const override { return std::make_unique<MeshSnapshot>(); }
   double travel() const override { return travel_; }
   bool wants_snapshot(Nanos t) const override;
@@ -33,6 +34,7 @@ class MeshLodBody final : public TissueBody {
   void remember_writes(bool) override {}
   void bring_up_to_date(Snapshot& snapshot) override { cut_out(snapshot); }
   TissueVolume& rasterize() override { return solid_->rasterize(); }
+  TissueSurface* surface() override { return solid_->surface(); }
   std::uint64_t elements() const override { return solid_->elements(); }
 
   const mesh::EditableMesh& mesh() const { return solid_->mesh(); }

@@ -16,6 +16,7 @@ class MeshLodMethod final : public ContactMethod {
  public:
   explicit MeshLodMethod(Parameters parameters) : parameters_(std::move(parameters)) {}
   std::string_view name() const override { return kName; }
+  bool draws_own_surface() const override { return true; }
   std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
     return std::make_unique<MeshLodModel>(settings, parameters_);
   }

@@ -7,6 +7,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/contact/mesh_lod/mesh_lod_method.h"
+#include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -52,15 +54,12 @@ std::size_t LevelBySpeed::step(double way, double dt, std::size_t count) noexcep
 }
 
 MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& parameters)
-    : settings_(settings),
-      parameters_(parameters),
-      by_speed_(parameters.switch_speed, parameters.hysteresis),
-      made_(kRemembered) {
+    : settings_(settings), parameters_(parameters), by_speed_(parameters.switch_speed, parameters.hysteresis) {
+  refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     const auto refuse = [&](std::string_view found) {
       throw Error(tool.name, "model", found, "the model offset, or a tool that touches or a round bur");
     };
-    if (tool.fill != Tissue::kAir) refuse("mesh_lod with a tool that fills");
     if (tool.cuts && tool.shape != HeadShape::kSphere) refuse("mesh_lod with a tool that cuts and is not round");
     if (tool.cuts && !tool.turns()) refuse("mesh_lod with an edge that the hand draws");
     points_.emplace_back(options_for(settings, parameters, tool), stiffness_of(settings.materials));
@@ -80,13 +79,12 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   if (fresh.cut) {
     // What the carver measured, and what was estimated of the cuts since.
     PerTissue lacking{};
-    const std::uint64_t oldest = cuts_ > kRemembered ? cuts_ - kRemembered : 0;
-    for (std::uint64_t i = std::max(fresh.cuts, oldest) + 1; i <= cuts_; ++i) {
-      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i % kRemembered][t];
+    for (std::uint64_t i = made_.first_after(fresh.cuts); i <= made_.last(); ++i) {
+      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i][t];
     }
     double estimated = 0, measured = 0;
-    for (std::uint64_t i = std::max(snapshot_.cuts, oldest) + 1; i <= fresh.cuts; ++i) {
-      for (const double v : made_[i % kRemembered]) estimated += v;
+    for (std::uint64_t i = made_.first_after(snapshot_.cuts); i <= fresh.cuts; ++i) {
+      for (const double v : made_[i]) estimated += v;
     }
     for (std::size_t t = 1; t < removed.size(); ++t) {
       measured += fresh.removed[t] - snapshot_.removed[t];
@@ -269,8 +267,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   removed[under] += round * step * step;
   energy = work * step + round * step * step * u;
   const Pose from{cutting_ ? end_ : c, in.X_WT.R}, end{to, in.X_WT.R};
-  cut = {++cuts_, in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
-  made_[cuts_ % kRemembered] = removed;
+  made_.add(made_.last() + 1, removed);
+  cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
   point().sink_to(to);
   cutting_ = true;
   end_ = to;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "haptics/contact/cut_log.h"
 #include "haptics/contact/mesh_lod/mesh_lod_parts.h"
 #include "haptics/contact/mesh_lod/surface_point.h"
 #include "haptics/contact_model.h"
@@ -56,7 +57,7 @@ class MeshLodModel final : public ContactModel {
   /// Whether the snapshot holds all faces within `reach` of p.
   bool holds(const dvec3& p, double reach) const noexcept;
   /// Cuts were made that the snapshot lacks: the faces that the head overlaps are cut away.
-  bool behind() const noexcept { return snapshot_.cuts < cuts_; }
+  bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfacePoint& point() noexcept { return points_[tool_]; }
   const SurfacePoint& point() const noexcept { return points_[tool_]; }
   /// True where it is another one than before.
@@ -82,13 +83,11 @@ class MeshLodModel final : public ContactModel {
   double wall_stiffness_ = 0;
 
   // Cutting.
-  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
-  std::vector<PerTissue> made_;                       // m³, estimated, by index of the cut modulo kRemembered
-  std::uint64_t cuts_ = 0;
-  bool cutting_ = false;  // the last tick cut …
-  dvec3 end_{0};          // m, … to here
-  bool adopted_ = false;  // a snapshot came since the last tick
-  double measured_ = 1;   // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
+  RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
+  bool cutting_ = false;        // the last tick cut …
+  dvec3 end_{0};                // m, … to here
+  bool adopted_ = false;        // a snapshot came since the last tick
+  double measured_ = 1;         // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "engine/base/pose.h"
+#include "haptics/contact/proxy/active_set.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -15,13 +15,6 @@ struct Plane {
   dvec3 p{0};              // m, the place on the surface
   std::uint32_t face = 0;  // that it belongs to
   std::int8_t wall = -1;   // the edge of the face on which a wall stands; -1: the face itself
-};
-
-/// Which planes hold the point: at most three, with how far each pushes, m.
-struct Active {
-  int count = 0;
-  std::array<int, 3> index{};
-  std::array<double, 3> push{};
 };
 
 class PlaneSet {
@@ -38,9 +31,9 @@ class PlaneSet {
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// The displacement from c nearest to `goal` (a displacement, too) that all planes allow. Where there is none, no
-  /// displacement: the point stays.
-  dvec3 nearest_allowed(const dvec3& goal, Active& active) const noexcept;
+  /// The displacement from c nearest to `goal` (a displacement, too) that all planes allow, and the planes that hold it
+  /// there, pushes in m. Where there is none, no displacement: the point stays.
+  dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:
   std::array<Plane, kMost> planes_;

@@ -217,7 +217,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
 
 void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   gave_way_ = false;
-  Active active;
+  ActivePlanes active;
   // While it touches, the point goes about as far as the hand since the last tick, however deep that is.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
@@ -233,10 +233,10 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     dvec3 step = planes_.nearest_allowed(hip - c_, active);
     if (!behind_) {
       for (int k = 0; k < active.count; ++k) {
-        const Plane& plane = planes_[active.index[static_cast<std::size_t>(k)]];
+        const Plane& plane = planes_[active.index[k]];
         if (plane.wall < 0) continue;
         const double stiffness = stiffness_of(grid.face(plane.face).tissue) / 1000.0 * options_.unit_force;
-        if (stiffness * active.push[static_cast<std::size_t>(k)] <= options_.wall_limit) continue;
+        if (stiffness * active.push[k] <= options_.wall_limit) continue;
         behind_ = gave_way_ = true;
         beyond_ = grid.face(plane.face).tissue;
       }
@@ -255,8 +255,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   double most = 0;
   Tissue ground = Tissue::kAir;
   for (int k = 0; k < active.count; ++k) {
-    const Plane& plane = planes_[active.index[static_cast<std::size_t>(k)]];
-    const double push = active.push[static_cast<std::size_t>(k)];
+    const Plane& plane = planes_[active.index[k]];
+    const double push = active.push[k];
     if (!(push > 0)) continue;
     const Face& face = grid.face(plane.face);
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};

@@ -84,7 +84,6 @@ class SurfacePoint {
   static constexpr int kMostNear = 1024;
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
-  bool overflow_ = false;
   dvec3 near_from_{0};
   double near_reach_ = 0;
   // Faces of which an edge or a corner is nearest, in one look.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "haptics/sweep.h"
@@ -105,7 +104,7 @@ void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
 std::uint64_t FieldBody::elements() const {
   const PerTissue volumes = volume_.volumes();
   const double h = volume_.frame().voxel;
-  return static_cast<std::uint64_t>(std::llround(std::accumulate(volumes.begin(), volumes.end(), 0.0) / (h * h * h)));
+  return static_cast<std::uint64_t>(std::llround(total(volumes) / (h * h * h)));
 }
 
 }  // namespace typodont::haptics::offset

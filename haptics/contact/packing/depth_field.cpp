@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace typodont::haptics::packing {
 
@@ -51,14 +52,25 @@ void DepthField::settle_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
   std::array<Tissue, 27> seen;
+  std::array<std::ptrdiff_t, 27> around;
+  for (int n = 0; n < 27; ++n) {
+    around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
+  }
   for (const std::ptrdiff_t i : solid_) {
+    // Away from borders there is nothing to settle.
+    const Tissue own = before[static_cast<std::size_t>(i)];
+    bool mixed = false;
+    for (const std::ptrdiff_t n : around) {
+      const Tissue t = before[static_cast<std::size_t>(i + n)];
+      mixed |= (t != own) & (t != Tissue::kAir);
+    }
+    if (!mixed) continue;
     std::size_t kinds = 0;
-    for (int n = 0; n < 27; ++n) {
-      const Tissue t =
-          before[static_cast<std::size_t>(i + (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1)];
+    for (const std::ptrdiff_t n : around) {
+      const Tissue t = before[static_cast<std::size_t>(i + n)];
       if (t != Tissue::kAir && count[static_cast<std::size_t>(t)]++ == 0) seen[kinds++] = t;
     }
-    Tissue most = before[static_cast<std::size_t>(i)];
+    Tissue most = own;
     for (std::size_t k = 0; k < kinds; ++k) {
       if (count[static_cast<std::size_t>(seen[k])] > count[static_cast<std::size_t>(most)]) most = seen[k];
     }
@@ -114,19 +126,27 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  const auto scan = [&](std::ptrdiff_t i, int sign) {
+  // Scans forward and backward by turns, until one changes nothing. A neighbour counts again only where it changed in
+  // this scan or the one before: the last scan in the same direction has seen all older changes.
+  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // which scan; 0: a seed
+  const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
+    const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);
     bool changed = false;
     for (std::size_t n = 0; n < 13; ++n) {
       const auto u = static_cast<std::size_t>(i + sign * before[n]);
-      if (label_[u] != label_[static_cast<std::size_t>(i)] || far2[u] >= kUnknown) continue;
+      if (changed_in[u] < since || label_[u] != label_[static_cast<std::size_t>(i)] || far2[u] >= kUnknown) continue;
       changed |= take(i, way[u] + static_cast<float>(sign) * step[n]);
     }
+    if (changed) changed_in[static_cast<std::size_t>(i)] = number;
     return changed;
   };
+  std::uint16_t number = 0;
   for (bool changed = true; changed;) {
     changed = false;
-    for (const std::ptrdiff_t i : solid_) changed |= scan(i, 1);
-    for (auto i = solid_.rbegin(); i != solid_.rend(); ++i) changed |= scan(*i, -1);
+    ++number;
+    for (const std::ptrdiff_t i : solid_) changed |= scan(i, 1, number);
+    ++number;
+    for (auto i = solid_.rbegin(); i != solid_.rend(); ++i) changed |= scan(*i, -1, number);
   }
 
   for (const std::ptrdiff_t i : solid_) {

@@ -8,9 +8,18 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Spheres are linked across gaps of up to this share of the smaller radius.
-constexpr double kLink = 0.5;
-constexpr int kPace = 16;  // spheres that each flood takes in a turn
+/// Spheres are linked across gaps of up to this fraction of the smaller radius. It must reach across the packing's gaps
+/// to the next deeper layer: a sphere that is cut down keeps only its far side, and hangs there.
+constexpr double kLink = 1.5;
+constexpr double kWidened = 0.1e-3;  // m, a gap may grow by this and still hold: less than the diameter of any tool
+constexpr int kPace = 16;            // spheres that each flood takes in a turn
+
+/// Whether two spheres with these radii and this distance hold together.
+bool holds(double ri, double rj, double distance, double gap_at_start) {
+  if (!(ri > 0 && rj > 0)) return false;
+  const double gap = distance - ri - rj;
+  return gap < std::max(ri + rj, gap_at_start + kWidened);
+}
 
 struct Flood {
   std::vector<int> reached;  // all of its spheres
@@ -33,7 +42,7 @@ LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
     for (std::size_t k = 0; k < found; ++k) {
       const auto j = static_cast<std::size_t>(near[k]);
       const double gap = glm::distance(packing.center[i], packing.center[j]) - r - packing.radius[j];
-      if (j != i && gap < kLink * std::min(r, packing.radius[j])) links_.push_back(near[k]);
+      if (j != i && gap < kLink * std::min(r, packing.radius[j])) links_.push_back({near[k], static_cast<float>(gap)});
     }
   }
   first_.push_back(links_.size());
@@ -45,26 +54,27 @@ LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
     while (!queue.empty()) {
       const int at = queue.back();
       queue.pop_back();
-      for (const int j : links(at)) {
-        if (int& body = body_[static_cast<std::size_t>(j)]; body < 0) body = bodies_, queue.push_back(j);
+      for (const Link& link : links(at)) {
+        if (int& body = body_[static_cast<std::size_t>(link.to)]; body < 0) body = bodies_, queue.push_back(link.to);
       }
     }
     ++bodies_;
   }
 }
 
-bool LooseSpheres::hold(const SphereTissue& tissue, int i, int j) {
-  const double ri = tissue.tree().radius(i), rj = tissue.tree().radius(j);
-  return ri > 0 && rj > 0 && glm::distance(tissue.tree().center(i), tissue.tree().center(j)) < 2 * (ri + rj);
+bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
+  const SphereTree& tree = tissue.tree();
+  return holds(tree.radius(i), tree.radius(link.to), glm::distance(tree.center(i), tree.center(link.to)),
+               static_cast<double>(link.gap));
 }
 
 /// Whether that link held before the cut that is looked at.
-bool LooseSpheres::held_before(const SphereTissue& tissue, const Changed& i, int j) const {
-  const auto k = static_cast<std::size_t>(j);
+bool LooseSpheres::held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
+  const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
-  const dvec3 center = both ? before_[k].center : tissue.tree().center(j);
-  const double radius = both ? before_[k].radius : tissue.tree().radius(j);
-  return i.radius > 0 && radius > 0 && glm::distance(i.center, center) < 2 * (i.radius + radius);
+  const dvec3 center = both ? before_[k].center : tissue.tree().center(link.to);
+  const double radius = both ? before_[k].radius : tissue.tree().radius(link.to);
+  return holds(i.radius, radius, glm::distance(i.center, center), static_cast<double>(link.gap));
 }
 
 std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue, std::span<const Changed> changed) {
@@ -80,11 +90,12 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   };
   for (const Changed& c : changed) {
     const auto own = links(c.sphere);
-    const bool broke = std::any_of(own.begin(), own.end(),
-                                   [&](int j) { return !hold(tissue, c.sphere, j) && held_before(tissue, c, j); });
+    const bool broke = std::any_of(own.begin(), own.end(), [&](const Link& link) {
+      return !hold(tissue, c.sphere, link) && held_before(tissue, c, link);
+    });
     if (!broke) continue;
     seed(c.sphere);
-    for (const int j : own) seed(j);
+    for (const Link& link : own) seed(link.to);
   }
   std::vector<std::vector<int>> loose;
   const auto body = [&](int i) { return body_[static_cast<std::size_t>(i)]; };
@@ -125,8 +136,9 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       int into = f;
       for (int k = 0; k < kPace && own.done < own.reached.size() && into == f; ++k) {
         const int at = own.reached[own.done++];
-        for (const int j : links(at)) {
-          if (!hold(tissue, at, j)) continue;
+        for (const Link& link : links(at)) {
+          const int j = link.to;
+          if (!hold(tissue, at, link)) continue;
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {

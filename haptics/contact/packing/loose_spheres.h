@@ -12,10 +12,11 @@ namespace typodont::haptics::packing {
 /// Carver thread. A function of the spheres alone: equal cuts, equal pieces.
 ///
 /// Spheres that lie close in the packing are linked. A link lasts while both are there and the gap between them is
-/// less than their diameters: spheres between which a tool has passed shrank away from it and from each other. Around
-/// the spheres that lost links, floods spread over links at the same pace until they have met. One that ends alone
-/// went round a loose piece. What was apart before anything was cut (two teeth) stays: only of what was one body the
-/// smaller part is loose.
+/// less than the sum of their radii, or hardly wider than at the start: spheres between which a tool has passed shrank
+/// away from it and from each other, while a sphere that is cut down keeps its distance to those on its far side.
+/// Around the spheres that lost links, floods spread over links at the same pace until they have met. One that ends
+/// alone went round a loose piece. What was apart before anything was cut (two teeth) stays: only of what was one body
+/// the smaller part is loose.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
@@ -33,16 +34,20 @@ class LooseSpheres {
   int bodies() const { return bodies_; }
 
  private:
-  std::span<const int> links(int i) const {
+  struct Link {
+    int to;
+    float gap;  // m, at the start
+  };
+  std::span<const Link> links(int i) const {
     const auto k = static_cast<std::size_t>(i);
     return std::span(links_).subspan(first_[k], first_[k + 1] - first_[k]);
   }
-  static bool hold(const SphereTissue& tissue, int i, int j);
-  bool held_before(const SphereTissue& tissue, const Changed& i, int j) const;
+  static bool hold(const SphereTissue& tissue, int i, const Link& link);
+  bool held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const;
   void flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose);
 
   std::vector<std::size_t> first_;  // of each sphere's links
-  std::vector<int> links_;
+  std::vector<Link> links_;
   std::vector<int> body_;  // of each sphere
   int bodies_ = 0;
   std::vector<Changed> before_;  // of each sphere, in the cut that last changed it …

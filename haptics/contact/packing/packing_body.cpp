@@ -28,6 +28,15 @@ dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
 
+/// What is left of a sphere when a ball of radius `r` around its centre has taken all of it.
+CutSphere taken_by_ball(const CutSphere& s, double r) {
+  CutSphere gone = s;
+  gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
+  gone.tool = r;
+  gone.overlap = gone.tool + gone.base_radius;
+  return gone;
+}
+
 struct Before {
   bool operator()(const glm::ivec3& a, const glm::ivec3& b) const {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -134,18 +143,22 @@ void PackingBody::take_out_pieces(const Cut& cut) {
   for (const std::vector<int>& piece : loose_.after_cut(spheres_, cut_now_)) {
     LoosePiece loose{cut.index, cut.t, {}, 0, {}};
     dvec3 lo(1e300), hi(-1e300);
+    std::vector<CutSphere> before;
     for (const int i : piece) {
-      const CutSphere before = spheres_.sphere(i);
+      before.push_back(spheres_.sphere(i));
+      const dvec3 c = before.back().center();
       const double r = spheres_.tree().radius(i);
-      lo = glm::min(lo, before.center() - r), hi = glm::max(hi, before.center() + r);
+      lo = glm::min(lo, c - r), hi = glm::max(hi, c + r);
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
-      // As if a ball that covers it and the gaps beside it had taken it.
-      CutSphere gone = before;
-      gone.base = before.center(), gone.base_radius = before.radius(), gone.away = dvec3(0, 0, 1);
-      gone.tool = gone.base_radius + kGapsAround * packing_.largest_hole;
-      gone.overlap = gone.tool + gone.base_radius;
-      spheres_.set(i, gone);
-      changed(i, before);
+      spheres_.set(i, taken_by_ball(before.back(), r));
+    }
+    // In the field, each sphere takes the gaps beside it along, as far as the spheres that stay.
+    for (std::size_t k = 0; k < piece.size(); ++k) {
+      const dvec3 c = before[k].center();
+      const double r = before[k].radius();
+      const double room = spheres_.tree().room(c, r + kGapsAround * packing_.largest_hole);
+      spheres_.set(piece[k], taken_by_ball(before[k], std::max(r, room)));
+      changed(piece[k], before[k]);
     }
     loose.center_W = (lo + hi) / 2.0;
     const dvec3 edges = hi - lo;

@@ -5,19 +5,23 @@
 #include <span>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "haptics/contact/offset/parameters.h"
+#include "haptics/contact/packing/packing_method.h"
+#include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;        // m, how far a free tool looks around itself
-constexpr double kNearby = 0.2e-3;     // m, within which a point belongs to the nearest sphere
-constexpr int kTrials = 8;             // of a step's length
-constexpr double kWellSpent = 0.85;    // share of the budget that a step may leave unspent, at most
-constexpr double kLargestTurn = 0.02;  // rad, of a cut: chords leave arcs by 5e-5 of the head's reach
+constexpr double kLook = 10e-3;        // m, the largest clearance that is searched for
+constexpr double kNearby = 0.2e-3;     // m, a point this close to a sphere has that sphere's tissue
+constexpr int kTrials = 8;             // cost evaluations for the length of one step
+constexpr double kWellSpent = 0.85;    // a step that spends this fraction of the budget is accepted
+constexpr double kPathUnit = 0.1e-3;   // m, of the path by which a tool came
+constexpr int kLooks = 16;             // places at which GPU and processor are compared
+constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord leaves the arc by 5e-5 of the head's reach
 
-/// Friction is the proxy's, by what lies under it (set_friction); coupling and damper are the servo's.
+/// The proxy has the friction, which set_friction() sets in every tick; the servo has the spring and the damper.
 constexpr ProxyOptions kFrictionless{.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0};
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
@@ -28,25 +32,47 @@ Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double shar
 }  // namespace
 
 PackingModel::PackingModel(const ServoSettings& settings, const Parameters& parameters)
+    : PackingModel(settings, parameters,
+                   parameters.spheres >= kWorthAGpu ? make_sphere_passes(parameters.spheres, false) : nullptr) {
+  gpu_must_win_ = true;
+}
+
+PackingModel::PackingModel(const ServoSettings& settings, const Parameters& parameters,
+                           std::unique_ptr<SpherePasses> passes)
     : settings_(settings),
       parameters_(parameters),
       density_(densities(parameters, settings.materials)),
       buffers_(parameters.spheres),
-      near_(2 * parameters.spheres),
-      made_(kRemembered) {
+      near_(2 * parameters.spheres) {
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
   for (std::size_t t = 0; t < kTissueCount; ++t) energy_[t] = density_[t] * dentin;
   std::size_t head = 0;
   const std::span<const Tool> tools = tool_set(settings);
+  refuse_tools_that_fill(tools, kName);
   for (std::size_t t = 0; t < tools.size(); ++t) {
-    const Tool& tool = tools[t];
-    if (tool.fill != Tissue::kAir) {
-      throw Error(tool.name, "model", "packing with a tool that fills", "the model offset, or another tool");
-    }
     proxies_.emplace_back(spheres_of(tools, t, parameters), kFrictionless);
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
+  if (passes) {
+    std::vector<ToolSpheres> heads;
+    std::size_t most = 0;
+    for (const SphereProxy& proxy : proxies_) {
+      heads.push_back(proxy.tool());
+      most = std::max(most, proxy.tool().size());
+    }
+    if (most <= passes->most_balls()) gpu_ = std::make_unique<ComputePasses>(std::move(passes), heads);
+  }
+}
+
+/// Brings the spheres to the GPU. With the first snapshot it shows whether that is worth it.
+void PackingModel::load_gpu(bool first) noexcept {
+  if (!gpu_) return;
+  gpu_->load(snapshot_.spheres);
+  if (!first || !gpu_must_win_) return;
+  if (!gpu_->ready() || !compare_passes(snapshot_.spheres, proxy().tool(), *gpu_, buffers_, kLooks).gpu_is_better()) {
+    gpu_.reset();
+  }
 }
 
 double PackingModel::travel() const noexcept {
@@ -56,11 +82,10 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The fresh spheres lack the cuts made since. After an undo, or where a piece was removed, these may take more or
-  // less than they did.
-  const std::uint64_t oldest = cuts_ > kRemembered ? cuts_ - kRemembered : 0;
-  for (std::uint64_t i = std::max(fresh.cuts, oldest) + 1; !first && i <= cuts_; ++i) {
-    Made& made = made_[i % kRemembered];
+  // The fresh snapshot lacks the cuts that the servo has made since it was taken: make them again in it. If the carver
+  // has undone a stroke or removed a loose piece, a cut can now remove another volume than the first time.
+  for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
+    MadeCut& made = made_[i];
     const PerTissue now =
         carve(fresh.spheres, proxies_[made.tool].tool(), made.X_WA, made.X_WB, buffers_, [](int, const CutSphere&) {
         }).volume;
@@ -73,6 +98,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   std::swap(fresh, snapshot_);
   for (SphereProxy& proxy : proxies_) proxy.forget_free();
+  load_gpu(first);
 }
 
 double PackingModel::clearance(const Pose& X_WG) noexcept {
@@ -95,7 +121,67 @@ bool PackingModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
 
 void PackingModel::take_up(std::uint32_t tool) noexcept {
   tool_ = tool;
+  forget_contact();
+}
+
+void PackingModel::forget_contact() noexcept {
   placed_ = false;
+  retreat_.path.begin(proxy().pose().p / kPathUnit);
+  retreat_.held_for = 0;
+  retreat_.leading = retreat_.wedged = false;
+}
+
+/// Notes the path of the tool, and whether the hand has left it: the tool stays where it is, while at the hand's place
+/// it would be free.
+void PackingModel::watch_retreat(const ContactInput& in) noexcept {
+  using R = offset::RetreatParameters;
+  retreat_.wedged = false;
+  const dvec3& p = proxy().pose().p;
+  if (!proxy().touches() && clearance(proxy().pose()) > R::outside) {
+    retreat_.path.begin(p / kPathUnit);
+  } else {
+    retreat_.path.add(p / kPathUnit);
+  }
+  if (glm::distance(in.X_WT.p, p) < R::far || glm::distance(p, retreat_.held_at) > R::still) {
+    retreat_.held_at = p;
+    retreat_.held_for = 0;
+    return;
+  }
+  retreat_.held_for += in.dt;
+  if (retreat_.held_for < R::patience || !is_free(proxy().tool(), in.X_WT)) return;
+  const dvec3 hand = in.X_WT.p / kPathUnit;
+  retreat_.to = retreat_.path.nearest(hand, (glm::distance(in.X_WT.p, p) - R::gain) / kPathUnit);
+  retreat_.leading = retreat_.to < retreat_.path.size();
+  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
+}
+
+/// Leads the tool back along its path, where it has been and tissue has only become less, without cutting and at a pace
+/// that the hand may feel, to the point of the path that is nearest to the hand. True where it is led in this tick.
+bool PackingModel::lead_back(const ContactInput& in) noexcept {
+  using R = offset::RetreatParameters;
+  if (!retreat_.leading) return false;
+  Pose X = proxy().pose();
+  const double pace = R::slew * in.dt / (settings_.stiffness * std::max(in.relative_stiffness, 0.05));  // m
+  const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
+  for (double left = pace; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
+    const dvec3 way = kPathUnit * retreat_.path.last() - X.p;
+    const double length = glm::length(way);
+    if (length > left) {
+      X.p += way * (left / length);
+      break;
+    }
+    X.p += way;
+    left -= length;
+    retreat_.path.drop_last();
+  }
+  if (near || retreat_.path.size() <= retreat_.to) {
+    retreat_.leading = false;
+    retreat_.held_for = 0;
+    retreat_.path.add(X.p / kPathUnit);
+    if (near) return false;
+  }
+  proxy().place(X);
+  return true;
 }
 
 void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
@@ -106,27 +192,42 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // The servo moves a free tool without asking.
+  // While the tool is free the servo moves it without calling this model: take over its pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
+  if (lead_back(in)) {
+    surface_ = {};
+    out.p_WG = held_ = proxy().pose().p;
+    out.breaking_through = true;
+    out.settled = false;
+    out.faults |= bits(Fault::kWedged);
+    return;
+  }
   set_friction(in);
-  proxy().follow(snapshot_.spheres.tree(), in.X_WT);
+  proxy().follow(snapshot_.spheres.tree(), in.X_WT, gpu_.get());
   out.p_WG = held_ = proxy().pose().p;
   out.touching = proxy().touches();
   out.settled = !out.touching;
+  watch_retreat(in);
+  if (retreat_.wedged) out.faults |= bits(Fault::kWedged);
   if (!out.touching) {
     surface_ = {};
     return;
   }
   out.own_friction = true;
   out.held_off_direction = out.p_WG - in.X_WT.p;
-  surface_ = estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), proxy().contact_point(),
-                              parameters_.epsilon, density_, buffers_.changed);
+  const dvec3 p_WC = proxy().contact_point();
+  if (!gpu_ || !gpu_->estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon,
+                                       density_, surface_)) {
+    surface_ = estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon, density_,
+                                buffers_.changed);
+  }
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// Where only parts that never cut touch anything, or the contact is a point.
+/// The tissue under the contacts themselves, for when the head overlaps nothing: only the shank touches, or the contact
+/// is a point.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -142,8 +243,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Eq. 13, by the tissue that was under the head in the last tick. A turning bur slips always, and what its teeth pull
-/// at is the servo's.
+/// Sets μ_s and μ_d of eq. 13 for the tissue that was under the head in the last tick. A turning bur has no friction
+/// here: the servo computes the tangential force of its teeth.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -155,7 +256,7 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// Lists the spheres near the head's way.
+/// Lists the tissue's spheres that each sphere of the head can reach between the two poses.
 void PackingModel::find_near(const Pose& from, const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
@@ -167,10 +268,13 @@ void PackingModel::find_near(const Pose& from, const Pose& to) noexcept {
   }
 }
 
-/// J that the way costs, at most: where several of the head's spheres cover the same tissue it counts for each.
-double PackingModel::cost(const Pose& from, const Pose& to) const noexcept {
+/// An upper bound of the energy that the way takes, J: tissue that several of the head's spheres cover counts once for
+/// each. `near_to`: where the way ends for which find_near() was asked.
+double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
+  if (gpu_ && gpu_->cost(snapshot_.spheres, tool, from, to, near_to, energy_, sum)) return sum;
+  sum = 0;
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
     sum += snapshot_.spheres.cost(std::span(near_).subspan(begin, near_end_[t] - begin), from * tool.center_T[t],
                                   to * tool.center_T[t], tool.radius[t], energy_);
@@ -178,15 +282,18 @@ double PackingModel::cost(const Pose& from, const Pose& to) const noexcept {
   return sum;
 }
 
-/// The part of the way, at most `most`, that costs what may be spent, or a little less: what is left over counts in the
-/// next tick. The price of the last step is the first guess, then the secant rule on the safe side.
+/// The largest fraction of the way, at most `most`, whose cost is within the budget. It may spend up to 15 % less; the
+/// rest of the budget stays for the next tick. The first guess uses the price of the last step, then the secant method
+/// narrows the interval from below.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
+  const Pose near_to = part_of(from, move, turn, most);
+  find_near(from, near_to);
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
-    const double spent = cost(from, part_of(from, move, turn, part));
+    const double spent = cost(from, part_of(from, move, turn, part), near_to);
     if (spent <= budget) {
       safe = part, safe_cost = spent;
       if (part == most || spent >= kWellSpent * budget) break;
@@ -198,7 +305,7 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The cost bends upward where a sphere is first cut; half the interval at every other trial catches that.
+    // The cost grows faster once another sphere is reached, where the secant converges slowly: bisect every other time.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -221,7 +328,6 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (angle > 0) most = std::min(most, kLargestTurn / angle);
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / way);
-    find_near(from, part_of(from, move, turn, most));
     most = affordable(from, move, turn, most, in.budget);
   } else {
     const double density = parameters_.by_contact ? surface_.density : surface_.normalised;
@@ -230,12 +336,14 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   }
   const Pose to = part_of(from, move, turn, most);
   bool changed = false;
-  const Removed removed =
-      carve(snapshot_.spheres, tool, from, to, buffers_, [&](int, const CutSphere&) { changed = true; });
-  // Where nothing was in the way but rounding, the proxy goes there by itself.
+  Removed removed;
+  if (!gpu_ || !gpu_->carve(snapshot_.spheres, tool, from, to, removed, changed)) {
+    removed = carve(snapshot_.spheres, tool, from, to, buffers_, [&](int, const CutSphere&) { changed = true; });
+  }
+  // No sphere changed: only rounding held the proxy, and follow() moves it in the next tick.
   if (!changed) return false;
-  cut = {++cuts_, in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};
-  made_[cuts_ % kRemembered] = {from, to, tool_, removed.volume};
+  made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
+  cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};
   for (std::size_t t = 1; t < energy_.size(); ++t) energy += removed.hardened[t] * energy_[t];
   proxy().move_to(to);
   contact.p_WG = held_ = to.p;

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
+#include "haptics/contact/cut_log.h"
+#include "haptics/contact/offset/retreat_path.h"
+#include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/surface_estimate.h"
@@ -12,7 +16,9 @@
 
 namespace typodont::haptics::packing {
 
-/// Servo thread. Pass 1, first contact: constrain(). Passes 2 and 3, the material there and its removal: cut().
+/// Servo thread. Passes 1 and 2, first contact and the material there: constrain(). Pass 3, removal along the way:
+/// cut(). A packing of millions of spheres is tried on a GPU when the first snapshot comes; the passes run there where
+/// that is faster and gives the same bits.
 ///
 /// The cutting speed of eq. 4, v_d = v_b / ρ, follows from the energy that the servo has earned: removing the volume dV
 /// of tissue with the specific energy u costs u dV, a head with the contact area A that goes on at v_d costs A u v_d,
@@ -23,14 +29,16 @@ class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a tool that fills or has parts that never cut: spheres only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
+  /// With these passes on a GPU, whether they are faster or not: for tests.
+  PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return proxy().tool().radius.size() > 1; }
-  void begin_anew() noexcept override { placed_ = false; }
-  void release() noexcept override { placed_ = false; }
+  void begin_anew() noexcept override { forget_contact(); }
+  void release() noexcept override { forget_contact(); }
   bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
@@ -39,20 +47,17 @@ class PackingModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  struct Made {
-    Pose X_WA, X_WB;
-    std::uint32_t tool = 0;
-    PerTissue removed{};  // m³
-  };
-  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
-
   SphereProxy& proxy() noexcept { return proxies_[tool_]; }
   const SphereProxy& proxy() const noexcept { return proxies_[tool_]; }
+  void forget_contact() noexcept;
+  void watch_retreat(const ContactInput& in) noexcept;
+  bool lead_back(const ContactInput& in) noexcept;
   bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
   void take_tissue_from_contacts() noexcept;
   void set_friction(const ContactInput& in) noexcept;
   void find_near(const Pose& from, const Pose& to) noexcept;
-  double cost(const Pose& from, const Pose& to) const noexcept;
+  double cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept;
+  void load_gpu(bool first) noexcept;
   double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;
 
   const ServoSettings& settings_;
@@ -60,18 +65,28 @@ class PackingModel final : public ContactModel {
   PerTissue density_{};  // over dentin's
   PerTissue energy_{};   // J/m³, specific cutting energy by these densities
   PackingSnapshot snapshot_;
-  std::vector<SphereProxy> proxies_;  // one a tool
+  std::vector<SphereProxy> proxies_;    // one a tool
+  std::unique_ptr<ComputePasses> gpu_;  // null: the processor alone
+  bool gpu_must_win_ = false;           // the GPU is used only where it is faster
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, where the servo was told that the tool is
+  dvec3 held_{0};  // m, the proxy's place as last told to the servo
+  /// A tool that is held where the hand has left it comes out the way it went in, as with the model "offset".
+  struct Retreat {
+    offset::RetreatPath path;  // in units of kPathUnit
+    dvec3 held_at{0};          // m, the proxy has stayed near this place …
+    double held_for = 0;       // … for so many s, with the hand far away
+    bool leading = false;      // the proxy is being led back, …
+    std::size_t to = 0;        // … to this point of the path
+    bool wedged = false;       // the hand has left, and no way back is known
+  } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;
-  std::vector<int> near_;              // spheres near the way of a cut, for one sphere of the head after the other
-  std::vector<std::size_t> near_end_;  // where those of each sphere of the head end
-  double price_ = 0;                   // J that the whole way would cost by the price of the last step; 0: not known
-  double last_way_ = 0;                // m, the whole way in the last cut
-  std::vector<Made> made_;             // by index modulo kRemembered
-  std::uint64_t cuts_ = 0;
+  std::vector<int> near_;              // find_near(): the lists of all spheres of the head, one after the other
+  std::vector<std::size_t> near_end_;  // the end of each list in near_
+  double price_ = 0;                   // J for the whole way at the last step's cost per metre; 0: not known
+  double last_way_ = 0;                // m, length of the whole way in the last cut
+  RecentCuts<MadeCut> made_;
 };
 
 }  // namespace typodont::haptics::packing

@@ -50,15 +50,42 @@ struct Placed {
   double r;
 };
 
-/// Lowers the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node.
+/// Lowers the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node. Returns
+/// whether any became less.
 TYPODONT_DISPATCH("avx2", "default")
-void lower_free(float* free, const glm::vec3& to, float step, float radius) {
+bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
+  int lowered = 0;
   for (int n = 0; n < kNodes; ++n) {
     const float x = to.x + step * static_cast<float>(n >> 4), y = to.y + step * static_cast<float>(n >> 2 & 3),
                 z = to.z + step * static_cast<float>(n & 3);
     const float left = std::sqrt(x * x + y * y + z * z) - radius;
+    lowered |= left < free[n];
     free[n] = left < free[n] ? left : free[n];
   }
+  return lowered != 0;
+}
+
+/// Order of placing: among spheres that reach the limit the tightest place first, so that they lie close; then the
+/// larger the earlier.
+float key_of(float free, float limit) {
+  const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
+  return free < limit ? free : tight;
+}
+
+/// The largest key of a block's nodes, 0 where none is above that.
+TYPODONT_DISPATCH("avx2", "default")
+float largest_key(const float* free, float limit) {
+  constexpr int kLanes = 8;
+  float key[kLanes] = {};
+  for (int n = 0; n < kNodes; n += kLanes) {
+    for (int k = 0; k < kLanes; ++k) {
+      const float own = key_of(free[n + k], limit);
+      key[k] = key[k] < own ? own : key[k];
+    }
+  }
+  float most = 0;
+  for (const float k : key) most = most < k ? k : most;
+  return most;
 }
 
 class Packer {
@@ -131,12 +158,7 @@ class Packer {
     bool operator<(const Entry& o) const { return key != o.key ? key < o.key : block > o.block; }
   };
 
-  /// Order of placing: among spheres that reach the limit the tightest place first, so that they lie close; then the
-  /// larger the earlier.
-  float key_of(float free) const {
-    const auto limit = static_cast<float>(limit_);
-    return free < limit ? free : (1 + kFullDepths) * limit - std::min(free, kFullDepths * limit);
-  }
+  float key_of(float free) const { return haptics::key_of(free, static_cast<float>(limit_)); }
   double free_radius(int b) const {
     return std::min(static_cast<double>(blocks_[static_cast<std::size_t>(b)].key), limit_);
   }
@@ -171,8 +193,7 @@ class Packer {
   }
   void renew_key(int b) {
     Block& block = blocks_[static_cast<std::size_t>(b)];
-    float key = 0;
-    for (const float free : block.free) key = std::max(key, key_of(free));
+    const float key = largest_key(block.free, static_cast<float>(limit_));
     const bool raised = key > block.key;
     block.key = key;
     if (raised) queue_.push({key, b});
@@ -276,9 +297,9 @@ class Packer {
     blocks_.resize(kept);
   }
 
-  void lower(Block& block, const Placed& s) const {
-    lower_free(block.free, glm::vec3(origin_ + kEdge * spacing_ * dvec3(block.at) - s.p), static_cast<float>(spacing_),
-               static_cast<float>(s.r));
+  bool lower(Block& block, const Placed& s) const {
+    return lower_free(block.free, glm::vec3(origin_ + kEdge * spacing_ * dvec3(block.at) - s.p),
+                      static_cast<float>(spacing_), static_cast<float>(s.r));
   }
 
   void add(const Placed& s) {
@@ -290,8 +311,7 @@ class Packer {
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
       if (!(block.key > 0)) return;
-      lower(block, s);
-      renew_key(b);
+      if (lower(block, s)) renew_key(b);
     });
   }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/contact/packing/compute_passes.h"
+
 namespace typodont::haptics::packing {
 
 namespace {
@@ -40,7 +42,9 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       options_(options),
       lever_(std::max(tool.reach, 1e-6)),
       free_(tool.size(), 0.0),
-      ask_next_(tool.size(), 0) {}
+      ask_next_(tool.size(), 0) {
+  swept_.reserve(tool.size()), asked_.reserve(tool.size());
+}
 
 void SphereProxy::place(const Pose& X_W) noexcept {
   X_W_ = X_WH_ = X_W;
@@ -71,6 +75,30 @@ SphereTree::Hit SphereProxy::first_hit(const SphereTree& tree, std::size_t i, co
     if (free_[i] > 0 && way2 < free_[i] * free_[i]) return {};
   }
   return tree.first_hit(from, tool_.radius[i], m);
+}
+
+/// What the tool first touches on its way to `goal`.
+FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
+  FirstContact first;
+  if (gpu && gpu->ready()) {
+    swept_.clear(), asked_.clear();
+    for (std::size_t i = 0; i < tool_.size(); ++i) {
+      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
+      if (free_[i] > 0 && glm::dot(m, m) < free_[i] * free_[i]) continue;
+      swept_.push_back({from, m, tool_.radius[i]});
+      asked_.push_back(i);
+    }
+    if (gpu->first_contact(swept_, first)) {
+      if (first.ball >= 0) first.ball = static_cast<int>(asked_[static_cast<std::size_t>(first.ball)]);
+      return first;
+    }
+  }
+  for (std::size_t i = 0; i < tool_.size(); ++i) {
+    const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
+    const SphereTree::Hit hit = first_hit(tree, i, from, m);
+    if (hit && hit.t < first.t) first = {hit.t, static_cast<int>(i), hit.sphere};
+  }
+  return first;
 }
 
 double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept {
@@ -138,7 +166,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
   constraints_[at] = {contact.n_W, glm::cross(center - X_W_.p, contact.n_W), 0, 0};
 }
 
-void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
+void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
   // What was touched in the last tick and still is.
@@ -180,18 +208,16 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-    double first = kNever, back = 0;
-    int tool_sphere = -1, sphere = -1;
-    for (std::size_t i = 0; i < tool_.radius.size(); ++i) {
-      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
-      const SphereTree::Hit hit = first_hit(tree, i, from, m);
-      if (!hit || hit.t >= first) continue;
-      first = hit.t, tool_sphere = static_cast<int>(i), sphere = hit.sphere;
-      const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
+    const FirstContact first = first_contact(tree, goal, gpu);
+    const int tool_sphere = first.ball, sphere = first.sphere;
+    double back = 0;
+    if (tool_sphere >= 0) {
+      const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(tool_sphere)];
+      const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(sphere);
       const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
       back = nearing > 0 ? kGap / nearing : 1;
     }
-    const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first - back);
+    const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first.t - back);
     stuck = reached > 0 ? 0 : stuck + 1;
     if (reached >= 1) {
       move_to(goal);

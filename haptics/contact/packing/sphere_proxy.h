@@ -7,8 +7,11 @@
 
 #include "haptics/contact/packing/sphere_tree.h"
 #include "haptics/contact/packing/tool_spheres.h"
+#include "haptics/sphere_passes.h"
 
 namespace typodont::haptics::packing {
+
+class ComputePasses;
 
 struct ProxyOptions {
   double stiffness = 1000;         // N/m, k of eq. 7
@@ -48,8 +51,8 @@ class SphereProxy {
   /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
   /// touch, and how much of it they can go, 0 to 1.
   double smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept;
-  /// One tick: as near to the hand as the spheres allow.
-  void follow(const SphereTree& tree, const Pose& X_WH) noexcept;
+  /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
+  void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -82,6 +85,7 @@ class SphereProxy {
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                std::size_t first_sphere = 0) noexcept;
+  FirstContact first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept;
   SphereTree::Hit first_hit(const SphereTree& tree, std::size_t tool_sphere, const dvec3& from,
                             const dvec3& m) noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
@@ -93,9 +97,11 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> free_;   // m that each of the tool's spheres may certainly move before it touches anything
-  std::vector<int> ask_next_;  // looks until that is worth finding out again
-  double pushed_ = 0;          // m, sum of the pushes
+  std::vector<double> free_;        // m that each of the tool's spheres may certainly move before it touches anything
+  std::vector<SweptBall> swept_;    // of one look on the GPU …
+  std::vector<std::size_t> asked_;  // … and which of the tool's spheres each is
+  std::vector<int> ask_next_;       // looks until that is worth finding out again
+  double pushed_ = 0;               // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

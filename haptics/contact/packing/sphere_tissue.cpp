@@ -87,17 +87,20 @@ std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::spa
     const int i = changed[k];
     CutSphere s = sphere(i);
     const CutSphere was = s;
-    const double volume_before = volume(i);
     if (!after_cut(s, a, b, r)) continue;
-    set(i, s);
-    const double taken = volume_before - volume(i);
-    const auto t = static_cast<std::size_t>(tissue(i));
-    removed.volume[t] += taken;
-    removed.hardened[t] += taken * hardness(i);
+    take(i, s, removed);
     if (kept < before.size()) before[kept] = was;
     changed[kept++] = i;
   }
   return kept;
+}
+
+void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
+  const double taken = volume(i) - counted(after);
+  set(i, after);
+  const auto t = static_cast<std::size_t>(tissue(i));
+  removed.volume[t] += taken;
+  removed.hardened[t] += taken * hardness(i);
 }
 
 double SphereTissue::cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,

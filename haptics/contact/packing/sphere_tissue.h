@@ -7,30 +7,10 @@
 
 #include "engine/contract/sphere_packing.h"
 #include "haptics/contact/packing/sphere_tree.h"
+#include "haptics/sphere_passes.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont::haptics::packing {
-
-/// How the volume of a partly cut sphere is counted.
-enum class Removal {
-  kMended,     // what the tool covers of the sphere as it was: the lens of eq. 2
-  kAsPrinted,  // eq. 6 to the letter, the shrunk sphere's own volume: about 2r/δ times too much for a small overlap δ
-};
-
-/// A sphere as cuts left it. `base` is the sphere before the cut that is under way: as packed, or as an earlier cut
-/// from another side left it. Where the sphere is now follows from it by eq. 6.
-struct CutSphere {
-  dvec3 base{0};           // m, W
-  double base_radius = 0;  // m
-  double base_volume = 0;  // m³ that counts as its volume
-  dvec3 away{0};           // unit, from the tool's path to the base
-  double overlap = 0;      // m, the deepest so far; at 2 · base_radius nothing is left
-  double tool = 0;         // m, radius of the ball that cut it
-
-  bool operator==(const CutSphere&) const = default;
-  double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }
-  dvec3 center() const { return base + 0.5 * overlap * away; }
-};
 
 /// What a cut took.
 struct Removed {
@@ -80,6 +60,11 @@ class SphereTissue {
               const PerTissue& weight) const noexcept;
   /// Puts a sphere back as it was at another time.
   void set(int i, const CutSphere& sphere) noexcept;
+  /// A cut has made this of a sphere: adds what it took to `removed`.
+  void take(int i, const CutSphere& after, Removed& removed) noexcept;
+
+  Removal removal() const { return removal_; }
+  std::span<const CutSphere> spheres() const { return spheres_; }
 
   /// Of spheres and tree.
   std::size_t bytes() const {

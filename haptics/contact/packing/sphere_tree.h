@@ -47,6 +47,14 @@ class SphereTree {
   /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
+  /// Where sphere i comes in the lists of near_segment(): by ascending rank.
+  std::uint32_t rank(int i) const noexcept {
+    constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
+    const auto slot = static_cast<std::uint32_t>(slot_of_[static_cast<std::size_t>(i)]);
+    const auto last = static_cast<std::uint32_t>(leaves_.size()) - 1;
+    return (last - slot / kLanes) * kLanes + slot % kLanes;
+  }
+
   /// How far a point may move before it can be in a sphere: at most `most`, negative inside. m.
   double room(const dvec3& p, double most) const noexcept;
 

@@ -17,6 +17,22 @@ struct SurfaceEstimate {
   PerTissue hardness{};   // mean of each tissue's spheres, SphereTissue::hardness()
 };
 
+/// Adds up the overlaps of eq. 2 and 3, one pair of spheres after the other. The order decides the last bits.
+class OverlapSum {
+ public:
+  OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
+  /// The tool's sphere at `c` and the tissue's sphere `i` share the volume `v`, m³.
+  void add(const dvec3& c, int i, double v) noexcept;
+  SurfaceEstimate estimate() const noexcept;
+
+ private:
+  const SphereTissue& tissue_;
+  const PerTissue& density_;
+  SurfaceEstimate sum_;
+  dvec3 normal_{0};
+  double weighted_ = 0;  // m³
+};
+
 /// Of the head's spheres that reach within `epsilon` of the contact and the tissue that they would overlap if they were
 /// larger by that (eq. 2, 3). `density` per tissue, 0 for what gives no resistance; a sphere's hardness scales it.
 /// `scratch`: room for the numbers of the spheres near one tool sphere.

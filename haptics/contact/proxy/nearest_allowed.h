@@ -1,16 +1,10 @@
 // The god-object's step: as near to the hand as the contact planes allow, and which of them hold it there.
 #pragma once
 
+#include "haptics/contact/proxy/active_set.h"
 #include "haptics/contact/proxy/contact_set.h"
 
 namespace typodont::haptics {
-
-/// Which planes hold the god-object: at most three, with how hard each pushes.
-struct ActivePlanes {
-  int count = 0;
-  int index[3] = {};
-  double push[3] = {};
-};
 
 /// The normals of the planes that held the head in the last look: most likely their like do so in the next.
 struct HeldBy {

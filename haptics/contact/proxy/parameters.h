@@ -29,10 +29,13 @@ struct RefineParameters {
   static constexpr double stays_exact_edged =
       2e-3;                                         // the same of a head with edges: its gap changes by the path itself
   static constexpr double stays_exact_fine = 1e-3;  // the same of a head that only touches
-  static constexpr double gained = 1e-4;            // stops: the next step would gain the square of this
-  static constexpr double gained_fine = 3e-8;       // the same of a head that only touches: off sideways by the root
-  static constexpr double still_converges = 0.95;   // ratio of successive steps up to which the secant method is used
-  static constexpr double most_gain = 10;           // limit of its gain
+  // The search ends when a step lowers the gap by less than this: the next step would lower it by about its square.
+  static constexpr double gained = 1e-4;
+  // The same of a head that only touches. Its force's direction depends on the sideways error of the contact, which is
+  // the square root of the gap's error: so this limit is much smaller.
+  static constexpr double gained_fine = 3e-8;
+  static constexpr double still_converges = 0.95;  // ratio of successive steps up to which the secant method is used
+  static constexpr double most_gain = 10;          // limit of its gain
 };
 
 /// A rim that lies in the tissue: its sides are no guide to the way out, the tissue's normal is (touch_with_rim).

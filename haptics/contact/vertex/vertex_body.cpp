@@ -123,6 +123,15 @@ bool VertexBody::redo() {
   return true;
 }
 
+TissueVolume::Strokes VertexBody::strokes() {
+  TissueVolume::Strokes strokes{done_.size(), undone_.size(), 0};
+  for (const auto* list : {&done_, &undone_})
+    for (const Stroke& stroke : *list)
+      strokes.bytes += stroke.record.vertices.size() * sizeof(stroke.record.vertices[0]) +
+                       stroke.record.faces.size() * sizeof(stroke.record.faces[0]);
+  return strokes;
+}
+
 std::unique_ptr<Snapshot> VertexBody::make_snapshot() const {
   auto snapshot = std::make_unique<VertexSnapshot>();
   snapshot->mesh = mesh_;
@@ -156,6 +165,11 @@ TissueVolume& VertexBody::rasterize() {
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();
   return volume_;
+}
+
+TissueSurface* VertexBody::surface() {
+  if (!pieces_) pieces_.emplace(mesh_, untouched_);
+  return &*pieces_;
 }
 
 }  // namespace typodont::haptics::vertex

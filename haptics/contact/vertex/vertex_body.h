@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <set>
 #include <span>
 #include <tuple>
@@ -9,6 +10,7 @@
 
 #include "haptics/contact/vertex/mesh_cutter.h"
 #include "haptics/contact/vertex/vertex_method.h"
+#include "haptics/mesh/surface_pieces.h"
 #include "haptics/tissue_body.h"
 
 namespace typodont::haptics::vertex {
@@ -42,12 +44,14 @@ class VertexBody final : public TissueBody {
   bool undo() override;
   bool redo() override;
   PerTissue taken_back() const override { return taken_back_; }
+  TissueVolume::Strokes strokes() override;
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override;
   void cut_out(Snapshot& snapshot) override;
   void remember_writes(bool wanted) override;
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override;
+  TissueSurface* surface() override;
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
@@ -74,8 +78,9 @@ class VertexBody final : public TissueBody {
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
-  std::vector<Cut> written_;  // since remember_writes(true)
-  FieldBlocks unseen_;        // that the field does not show yet
+  std::vector<Cut> written_;                   // since remember_writes(true)
+  FieldBlocks unseen_;                         // that the field does not show yet
+  std::optional<mesh::SurfacePieces> pieces_;  // for pictures, once they were asked for
 };
 
 /// The cut that `cut` tells of; servo and carver both call it and hold the same bits.

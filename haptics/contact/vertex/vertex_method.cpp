@@ -14,6 +14,7 @@ class VertexMethod final : public ContactMethod {
  public:
   explicit VertexMethod(const Parameters& parameters) : parameters_(parameters) {}
   std::string_view name() const override { return kName; }
+  bool draws_own_surface() const override { return true; }
   std::unique_ptr<ContactModel> make_model(const ServoSettings& settings) const override {
     return std::make_unique<VertexModel>(settings, parameters_);
   }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/base/error.h"
+#include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::vertex {
 
@@ -39,11 +39,9 @@ int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
 }  // namespace
 
 VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parameters)
-    : settings_(settings), parameters_(parameters), made_(kRemembered) {
+    : settings_(settings), parameters_(parameters) {
+  refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    if (tool.fill != Tissue::kAir) {
-      throw Error(tool.name, "model", "vertex with a tool that fills", "the model offset, or another tool");
-    }
     heads_.emplace_back(tool);
     edges_.push_back(parameters.edge_for(tool));
   }
@@ -57,17 +55,16 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  placed_ = found_ = false;
+  found_ = false;
   filtered_ = dvec3(0);
 }
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   // The fresh mesh lacks the cuts made since. After an undo these may take more or less than they did.
-  const std::uint64_t oldest = cuts_ > kRemembered ? cuts_ - kRemembered : 0;
   const bool first = snapshot_.number == 0;
-  for (std::uint64_t i = std::max(fresh.cuts, oldest) + 1; !first && i <= cuts_; ++i) {
-    Made& made = made_[i % kRemembered];
+  for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
+    MadeCut& made = made_[i];
     const CutDone done = make_cut(fresh.mesh, fresh.cutter, heads_[made.tool], edges_[made.tool],
                                   parameters_.as_printed, made.X_WA, made.X_WB);
     for (std::size_t t = 0; t < removed.size(); ++t) removed[t] += done.removed[t] - made.removed[t];
@@ -238,16 +235,13 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  // The servo moves a free tool without asking.
-  const dvec3 start = placed_ ? held_ : in.X_WG.p;
-  const dvec3 from = in.X_WG.p != held_ ? in.X_WG.p : start;
+  const dvec3& from = in.X_WG.p;
   const double radius = head().radius(), probe = P::probe * radius;
   if (!found_ || glm::distance(from, found_at_) > P::kept * radius) {
     gather(from, head().reach() + (P::kept + P::looks * P::step) * radius + probe, edge());
     found_ = true, found_at_ = from;
   }
-  placed_ = true;
-  held_ = out.p_WG = samples_.empty() ? in.X_WT.p : follow(from, in.X_WT, out.leading_out);
+  out.p_WG = samples_.empty() ? in.X_WT.p : follow(from, in.X_WT, out.leading_out);
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m
@@ -264,7 +258,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
 
 /// The head is where the hand is; each vertex inside it pulls, all together.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
-  out.p_WG = held_ = in.X_WT.p;
+  out.p_WG = in.X_WT.p;
   gather(in.X_WT.p, head().reach(), edge());
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
@@ -304,13 +298,13 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
   found_ = false;
   if (!done.changed) return false;
-  cut = {++cuts_, in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};
-  made_[cuts_ % kRemembered] = {from, to, tool_, done.removed};
+  made_.add(made_.last() + 1, {from, to, tool_, done.removed});
+  cut = {made_.last(), in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};
   for (std::size_t t = 1; t < done.removed.size(); ++t) {
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }
   energy = std::max(energy, 0.0);
-  if (!done.held) contact.p_WG = held_ = to.p;
+  if (!done.held) contact.p_WG = to.p;
   return true;
 }
 

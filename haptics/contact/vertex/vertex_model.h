@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "haptics/contact/cut_log.h"
 #include "haptics/contact/vertex/plane_projection.h"
 #include "haptics/contact/vertex/vertex_body.h"
 #include "haptics/contact_model.h"
@@ -47,13 +48,7 @@ class VertexModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  struct Made {
-    Pose X_WA, X_WB;
-    std::uint32_t tool = 0;
-    PerTissue removed{};  // m³
-  };
   static constexpr std::size_t kMostSamples = 1 << 16;
-  static constexpr std::uint64_t kRemembered = 8192;  // cuts that a late snapshot may lack
   /// A vertex near the head, or one that refining a large face would give.
   struct Sample {
     dvec3 p;        // m, W
@@ -89,8 +84,6 @@ class VertexModel final : public ContactModel {
   std::vector<VertexHead> heads_;  // one a tool
   std::vector<double> edges_;      // m, that each of them asks for
   std::uint32_t tool_ = 0;
-  bool placed_ = false;
-  dvec3 held_{0};  // m, where the servo was told that the tool is
   Springs springs_;
   dvec3 filtered_{0};  // N, the last force behind the filter
   std::vector<mesh::Index> near_;
@@ -98,8 +91,7 @@ class VertexModel final : public ContactModel {
   bool found_ = false;  // samples_ are those around found_at_, and the mesh has not changed since
   dvec3 found_at_{0};
   std::vector<StepBound> bounds_;
-  std::vector<Made> made_;  // by index modulo kRemembered
-  std::uint64_t cuts_ = 0;
+  RecentCuts<MadeCut> made_;
 };
 
 }  // namespace typodont::haptics::vertex

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/error.h"
+#include "haptics/contact/tool_check.h"
+#include "haptics/contact/voxel_penalty/voxel_penalty_method.h"
 #include "haptics/cutting/carve.h"
 #include "haptics/cutting/voxel_stamp.h"
 
@@ -12,10 +13,8 @@ namespace typodont::haptics::voxel_penalty {
 
 VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters)
     : PatchModel(settings), parameters_(parameters) {
+  refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    if (tool.fill != Tissue::kAir) {
-      throw Error(tool.name, "model", "voxel_penalty with a tool that fills", "the model offset, or another tool");
-    }
     Head head{tool, sample_head(tool, parameters.samples), tool.reach() / voxel()};
     for (HeadSample& sample : head.samples) sample.p_TQ /= voxel();
     heads_.push_back(std::move(head));

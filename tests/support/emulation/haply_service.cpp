@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/base/websocket.h"
 #include "haptics/devices/websocket.h"
 
 namespace typodont::test {
@@ -42,7 +43,7 @@ std::string HaplyService::feed(const std::string& bytes) {
     if (end == std::string::npos) return out;
     const std::size_t key = in_.find("Sec-WebSocket-Key: ") + 19;
     out = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: " +
-          haptics::websocket_accept(in_.substr(key, in_.find("\r\n", key) - key)) + "\r\n\r\n" + frame(state_text());
+          websocket_accept(in_.substr(key, in_.find("\r\n", key) - key)) + "\r\n\r\n" + frame(state_text());
     in_.erase(0, end + 4);
     open = true;
   }

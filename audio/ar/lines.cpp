@@ -1,0 +1,249 @@
+#include "audio/ar/lines.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numeric>
+
+#include "audio/ar/estimate.h"
+#include "audio/ar/noise.h"
+#include "audio/ar/rotor.h"
+#include "audio/ar/spectrum.h"
+#include "engine/base/units.h"
+
+namespace typodont::audio {
+
+namespace {
+
+constexpr double kProminence = 10;  // dB above its surroundings that a line must have
+constexpr std::size_t kMostLines = 16;
+constexpr std::size_t kNoiseOrder = 16;  // poles of the deviations
+constexpr double kDrift = 1;             // s over which a change of frequency is the spindle's, not the line's
+constexpr double kLongestTrack = 60;     // s in the middle of a recording that a line is followed over
+constexpr double kWeakNoise = 0.02;      // variance that noise adds to the amplitude, of its mean's square
+constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz
+
+/// Three moving averages of the same length, centred: nearly a Gaussian, with no phase and no delay.
+void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
+  const std::size_t n = z.size();
+  std::vector<std::complex<double>> sums(n + 1);
+  for (int pass = 0; pass < 3; ++pass) {
+    for (std::size_t i = 0; i < n; ++i) sums[i + 1] = sums[i] + z[i];
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t from = i > half ? i - half : 0, to = std::min(n, i + half + 1);
+      z[i] = (sums[to] - sums[from]) / static_cast<double>(to - from);
+    }
+  }
+}
+
+/// Half the length of each moving average that lets 3 dB less through at `bandwidth`.
+std::size_t half_length(double bandwidth, double rate) {
+  return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
+}
+
+/// The sound's band about `frequency`, moved to 0 Hz: amplitude and phase of a sinusoid at that frequency.
+std::vector<std::complex<double>> band_about(std::span<const double> x, double rate, double frequency,
+                                             double bandwidth) {
+  std::vector<std::complex<double>> z(x.size());
+  const double turns = frequency / rate;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const double phase = turns * static_cast<double>(i);
+    z[i] = 2 * x[i] * std::polar(1.0, -2 * kPi * (phase - std::floor(phase)));
+  }
+  smooth(z, half_length(bandwidth, rate));
+  return z;
+}
+
+/// Puts noise of the one-sided power density `floor` (1/Hz) in place of the band about `frequency`. Piece by piece, so
+/// that long recordings need little memory.
+void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
+  constexpr std::size_t kPiece = 1 << 20;
+  const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
+  std::vector<double> before = x;
+  GaussianNoise noise(1);
+  const double level = std::sqrt(floor * rate / 2);
+  for (double& v : before) v -= level * static_cast<double>(noise.next());
+  const double turns = frequency / rate;
+  for (std::size_t at = 0; at < n; at += kPiece) {
+    const std::size_t from = at > margin ? at - margin : 0, to = std::min(n, at + kPiece + margin);
+    const auto z = band_about(std::span(before).subspan(from, to - from), rate, frequency, bandwidth);
+    for (std::size_t i = at; i < std::min(n, at + kPiece); ++i) {
+      const double phase = turns * static_cast<double>(i - from);
+      x[i] -= (z[i - from] * std::polar(1.0, 2 * kPi * (phase - std::floor(phase)))).real();
+    }
+  }
+}
+
+/// `z` has lost its edges, where the averages are one-sided.
+LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
+  LineTrack track;
+  track.bandwidth = bandwidth;
+  for (std::size_t at = 0; at + kLineStep < z.size(); at += kLineStep) {
+    double amplitude = 0;
+    std::complex<double> turned = 0;  // Σ z[i+1] conj z[i]: its angle is the mean phase step
+    for (std::size_t i = at; i < at + kLineStep; ++i) {
+      amplitude += std::abs(z[i]);
+      turned += z[i + 1] * std::conj(z[i]);
+    }
+    track.amplitude.push_back(amplitude / kLineStep);
+    track.deviation.push_back(std::arg(turned) / (2 * kPi) * rate);
+  }
+  if (track.deviation.empty()) return track;
+  const double mean = std::accumulate(track.deviation.begin(), track.deviation.end(), 0.0) /
+                      static_cast<double>(track.deviation.size());
+  track.frequency = frequency + mean;
+  for (double& deviation : track.deviation) deviation -= mean;
+  return track;
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  return std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0) /
+                   static_cast<double>(std::max<std::size_t>(1, values.size())));
+}
+
+/// Takes off the mean of the second around each value: the spindle's speed, which drifts in a recording.
+std::vector<double> without_drift(const std::vector<double>& values, double rate) {
+  const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
+  const auto count = static_cast<std::ptrdiff_t>(values.size());
+  std::vector<double> sums(values.size() + 1, 0.0), result = values;
+  std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const auto reach = std::min({half, i, count - 1 - i});  // even to both sides, so that a steady drift goes whole
+    const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
+    result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
+  }
+  return result;
+}
+
+LineNoise noise_of(std::vector<double> values) {
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  for (double& value : values) value -= mean;
+  const std::size_t order = std::min(kNoiseOrder, values.size() / 10);
+  const Estimate estimate = burg(values, order);
+  LineNoise noise;
+  noise.gain = std::sqrt(std::max(0.0, estimate.variance));
+  if (noise.gain > 0) noise.reflection = estimate.reflection;
+  for (double& k : noise.reflection) k = std::clamp(k, -0.9999, 0.9999);
+  return noise;
+}
+
+/// The power density (1/Hz) beside a line: the median within 400 Hz of it.
+double floor_about(std::span<const double> x, double rate, double frequency) {
+  const auto points = static_cast<std::size_t>(2 * std::lround(rate / 48000 * 2048));
+  const auto power = welch(x, points, rate);
+  const double bin = rate / static_cast<double>(points);
+  std::vector<double> around;
+  for (std::size_t i = 1; i < power.size(); ++i)
+    if (std::abs(static_cast<double>(i) * bin - frequency) < 400) around.push_back(power[i]);
+  if (around.empty()) return 0;
+  std::nth_element(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2), around.end());
+  return around[around.size() / 2];
+}
+
+/// The same process with `variance` less.
+LineNoise without(LineNoise noise, double variance) {
+  const double all = noise.deviation() * noise.deviation();
+  noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
+  if (noise.gain == 0) noise.reflection.clear();
+  return noise;
+}
+
+}  // namespace
+
+double LineTrack::mean_amplitude() const {
+  if (amplitude.empty()) return 0;
+  return std::accumulate(amplitude.begin(), amplitude.end(), 0.0) / static_cast<double>(amplitude.size());
+}
+
+double LineTrack::amplitude_variance_of_noise() const {
+  // The smoothing lets |H|² = 2^-(f/bandwidth)² through.
+  const double mean = mean_amplitude();
+  return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
+}
+
+double LineTrack::frequency_variance_of_noise() const {
+  return amplitude_variance_of_noise() * bandwidth * bandwidth / (2 * std::log(2.0));
+}
+
+double LineTrack::variation() const {
+  const double mean = mean_amplitude();
+  if (!(mean > 0)) return 0;
+  double square = 0;
+  for (const double a : amplitude) square += (a - mean) * (a - mean);
+  return std::sqrt(square / static_cast<double>(amplitude.size())) / mean;
+}
+
+double LineTrack::own_variation() const {
+  const double all = variation();
+  return std::sqrt(std::max(0.0, all * all - amplitude_variance_of_noise()));
+}
+
+LineTrack follow_line(std::span<const double> x, double rate, double frequency) {
+  if (static_cast<double>(x.size()) < 0.2 * rate) return {};
+  const auto most = static_cast<std::size_t>(kLongestTrack * rate);
+  if (x.size() > most) x = x.subspan((x.size() - most) / 2, most);
+  const double floor = floor_about(x, rate, frequency);
+  LineTrack best;
+  for (const double bandwidth : kBandwidths) {
+    const auto z = band_about(x, rate, frequency, bandwidth);
+    const std::size_t edge = std::min(3 * half_length(bandwidth, rate), x.size() / 4);
+    LineTrack track = track_of(std::span(z).subspan(edge, x.size() - 2 * edge), rate, frequency, bandwidth);
+    track.floor = floor;
+    if (track.amplitude_variance_of_noise() < kWeakNoise) return track;
+    if (best.amplitude.empty() || track.variation() < best.variation()) best = std::move(track);
+  }
+  return best;
+}
+
+std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
+  std::vector<TakenLine> lines;
+  std::vector<double> tried;
+  for (const SpectralLine& found : spectral_lines(x, rate, kProminence)) {
+    if (lines.size() == kMostLines) break;
+    // A line that wavers has several peaks, all within its band.
+    const auto near = [&](double f) { return std::abs(f - found.frequency) < 2 * kBandwidths.front(); };
+    if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
+    tried.push_back(found.frequency);
+    const LineTrack track = follow_line(x, rate, found.frequency);
+    if (!track.steady()) continue;
+    ModelLine line;
+    line.frequency = track.frequency;
+    line.amplitude = track.mean_amplitude();
+    std::vector<double> relative;
+    for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
+    // The noise beside the line stays in the sound. What it adds to the line's variance is not the line's own.
+    line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
+    line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
+    replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
+    lines.push_back({std::move(line), root_mean_square(track.deviation)});
+  }
+  return lines;
+}
+
+std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, std::size_t n, double rate) {
+  std::vector<double> power(n / 2 + 1);
+  const double bin = rate / static_cast<double>(n);
+  for (const auto& [line, spread] : lines) {
+    const double varies = line.amplitude_noise.deviation();
+    const double square = line.amplitude * line.amplitude * (1 + varies * varies);
+    // The line's frequency is spread as a normal distribution; a Hann window of a sinusoid is known in closed form.
+    constexpr int kPoints = 9;  // from −2 to 2 standard deviations
+    double weights = 0;
+    for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));
+    for (int k = 0; k < kPoints; ++k) {
+      const double weight = std::exp(-0.125 * (k - 4) * (k - 4)) / weights;
+      const double frequency = line.frequency + 0.5 * (k - 4) * spread;
+      for (std::size_t i = 0; i < power.size(); ++i) {
+        const double away = static_cast<double>(i) - frequency / bin;  // bins
+        if (std::abs(away) > 64) continue;
+        const double sinc = std::abs(away) < 1e-6 ? 1 : std::sin(kPi * away) / (kPi * away);
+        const double main = std::abs(std::abs(away) - 1) < 1e-6 ? 0.5 : sinc / (1 - away * away);
+        power[i] += weight * square * static_cast<double>(n) * main * main / (3 * rate);
+      }
+    }
+  }
+  return power;
+}
+
+}  // namespace typodont::audio

@@ -1,0 +1,257 @@
+// typodont rescore: all sessions of a school scored anew, e.g. after a rule has changed.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "engine/app/commands/command_line.h"
+#include "engine/app/commands/commands.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/review/session_report.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/base/own_file.h"
+#include "engine/base/partial_file.h"
+#include "engine/base/progress.h"
+#include "engine/session/session_file.h"
+
+extern char** environ;
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Row = nlohmann::ordered_json;
+
+struct Options {
+  std::string sessions, rules, out;
+  int jobs = 0;
+  bool json = false;
+};
+
+constexpr int kTries = 2;  // of a session whose process died
+
+/// "task" and "score" of a scene file, as changes of a recorded scene; empty: the recorded rules hold.
+std::string rules_of(const std::string& file) {
+  if (file.empty()) return {};
+  const Json scene = Json::load(file);
+  Row changes;
+  for (const char* key : {"task", "score"}) {
+    const auto rule = scene.find(key);
+    changes[key] = rule ? Row::parse(rule->text()) : Row();
+  }
+  if (changes["task"].is_null() && changes["score"].is_null())
+    throw Error(file, "", "a scene without rules", "\"task\" or \"score\"");
+  return changes.dump();
+}
+
+/// One session, here.
+Row score(const std::string& file, const std::string& rules) {
+  const session::SessionReader reader(file);
+  const session::SessionSummary s =
+      rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
+  Row items = Row::object();
+  for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;  // not finite: null
+  return {{"session", file},
+          {"date", s.date},
+          {"trainee", s.trainee},
+          {"scene", s.scene},
+          {"truncated", s.truncated},
+          {"points", s.score.points},
+          {"full", s.score.full},
+          {"completion", s.score.completion},
+          {"passed", s.score.counts() && s.score.passed()},
+          {"items", std::move(items)}};
+}
+
+std::string text_of(const Row& row) {
+  return row.dump(-1, ' ', false, Row::error_handler_t::replace);
+}
+
+/// One session, in a process of its own: what it may do to that costs no other. Its status; `said`: what it printed,
+/// and its messages before.
+int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
+  std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
+  if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw RunFailure("no more files can be opened");
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], 2);
+  pid_t child = 0;
+  const int failed = posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[1]);
+  said.clear();
+  char buffer[4096];
+  for (ssize_t n = 0; !failed && (n = ::read(ends[0], buffer, sizeof buffer)) != 0;) {
+    if (n > 0) said.append(buffer, static_cast<std::size_t>(n));
+    if (n < 0 && errno != EINTR) break;
+  }
+  ::close(ends[0]);
+  if (failed) throw RunFailure("the program cannot be started again");
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+/// What it said last: the result, or why there is none.
+std::string last_line(std::string said) {
+  said.erase(said.find_last_not_of("\n") + 1);
+  said.erase(0, said.rfind('\n') + 1);
+  constexpr std::string_view kError = "error: ";
+  return said.starts_with(kError) ? said.substr(kError.size()) : said;
+}
+
+/// Never without a row: a session that cannot be scored is one with "error". `rules`: the file.
+Row score_safely(const std::string& file, const std::string& rules) {
+  std::string said;
+  for (int i = 0; i < kTries; ++i) {
+    const int status = score_elsewhere(file, rules, said);
+    if (!WIFEXITED(status)) continue;  // it died: once more
+    if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
+    return {{"session", file}, {"error", last_line(said)}};
+  }
+  return {{"session", file}, {"error", fmt::format("{}: its process died {} times", file, kTries)}};
+}
+
+std::vector<std::string> sessions_below(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() == ".h5") files.push_back(entry.path().string());
+  }
+  std::sort(files.begin(), files.end());
+  if (files.empty()) throw Error(folder, "", "a folder without sessions", "sessions (.h5)");
+  return files;
+}
+
+std::string cell_of(const Row& value) {
+  if (value.is_null()) return "";
+  if (!value.is_string()) return value.dump();
+  std::string text = value.get<std::string>();
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+/// One row a session; of the rules' values all that any session has.
+std::string table_of(const std::vector<Row>& rows) {
+  const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
+                                       "points",  "full", "completion", "passed", "error"};
+  std::set<std::string> items;
+  for (const Row& row : rows) {
+    if (!row.contains("items")) continue;
+    for (const auto& [name, value] : row["items"].items()) items.insert(name);
+  }
+  std::string text;
+  const auto cell = [&](const std::string& value) { text += (text.empty() || text.back() == '\n' ? "" : ",") + value; };
+  for (const std::string& name : first) cell(name);
+  for (const std::string& name : items) cell(name);
+  text += '\n';
+  for (const Row& row : rows) {
+    text += cell_of(row["session"]);  // never empty: it begins the line
+    for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
+    for (const std::string& name : items)
+      text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");
+    text += '\n';
+  }
+  return text;
+}
+
+void run(const Options& options) {
+  std::error_code code;
+  const std::string rules = rules_of(options.rules);
+  if (!fs::is_directory(options.sessions, code)) {
+    const Row row = score(options.sessions, rules);
+    if (!options.out.empty()) write_file_atomically(options.out, table_of({row}), FileKind::kTable);
+    fmt::print("{}\n", options.json ? text_of(row)
+                                    : fmt::format("{}: {:.1f} of {:.0f} points", options.sessions,
+                                                  row["points"].get<double>(), row["full"].get<double>()));
+    return;
+  }
+  const std::vector<std::string> files = sessions_below(options.sessions);
+  if (!options.out.empty()) require_output(options.out, FileKind::kTable);
+  std::vector<Row> rows(files.size());
+  std::atomic<std::size_t> next{0};
+  {
+    Progress progress("sessions");
+    const int most = options.jobs > 0 ? options.jobs : static_cast<int>(std::thread::hardware_concurrency());
+    std::vector<std::jthread> workers;
+    std::atomic<std::size_t> done{0};
+    std::atomic<bool> cancelled{false};
+    for (int i = 0; i < std::clamp(most, 1, static_cast<int>(files.size())); ++i) {
+      workers.emplace_back([&] {
+        for (std::size_t k; !cancelled && (k = next++) < files.size(); ++done) {
+          try {
+            rows[k] = score_safely(files[k], options.rules);
+          } catch (const std::exception& e) {
+            rows[k] = {{"session", files[k]}, {"error", e.what()}};
+          }
+        }
+      });
+    }
+    try {
+      while (done < files.size()) {
+        progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    } catch (...) {  // Ctrl-C
+      cancelled = true;
+      throw;
+    }
+  }
+  std::size_t failed = 0;
+  for (const Row& row : rows) {
+    if (!row.contains("error")) continue;
+    ++failed;
+    log::warn("{}", row["error"].get<std::string>());
+  }
+  if (!options.out.empty()) write_file_atomically(options.out, table_of(rows), FileKind::kTable);
+  if (options.json) {
+    fmt::print("{}\n", text_of(Row(rows)));
+  } else {
+    fmt::print("{} sessions, {} of them cannot be scored\n", rows.size(), failed);
+    if (!options.out.empty()) fmt::print("wrote {}\n", options.out);
+  }
+}
+
+}  // namespace
+
+void add_rescore_command(cli::Command& app) {
+  cli::Command* command = app.add_command("rescore", "Score recorded sessions anew, e.g. after a rule has changed");
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("SESSIONS", options->sessions, "a folder of sessions, those in its folders included, or one session")
+      ->required();
+  command->add_option("--rules", options->rules, "a scene whose task or score counts instead of the recorded one");
+  command->add_option("--out", options->out, "a table with one row a session (.csv)")
+      ->check(cli::writes({FileKind::kTable}));
+  command->add_option("--jobs", options->jobs, "sessions at once; otherwise as many as there are cores")
+      ->check(cli::from_zero());
+  command->add_flag("--json", options->json, "print the rows as JSON");
+  command->footer("Example: typodont rescore sessions/ --rules assets/scenes/class-2-cavity.json --out scores.csv");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace typodont

@@ -1,0 +1,126 @@
+#include "engine/app/hands/live_expert.h"
+
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <memory>
+#include <stop_token>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "engine/app/hands/expert_hand.h"
+#include "engine/app/recording/resume.h"
+#include "engine/base/clock.h"
+#include "engine/base/log.h"
+#include "engine/base/realtime.h"
+#include "engine/base/ring.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Legs = std::vector<ExpertLeg>;
+
+constexpr auto kLook = 2ms;  // how often the planner looks whether it is asked for a plan, or its copy is there
+
+class LiveExpert final : public haptics::HapticDevice {
+ public:
+  LiveExpert(const Scene& scene, const haptics::TissueVolume& start, Wiring& wiring, double rate, bool paced)
+      : wiring_(wiring), paced_(paced), expert_(scene, load_untouched(scene)), hand_(expert_.plan(start), rate) {
+    planner_ = std::jthread([this](std::stop_token stop) { plan_when_asked(stop); });
+  }
+  ~LiveExpert() override {
+    planner_.request_stop();
+    planner_.join();
+    haptics::TissueVolume* copy = nullptr;
+    while (wiring_.copies_to_expert.pop(copy)) delete copy;
+  }
+
+  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  void see(const ServoTick& tick) noexcept override {
+    held_ = (tick.faults & bits(Fault::kHeld)) != 0;
+    hand_.see(tick);
+  }
+
+  bool read(haptics::HandSample& sample) noexcept override {
+    const Nanos t = from_seconds(static_cast<double>(ticks_++) / info().rate);
+    if (paced_) {
+      if (ticks_ == 1) began_ = now();
+      sleep_until(began_ + t);
+    } else if (waits_) {
+      std::this_thread::sleep_for(kLook);
+    }
+    if (!held_ && !follow_plan()) return false;
+    sample = last_;
+    sample.t = t;
+    if (held_) sample.pedal = 0;
+    return true;
+  }
+
+ private:
+  /// The next sample into `last_`: along the plan, or at rest with the pedal up until there is the next plan. False
+  /// when the next plan is empty: nothing is left to do. Servo thread.
+  bool follow_plan() noexcept {
+    if (waits_) {
+      Legs* next = nullptr;
+      if (!plans_.pop(next)) return true;
+      if (next->empty()) return false;
+      waits_ = false;
+      hand_.go_on(*next);
+    }
+    if (hand_.read(last_)) return true;
+    waits_ = true;
+    last_.pedal = 0;
+    asked_ = true;
+    return true;
+  }
+
+  /// Planner thread.
+  void plan_when_asked(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      if (!asked_.exchange(false)) {
+        std::this_thread::sleep_for(kLook);
+        continue;
+      }
+      wiring_.expert_wants_copy = true;
+      haptics::TissueVolume* copy = nullptr;
+      while (!stop.stop_requested() && !wiring_.copies_to_expert.pop(copy)) std::this_thread::sleep_for(kLook);
+      const std::unique_ptr<const haptics::TissueVolume> tissue(copy);
+      if (!tissue) return;
+      made_.push_back(std::make_unique<Legs>());
+      try {
+        *made_.back() = expert_.plan(*tissue);
+      } catch (const std::exception& e) {  // an empty plan ends the session
+        log::warn("the expert cannot go on: {}", e.what());
+      }
+      plans_.push(made_.back().get());
+    }
+  }
+
+  Wiring& wiring_;
+  const bool paced_;
+  Expert expert_;    // the planner's, once that runs
+  ExpertHand hand_;  // the servo thread's, as is what follows
+  haptics::HandSample last_;
+  std::uint64_t ticks_ = 0;
+  Nanos began_ = 0;
+  bool held_ = false;
+  bool waits_ = false;                       // for a plan
+  std::atomic<bool> asked_{false};           // SERVO → PLANNER
+  Ring<Legs*> plans_{2};                     // PLANNER → SERVO
+  std::vector<std::unique_ptr<Legs>> made_;  // all plans; the planner's, freed when the session is over
+  std::jthread planner_;
+};
+
+}  // namespace
+
+std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
+                                                        Wiring& wiring, double rate, bool paced) {
+  return std::make_unique<LiveExpert>(scene, start, wiring, rate, paced);
+}
+
+}  // namespace typodont

@@ -1,0 +1,57 @@
+#include <bit>
+#include <chrono>
+#include <thread>
+
+#include "engine/app/live/session.h"
+#include "engine/session/session_data.h"
+
+namespace typodont {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kTicksWaiting = 1 << 12;  // 0.4 s at 10 kHz
+constexpr auto kTurn = 2ms;
+
+}  // namespace
+
+StreamTurns::StreamTurns(LiveSession& s, StateStream& stream, double rate)
+    : s_(s), stream_(stream), interval_(from_seconds(1 / rate)), tools_(tool_names(s.scene)) {
+  s.wiring.ticks_to_stream = std::make_unique<Ring<ServoTick>>(kTicksWaiting);
+}
+
+void StreamTurns::turn() {
+  Ring<ServoTick>& ring = *s_.wiring.ticks_to_stream;
+  ServoTick tick;
+  while (ring.pop(tick)) {
+    if (!begun_) stream_.begin(s_.wiring.session_zero.load());
+    if (!begun_ || tick.tool != tick_.tool) stream_.event(tick.t, "tool", tools_[tick.tool]);
+    for (std::uint32_t began = tick.faults & ~tick_.faults; began != 0; began &= began - 1)
+      stream_.event(tick.t, "fault", std::string(session::fault_name(1u << std::countr_zero(began))));
+    const bool due = !begun_ || tick.t - told_ >= interval_;
+    begun_ = true;
+    tick_ = tick;
+    if (!due) continue;
+    told_ = tick.t;
+    stream_.state(tick, ring.dropped());
+  }
+  stream_.turn();
+}
+
+void StreamTurns::end() {
+  turn();
+  if (begun_) stream_.state(tick_, s_.wiring.ticks_to_stream->dropped());
+  stream_.event(tick_.t, "end", "");
+  stream_.turn();
+}
+
+void stream_thread(LiveSession& s, StreamTurns& turns) {
+  while (!s.wiring.nothing_more.load()) {
+    turns.turn();
+    std::this_thread::sleep_for(kTurn);
+  }
+  turns.end();
+}
+
+}  // namespace typodont

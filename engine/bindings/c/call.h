@@ -1,0 +1,166 @@
+// What every function of the C interface does: takes its handle, lets no exception out, keeps the reason of a failure.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/base/pose.h"
+#include "engine/bindings/c/handles.h"
+#include "engine/bindings/c/typodont.h"
+#include "engine/contract/contact.h"
+
+namespace typodont::bindings {
+
+// The objects behind the handles.
+struct SceneObject;
+struct HandObject;
+struct CoreObject;
+struct ServoObject;
+struct SessionObject;
+struct SynthObject;
+
+template <class Handle>
+struct ObjectOf;
+// clang-format off
+template <> struct ObjectOf<typodont_scene> { using Type = SceneObject; static constexpr Kind kKind = Kind::kScene; };
+template <> struct ObjectOf<typodont_hand> { using Type = HandObject; static constexpr Kind kKind = Kind::kHand; };
+template <> struct ObjectOf<typodont_core> { using Type = CoreObject; static constexpr Kind kKind = Kind::kCore; };
+template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static constexpr Kind kKind = Kind::kServo; };
+template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
+// clang-format on
+
+/// Remembers why, for typodont_error(). `text` is copied: no allocation.
+typodont_result fail(typodont_result result, const char* text) noexcept;
+/// The same from the exception that is being handled.
+typodont_result fail_by_exception() noexcept;
+
+/// Calls `body`, which throws or returns a result.
+template <class Body>
+typodont_result guarded(Body&& body) noexcept {
+  try {
+    if constexpr (std::same_as<decltype(body()), void>) {
+      body();
+      return TYPODONT_OK;
+    } else {
+      return body();
+    }
+  } catch (...) {
+    return fail_by_exception();
+  }
+}
+
+/// A handle's object, for this thread until the end of the scope.
+template <class Handle>
+class Held {
+ public:
+  using Object = typename ObjectOf<Handle>::Type;
+  explicit Held(const Handle* handle) noexcept : handle_(handle) {
+    found_ = take(handle, ObjectOf<Handle>::kKind, object_);
+  }
+  ~Held() {
+    if (found_ == Found::kHeld) put_back(handle_);
+  }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+
+  explicit operator bool() const noexcept { return found_ == Found::kHeld; }
+  Object& operator*() const noexcept { return *static_cast<Object*>(object_); }
+  Object* operator->() const noexcept { return static_cast<Object*>(object_); }
+  typodont_result why() const noexcept {
+    return found_ == Found::kBusy ? fail(TYPODONT_BUSY, "another thread is using this handle")
+                                  : fail(TYPODONT_BAD_HANDLE, handle_ ? "a handle that was freed, or is of another kind"
+                                                                      : "NULL as a handle");
+  }
+
+ private:
+  const Handle* handle_;
+  void* object_ = nullptr;
+  Found found_;
+};
+
+/// Takes the handle and calls `body` with its object.
+template <class Handle, class Body>
+typodont_result with(Handle* handle, Body&& body) noexcept {
+  const Held<Handle> held(handle);
+  if (!held) return held.why();
+  return guarded([&] { return body(*held); });
+}
+
+/// A new handle for `object`. Throws std::bad_alloc where no more fit.
+template <class Handle>
+Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
+  void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
+  if (!handle) throw std::bad_alloc();
+  (void)object.release();
+  return static_cast<Handle*>(handle);
+}
+
+template <class Handle>
+typodont_result free_handle(Handle* handle) noexcept {
+  using Object = typename ObjectOf<Handle>::Type;
+  if (!handle) return TYPODONT_OK;
+  void* object = nullptr;
+  const Found found = take(handle, ObjectOf<Handle>::kKind, object);
+  if (found == Found::kBusy) return fail(TYPODONT_BUSY, "another thread is using this handle");
+  if (found == Found::kBadHandle) return fail(TYPODONT_BAD_HANDLE, "a handle that was freed, or is of another kind");
+  drop(handle);
+  return guarded([&] { delete static_cast<Object*>(object); });
+}
+
+/// Files of sessions are read and written by one thread at a time: the HDF5 library serves no more.
+class SessionFiles {
+ public:
+  SessionFiles() : lock_(mutex()) {}
+
+ private:
+  static std::recursive_mutex& mutex();
+  std::lock_guard<std::recursive_mutex> lock_;
+};
+
+/// Throws Error.
+inline void require(bool holds, const char* text) {
+  if (!holds) throw Error(text);
+}
+
+constexpr std::uint32_t kLargestStruct = 4096;  // bytes: no version will have larger ones
+/// Whether a struct of this version, or of one before or after, can be used: `first` is its size in the first release.
+constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
+  return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
+}
+constexpr const char* kBadSize = "struct_size is not that of the struct";
+
+/// Element i of an array of structs that are `stride` bytes apart.
+template <class T>
+T& element(T* array, std::size_t i, std::uint32_t stride) {
+  using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;
+  return *reinterpret_cast<T*>(reinterpret_cast<Byte*>(array) + i * stride);
+}
+
+inline dvec3 to_vec(const double* v) {
+  return {v[0], v[1], v[2]};
+}
+inline void put(const dvec3& from, double* to) {
+  to[0] = from.x, to[1] = from.y, to[2] = from.z;
+}
+inline Pose to_pose(const typodont_pose& X) {
+  return {to_vec(X.p), dquat(X.q[0], X.q[1], X.q[2], X.q[3])};
+}
+inline void put(const Pose& X, typodont_pose& out) {
+  put(X.p, out.p);
+  out.q[0] = X.R.w, out.q[1] = X.R.x, out.q[2] = X.R.y, out.q[3] = X.R.z;
+}
+static_assert(kTissueCount <= TYPODONT_TISSUES);
+inline void put(const PerTissue& from, double* to) {
+  for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
+}
+/// All but struct_size.
+void put(const ServoTick& from, typodont_tick& out) noexcept;
+void put(const Cut& from, typodont_cut& out) noexcept;
+
+}  // namespace typodont::bindings

@@ -1,0 +1,448 @@
+// The haptic core of the C interface: ticks on one thread or on two, the tissue, recordings.
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <utility>
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
+
+#include "engine/base/clock.h"
+#include "engine/bindings/c/objects.h"
+
+namespace typodont::bindings {
+
+namespace {
+
+constexpr const char* kSampleAndTick = "sample, tick or cut: NULL, or struct_size is not that of the struct";
+constexpr const char* kBadPose =
+    "a pose or a pedal that is not a number, too far away, or no unit quaternion: no force";
+constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such place";
+constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
+
+/// Hosts change how the processor rounds and treats denormals (games do); equal samples must give equal bits there,
+/// too.
+class IeeeArithmetic {
+ public:
+#ifdef __SSE2__
+  static constexpr unsigned kFlushAndRound = 0xE040;  // FTZ, rounding, DAZ of MXCSR
+  IeeeArithmetic() noexcept : was_(_mm_getcsr()) {
+    if (was_ & kFlushAndRound) _mm_setcsr(was_ & ~kFlushAndRound);
+  }
+  ~IeeeArithmetic() {
+    if (was_ & kFlushAndRound) _mm_setcsr(was_);
+  }
+#else
+  IeeeArithmetic() noexcept {}
+  ~IeeeArithmetic() {}
+#endif
+  IeeeArithmetic(const IeeeArithmetic&) = delete;
+  IeeeArithmetic& operator=(const IeeeArithmetic&) = delete;
+
+ private:
+#ifdef __SSE2__
+  unsigned was_;
+#endif
+};
+
+bool usable(const typodont_sample* sample, const typodont_tick* out, const typodont_cut* cut) noexcept {
+  return sample && out && sized(sample->struct_size, sizeof *sample) && sized(out->struct_size, sizeof *out) &&
+         (!cut || sized(cut->struct_size, sizeof *cut));
+}
+
+haptics::HandSample to_hand(const typodont_sample& sample) noexcept {
+  return {sample.t_ns, to_pose(sample.X_WT), sample.pedal, sample.tool};
+}
+
+typodont_result answer(const ServoTick& tick, bool did_cut, const Cut& made, typodont_tick* out,
+                       typodont_cut* cut) noexcept {
+  put(tick, *out);
+  if (cut) {
+    if (did_cut)
+      put(made, *cut);
+    else
+      cut->index = 0;
+  }
+  return tick.faults & bits(Fault::kBadInput) ? fail(TYPODONT_BAD_INPUT, kBadPose) : typodont_result{TYPODONT_OK};
+}
+
+}  // namespace
+
+CoreObject::CoreObject(Scene s, haptics::DeviceInfo h)
+    : scene(std::move(s)),
+      hand(std::move(h)),
+      tools(static_cast<std::uint32_t>(haptics::tool_set(scene.servo).size())),
+      shared(new Shared{load_lock_step(scene, hand), nullptr}) {}
+
+CoreObject::~CoreObject() {
+  if (!recording) return;
+  const SessionFiles files;
+  recording.reset();
+}
+
+bool CoreObject::step(const haptics::HandSample& sample) {
+  haptics::LockStep& steps = shared->steps;
+  const bool did_cut = steps.tick(sample, tick, cut);
+  ++ticks;
+  if (!recording) {
+    if (did_cut) (void)steps.carver().take_pieces();
+    return did_cut;
+  }
+  const SessionFiles files;
+  recording->add(tick, did_cut ? &cut : nullptr, steps.fresh_snapshot());
+  for (const LoosePiece& piece : steps.carver().take_pieces()) recording->add(piece);
+  return did_cut;
+}
+
+namespace {
+
+/// Of a core whose servo was given away: what the servo has done since, to the tissue and to the recording. True where
+/// there was anything.
+bool carve(CoreObject& core) {
+  Channels& channels = *core.shared->channels;
+  haptics::Carver& carver = core.carver();
+  bool worked = false;
+  Cut cut;
+  while (channels.cuts.pop(cut)) {
+    if (cut.index != carver.cuts() + 1) throw RunFailure("typodont_core_carve came so late that a cut was lost");
+    carver.apply(cut);
+    worked = true;
+  }
+  if (!(core.tick.faults & haptics::kNoPose)) carver.rest(core.tick.t);
+  channels.patch.keep_up(carver, core.tick.patch);
+  for (const LoosePiece& piece : carver.take_pieces()) {
+    if (!core.recording) continue;
+    const SessionFiles files;
+    core.recording->add(piece);
+  }
+  if (channels.tick.fetch()) {
+    core.tick = channels.tick.front();
+    if (is_finite(core.tick.X_WG.p) && carver.snapshot_due(core.tick)) {
+      channels.patch.offer(carver, carver.snapshot_center(core.tick));
+      worked = true;
+    }
+  }
+  if (core.recording) {
+    const SessionFiles files;
+    const std::size_t ready = channels.recorded_ticks.ready();
+    const auto peek = [](auto& ring, auto& next) {
+      typename std::remove_reference_t<decltype(next)>::value_type value;
+      if (!next && ring.pop(value)) next = value;
+    };
+    ServoTick tick;
+    for (std::size_t i = 0; i < ready && channels.recorded_ticks.pop(tick); ++i) {
+      peek(channels.recorded_patches, core.next_patch);
+      peek(channels.recorded_cuts, core.next_cut);
+      const bool its_patch = core.next_patch && core.next_patch->first_tick == tick.index;
+      const bool its_cut = core.next_cut && core.next_cut->tick == tick.index;
+      core.recording->add(tick, its_cut ? &*core.next_cut : nullptr, its_patch ? &*core.next_patch : nullptr);
+      if (its_patch) core.next_patch.reset();
+      if (its_cut) core.next_cut.reset();
+    }
+    worked = worked || ready > 0;
+  }
+  return worked;
+}
+
+typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
+  return with(handle, [&](CoreObject& core) {
+    haptics::Carver& carver = core.carver();
+    const StrokeEdit edit{core.tick.t, redo, carver.cuts(), carver.snapshots()};
+    const bool did = redo ? carver.redo() : carver.undo();
+    if (did && core.recording) {
+      const SessionFiles files;
+      core.recording->add(edit);
+    }
+    // A patch is cut out before any later cut, and the servo knows which cuts to repeat on it.
+    if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
+      core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
+    if (done) *done = did;
+  });
+}
+
+}  // namespace
+
+}  // namespace typodont::bindings
+
+using namespace typodont;
+using namespace typodont::bindings;
+
+typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, const typodont_core_options* options,
+                                  typodont_core** out) {
+  return with(scene, [&](SceneObject& s) {
+    require(out, "NULL for the place of the handle");
+    haptics::DeviceInfo info;
+    info.torque_limit = 1;  // N·m: it resists turns
+    if (hand) {
+      require(!options, "both a hand and options: expected one of them");
+      const Held<typodont_hand> held(hand);
+      if (!held) return held.why();
+      info = held->device->info();
+    } else if (options) {
+      require(sized(options->struct_size, sizeof *options), kBadSize);
+      const auto in = [](double v, double low, double high) { return v >= low && v <= high; };
+      require(options->rate == 0 || in(options->rate, 10, 100'000), "rate: expected 10 to 100000 Hz, or 0");
+      require(in(options->position_step, 0, 1), "position_step: expected 0 to 1 m");
+      require(in(options->vibration_band, 0, 2000), "vibration_band: expected 0 to 2000 Hz");
+      if (options->rate > 0) info.rate = options->rate;
+      if (options->no_torque) info.torque_limit = 0;
+      info.position_step = options->position_step;
+      info.vibration_band = options->vibration_band;
+    }
+    if (info.address.empty()) info.address = "program:";
+    const SessionFiles files;  // a scene may go on from one
+    *out = hand_out<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
+    return typodont_result{TYPODONT_OK};
+  });
+}
+
+typodont_result typodont_core_free(typodont_core* core) {
+  return free_handle(core);
+}
+
+typodont_result typodont_core_tick(typodont_core* core, const typodont_sample* sample, typodont_tick* out,
+                                   typodont_cut* cut) {
+  return with(core, [&](CoreObject& c) {
+    if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);
+    if (sample->tool >= c.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
+    if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
+    const IeeeArithmetic ieee;
+    const bool did_cut = c.step(to_hand(*sample));
+    return answer(c.tick, did_cut, c.cut, out, cut);
+  });
+}
+
+typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typodont_tick* ticks, size_t capacity,
+                                  size_t* count) {
+  return with(core, [&](CoreObject& c) {
+    require(count, "NULL for the place of the count");
+    require(!ticks || capacity == 0 || sized(ticks->struct_size, sizeof *ticks), kBadSize);
+    if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
+    const Held<typodont_hand> held(hand);
+    if (!held) return held.why();
+    const IeeeArithmetic ieee;
+    const std::uint32_t stride = ticks && capacity > 0 ? ticks->struct_size : 0;
+    haptics::HandSample sample;
+    for (*count = 0; *count < capacity; ++*count) {
+      if (!held->device->read(sample)) return fail(TYPODONT_END, "the hand has come to its end");
+      require(sample.tool < c.tools, kNoSuchTool);
+      sample.faults = held->device->faults();
+      c.step(sample);
+      held->device->write(c.tick.f_T_W, c.tick.tau_T_W);
+      if (!ticks) continue;
+      typodont_tick& out = element(ticks, *count, stride);
+      out.struct_size = stride;
+      put(c.tick, out);
+    }
+    return typodont_result{TYPODONT_OK};
+  });
+}
+
+typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out) {
+  return with(core, [&](CoreObject& c) {
+    require(start_W && out && is_finite(to_vec(start_W)), "the place where the tool starts: NULL, or not finite");
+    require(!c.shared->channels, "the servo was given away already");
+    require(c.ticks == 0, "the servo can be given away before the first tick only");
+    auto servo = std::make_unique<ServoObject>();
+    servo->shared = c.shared;
+    servo->tools = c.tools;
+    c.shared->channels = std::make_unique<Channels>(c.carver());
+    c.shared->records = c.recording.has_value();
+    c.tick.X_WT.p = c.tick.X_WG.p = to_vec(start_W);
+    c.shared->channels->patch.offer(c.carver(), c.tick.X_WG.p);
+    *out = hand_out<typodont_servo>(std::move(servo));
+  });
+}
+
+typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample* sample, typodont_tick* out,
+                                    typodont_cut* cut) {
+  const Held<typodont_servo> held(servo);
+  if (!held) return held.why();
+  ServoObject& s = *held;
+  if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);
+  if (sample->tool >= s.tools) return fail(TYPODONT_BAD_INPUT, kNoSuchTool);
+  const IeeeArithmetic ieee;
+  Channels& channels = *s.shared->channels;
+  haptics::Servo& core = s.shared->steps.servo();
+  if (haptics::Snapshot* const fresh = channels.patch.take(core.snapshot(), s.tick.cuts, now())) {
+    const PatchUse use{fresh->number, s.ticks, fresh->cuts, fresh->center_W};
+    core.adopt(*fresh);
+    if (s.shared->records) channels.recorded_patches.push(use);
+  }
+  const bool did_cut = core.tick(to_hand(*sample), s.tick, s.cut);
+  s.tick.cpu_time = 0;
+  ++s.ticks;
+  if (did_cut && !channels.cuts.push(s.cut)) s.tick.faults |= bits(Fault::kRingFull);
+  if (s.shared->records) {
+    if (did_cut) channels.recorded_cuts.push(s.cut);
+    channels.recorded_ticks.push(s.tick);
+  }
+  channels.tick.publish(s.tick);
+  return answer(s.tick, did_cut, s.cut, out, cut);
+}
+
+typodont_result typodont_core_carve(typodont_core* core, int32_t* worked) {
+  return with(core, [&](CoreObject& c) {
+    require(c.shared->channels != nullptr, "the servo was not given away: typodont_core_tick does all");
+    const IeeeArithmetic ieee;
+    const bool any = carve(c);
+    if (worked) *worked = any;
+  });
+}
+
+typodont_result typodont_servo_free(typodont_servo* servo) {
+  return free_handle(servo);
+}
+
+typodont_result typodont_core_undo(typodont_core* core, int32_t* done) {
+  return edit(core, false, done);
+}
+
+typodont_result typodont_core_redo(typodont_core* core, int32_t* done) {
+  return edit(core, true, done);
+}
+
+typodont_result typodont_core_mesh(typodont_core* core, const typodont_mesh_part** parts, size_t* count) {
+  return with(core, [&](CoreObject& c) {
+    require(parts && count, "NULL for the place of the parts or of their count");
+    haptics::TissueVolume& volume = c.volume();
+    FieldBrick brick;
+    const std::vector<glm::ivec3> changed = volume.take_changed_bricks();
+    for (const glm::ivec3& key : std::exchange(c.meshed, true) ? changed : volume.surface_bricks()) {
+      volume.read_brick(key, brick);
+      c.mesher.put(brick);
+    }
+    c.vertices.clear(), c.parts.clear();
+    const VoxelFrame& frame = volume.frame();
+    for (const glm::ivec3& key : c.mesher.remesh()) {
+      typodont_mesh_part part{};
+      part.brick[0] = key.x, part.brick[1] = key.y, part.brick[2] = key.z;
+      std::vector<typodont_vertex>& corners = c.vertices.emplace_back();
+      if (const surface::BrickMesh* const mesh = c.mesher.find(key)) {
+        for (const surface::SurfaceVertex& v : mesh->vertices) {
+          const glm::vec3 p(frame.to_world(dvec3(v.position)));
+          corners.push_back({{p.x, p.y, p.z},
+                             {v.normal.x, v.normal.y, v.normal.z},
+                             {static_cast<std::uint8_t>(v.tissue[0]), static_cast<std::uint8_t>(v.tissue[1])},
+                             v.second,
+                             0});
+        }
+        part.indices = mesh->indices.data();
+        part.index_count = static_cast<std::uint32_t>(mesh->indices.size());
+      }
+      part.vertices = corners.data();
+      part.vertex_count = static_cast<std::uint32_t>(corners.size());
+      c.parts.push_back(part);
+    }
+    *parts = c.parts.data();
+    *count = c.parts.size();
+  });
+}
+
+typodont_result typodont_core_field(typodont_core* core, typodont_field* out) {
+  return with(core, [&](CoreObject& c) {
+    require(out && sized(out->struct_size, sizeof *out), kBadSize);
+    const haptics::TissueVolume& volume = c.volume();
+    glm::ivec3 low, high;
+    volume.bounds(low, high);
+    put(volume.frame().origin, out->origin);
+    out->voxel = volume.frame().voxel;
+    out->band = volume.band();
+    for (int i = 0; i < 3; ++i) out->low[i] = low[i], out->high[i] = high[i];
+    out->elements = c.carver().body().elements();
+  });
+}
+
+typodont_result typodont_core_query(typodont_core* core, const double* points, size_t count, double* distance,
+                                    uint8_t* tissue) {
+  return with(core, [&](CoreObject& c) {
+    require(points || count == 0, "NULL for the points");
+    const haptics::TissueVolume& volume = c.volume();
+    const VoxelFrame& frame = volume.frame();
+    constexpr double kFarthest = 1e9;  // voxels
+    for (std::size_t i = 0; i < count; ++i) {
+      const dvec3 p = frame.to_voxels(to_vec(points + 3 * i));
+      require(is_finite(p) && glm::length(p) < kFarthest, "a point that is not finite, or too far away");
+      const glm::ivec3 low(glm::floor(p));
+      const dvec3 f = p - dvec3(low);
+      std::array<float, 8> d;
+      std::array<Tissue, 8> labels;
+      volume.copy(low, glm::ivec3(2), d.data(), labels.data());
+      double sum = 0;
+      std::size_t nearest = 0;
+      for (std::size_t k = 0; k < 8; ++k) {  // z fastest
+        const bool x = k & 4, y = k & 2, z = k & 1;
+        sum += (x ? f.x : 1 - f.x) * (y ? f.y : 1 - f.y) * (z ? f.z : 1 - f.z) * static_cast<double>(d[k]);
+        if (x == (f.x > 0.5) && y == (f.y > 0.5) && z == (f.z > 0.5)) nearest = k;
+      }
+      if (distance) distance[i] = sum * frame.voxel;
+      if (tissue) tissue[i] = sum < 0 ? static_cast<std::uint8_t>(labels[nearest]) : std::uint8_t{0};
+    }
+  });
+}
+
+typodont_result typodont_core_copy(typodont_core* core, const int32_t* low, const int32_t* size, float* distance,
+                                   uint8_t* tissue) {
+  return with(core, [&](CoreObject& c) {
+    require(low && size, "NULL for the box");
+    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels
+    std::int64_t count = 1;
+    for (int i = 0; i < 3; ++i) {
+      constexpr int kFar = 1 << 20;  // voxels
+      require(size[i] > 0 && size[i] <= kFar && std::abs(low[i]) <= kFar, "a box that is empty, or too large");
+      count *= size[i];
+    }
+    require(count <= kMost, "a box that is too large");
+    static_assert(sizeof(Tissue) == 1);
+    const haptics::TissueVolume& volume = c.volume();
+    volume.copy({low[0], low[1], low[2]}, {size[0], size[1], size[2]}, distance, reinterpret_cast<Tissue*>(tissue));
+    if (!distance) return;
+    const auto voxel = static_cast<float>(volume.frame().voxel);
+    for (std::int64_t i = 0; i < count; ++i) distance[i] *= voxel;
+  });
+}
+
+typodont_result typodont_core_volumes(typodont_core* core, double* volumes) {
+  return with(core, [&](CoreObject& c) {
+    require(volumes, "NULL for the place of the volumes");
+    put(c.volume().volumes(), volumes);
+  });
+}
+
+typodont_result typodont_core_hash(typodont_core* core, uint64_t* hash) {
+  return with(core, [&](CoreObject& c) {
+    require(hash, "NULL for the place of the hash");
+    *hash = c.volume().hash();
+  });
+}
+
+typodont_result typodont_core_save(typodont_core* core, const char* file) {
+  return with(core, [&](CoreObject& c) {
+    require(file, "NULL for the file");
+    c.volume().save(file);
+  });
+}
+
+typodont_result typodont_core_record(typodont_core* core, const char* file, const char* trainee) {
+  return with(core, [&](CoreObject& c) {
+    require(file, "NULL for the file");
+    require(!c.recording, "it is being recorded already");
+    require(c.ticks == 0 && !c.shared->channels, "a recording begins before the first tick");
+    const SessionFiles files;
+    c.recording.emplace(file, c.scene, c.hand, c.volume(), trainee ? trainee : "");
+  });
+}
+
+typodont_result typodont_core_finish(typodont_core* core) {
+  return with(core, [&](CoreObject& c) {
+    require(c.recording.has_value(), "nothing is being recorded");
+    if (c.shared->channels) {
+      while (carve(c)) {
+      }
+    }
+    const SessionFiles files;
+    c.recording->finish(c.volume());
+    c.recording.reset();
+  });
+}

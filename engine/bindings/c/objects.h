@@ -1,0 +1,90 @@
+// What the handles of scenes, hands and cores stand for.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/app/offline.h"
+#include "engine/app/scene.h"
+#include "engine/app/wiring.h"
+#include "engine/base/latest.h"
+#include "engine/base/ring.h"
+#include "engine/bindings/c/call.h"
+#include "engine/surface/surface_mesher.h"
+#include "haptics/lockstep.h"
+#include "haptics/patch_exchange.h"
+
+namespace typodont::bindings {
+
+struct SceneObject {
+  Scene scene;
+  std::vector<std::string> tools = tool_names(scene);
+  std::string model{model_name(scene)};
+};
+
+struct HandObject {
+  std::unique_ptr<haptics::HapticDevice> device;
+};
+
+/// The channels between the servo's thread and the core's. Each is written by one and read by the other.
+struct Channels {
+  explicit Channels(const haptics::Carver& carver) : patch(carver) {}
+  // Servo → core.
+  Ring<Cut> cuts{1 << 14};
+  Latest<ServoTick> tick;
+  // Servo → core, where it is recorded: patches and cuts before the ticks that name them.
+  Ring<PatchUse> recorded_patches{1 << 12};
+  Ring<Cut> recorded_cuts{1 << 14};
+  Ring<ServoTick> recorded_ticks{1 << 15};
+  // Core → servo.
+  haptics::PatchExchange patch;
+};
+
+struct CoreObject {
+  CoreObject(Scene s, haptics::DeviceInfo h);
+  ~CoreObject();
+  CoreObject(const CoreObject&) = delete;
+  CoreObject& operator=(const CoreObject&) = delete;
+
+  Scene scene;
+  haptics::DeviceInfo hand;
+  std::uint32_t tools;
+  /// Shared with the servo, where that was given away: the servo uses its Servo, the core its Carver.
+  struct Shared {
+    haptics::LockStep steps;
+    std::unique_ptr<Channels> channels;  // where the servo was given away
+    bool records = false;                // set before the servo is given away
+  };
+  std::shared_ptr<Shared> shared;
+  std::uint64_t ticks = 0;  // done on this thread
+  ServoTick tick;           // the newest
+  Cut cut;
+  std::optional<OfflineRecording> recording;
+  // Of the servo's rings, the next to be recorded: they wait for their tick.
+  std::optional<PatchUse> next_patch;
+  std::optional<Cut> next_cut;
+
+  // The surface as triangles.
+  surface::SurfaceMesher mesher;
+  bool meshed = false;
+  std::vector<std::vector<typodont_vertex>> vertices;  // of `parts`
+  std::vector<typodont_mesh_part> parts;
+
+  haptics::Carver& carver() { return shared->steps.carver(); }
+  haptics::TissueVolume& volume() { return carver().volume(); }
+  /// One tick in lock-step, recorded where asked for. Whether it cut.
+  bool step(const haptics::HandSample& sample);
+};
+
+struct ServoObject {
+  std::shared_ptr<CoreObject::Shared> shared;
+  std::uint32_t tools;
+  std::uint64_t ticks = 0;
+  ServoTick tick;
+  Cut cut;
+};
+
+}  // namespace typodont::bindings

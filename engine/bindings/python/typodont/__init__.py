@@ -1,0 +1,22 @@
+"""Typodont from Python: scenes, hands, the haptic core, recorded sessions, sound, calibration, sweeps.
+
+>>> scene = typodont.Scene("molar-caries")
+>>> ticks = scene.servo("hand.csv")
+>>> ticks["force_z_N"].max()
+
+Numbers are as in the program's tables (mm, N) where a name says so, and SI in arrays of structs.
+"""
+
+from . import calibration, sound
+from ._native import VERSION as __version__
+from ._native import BadInput, Closed, Error, ffi, lib, text
+from .scene import Core, Field, Hand, Mesh, Path, Scene
+from .session import Event, Session
+from .sound import Synth
+from .sweep import rescore, sweep
+from .ticks import TISSUES, Ticks
+
+MODELS: tuple[str, ...] = tuple(iter(lambda i=iter(range(99)): text(lib.typodont_model_name(next(i))), ""))
+
+__all__ = ["MODELS", "TISSUES", "BadInput", "Closed", "Core", "Error", "Event", "Field", "Hand", "Mesh", "Path",
+           "Scene", "Session", "Synth", "Ticks", "calibration", "rescore", "sound", "sweep", "__version__"]

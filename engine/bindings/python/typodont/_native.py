@@ -1,0 +1,144 @@
+"""libtypodont.so and its structs, read from the C headers that lie beside it: nothing is declared twice."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import cffi
+import numpy as np
+
+_HERE = Path(__file__).resolve().parent
+_HEADERS = ("typodont.h", "typodont_sound.h", "typodont_calibration.h")
+
+
+class Error(Exception):
+    """A call that failed; the text says why."""
+
+
+class BadInput(Error, ValueError):
+    """An argument, a file or a pose that cannot be used."""
+
+
+class Closed(Error):
+    """An object that was closed, or that another thread is using."""
+
+
+def _declarations(folder: Path) -> str:
+    """What cffi needs of the headers: no directives, no markers."""
+    text = ""
+    for name in _HEADERS:
+        header = (folder / name).read_text()
+        header = re.sub(r"/\*.*?\*/", "", header, flags=re.S)
+        header = re.sub(r'#ifdef __cplusplus.*?#endif', "", header, flags=re.S)
+        text += re.sub(r"^#.*$", "", header, flags=re.M)
+    return re.sub(r"\bTYPODONT_(API|REALTIME)\b", "", text)
+
+
+def _open() -> tuple[Any, Any]:
+    """$TYPODONT_PREFIX names an installation; else the library is in this package, else the system's."""
+    prefix = os.environ.get("TYPODONT_PREFIX")
+    if prefix:
+        found = sorted(Path(prefix).glob("lib*/**/libtypodont.so.0"))
+        if not found:
+            raise ImportError(f"{prefix}: no libtypodont.so.0 below it, which TYPODONT_PREFIX says")
+        library, headers = str(found[0]), Path(prefix) / "include"
+    elif (_HERE / "native" / "lib" / "libtypodont.so.0").exists():
+        library, headers = str(_HERE / "native" / "lib" / "libtypodont.so.0"), _HERE / "native" / "include"
+    else:
+        library, headers = "libtypodont.so.0", Path("/usr/include")
+    ffi = cffi.FFI()
+    ffi.cdef(_declarations(headers))
+    return ffi, ffi.dlopen(library)
+
+
+ffi, lib = _open()
+VERSION: str = ffi.string(lib.typodont_version()).decode()
+
+_EXCEPTIONS = {
+    lib.TYPODONT_BAD_INPUT: BadInput,
+    lib.TYPODONT_BAD_HANDLE: Closed,
+    lib.TYPODONT_BUSY: Closed,
+    lib.TYPODONT_NO_MEMORY: MemoryError,
+}
+
+
+def text(pointer: Any) -> str:
+    return ffi.string(pointer).decode() if pointer else ""
+
+
+def check(result: int) -> int:
+    """Raises what the result means; returns TYPODONT_OK or TYPODONT_END."""
+    if result in (lib.TYPODONT_OK, lib.TYPODONT_END):
+        return result
+    why = "it was closed" if result == lib.TYPODONT_BAD_HANDLE else text(lib.typodont_error())
+    raise _EXCEPTIONS.get(result, Error)(why)
+
+
+def bytes_of(value: str | os.PathLike[str] | None) -> Any:
+    return ffi.NULL if value is None else os.fspath(value).encode()
+
+
+def struct(name: str, **values: Any) -> Any:
+    """A pointer to a new struct, its struct_size set."""
+    pointer = ffi.new(f"typodont_{name} *", values)
+    pointer.struct_size = ffi.sizeof(pointer[0])
+    return pointer
+
+
+def _dtype(ctype: Any) -> Any:
+    if ctype.kind == "array":
+        return np.dtype((_dtype(ctype.item), (ctype.length,)))
+    if ctype.kind == "struct":
+        fields = [(name, field) for name, field in ctype.fields if name != "reserved"]
+        return np.dtype(
+            {
+                "names": [name for name, _ in fields],
+                "formats": [_dtype(field.type) for _, field in fields],
+                "offsets": [field.offset for _, field in fields],
+                "itemsize": ffi.sizeof(ctype),
+            }
+        )
+    return np.dtype(ctype.cname.removesuffix("_t").replace("double", "float64").replace("float64", "f8")
+                    if ctype.cname != "float" else "f4")
+
+
+def dtype(name: str) -> Any:
+    """The NumPy type of a struct of the C interface: same bytes, so that arrays need no copies."""
+    return _dtype(ffi.typeof(f"typodont_{name}"))
+
+
+class Handle:
+    """An object of the library; `with` closes it, and so does the end of its last reference."""
+
+    _kind = ""
+
+    def __init__(self, handle: Any) -> None:
+        self._handle = handle
+
+    def close(self) -> None:
+        """Frees it now. Using it afterwards raises Closed."""
+        handle, self._handle = getattr(self, "_handle", ffi.NULL), ffi.NULL
+        if handle != ffi.NULL:
+            check(getattr(lib, f"typodont_{self._kind}_free")(handle))
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        try:
+            self.close()
+        except Exception:  # a failed constructor, or the interpreter's end
+            pass
+
+
+def made(kind: str, call: Any, *arguments: Any) -> Any:
+    """Calls a function whose last argument is the place of a new handle."""
+    place = ffi.new(f"typodont_{kind} **")
+    check(call(*arguments, place))
+    return place[0]

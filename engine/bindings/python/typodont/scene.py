@@ -1,0 +1,248 @@
+"""Scenes, hands, and the haptic core that brings them together."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path as _File
+from typing import Any, Mapping, NamedTuple, Sequence
+
+import numpy as np
+
+from ._native import Handle, bytes_of, check, dtype, ffi, lib, made, struct, text
+from .ticks import TICK, TISSUES, Ticks
+
+_VERTEX = dtype("vertex")
+_CHUNK = 1 << 16  # ticks
+
+
+class Path:
+    """A hand's way: rows of time and pose, followed exactly, or by a mass on a spring.
+
+    `t_s`: s, rising. `p_mm`: n × 3, the centre of the tool's head in W. `q`: unit quaternions w x y z, one or n.
+    `pedal`: 0..1, one or n. `mass_kg`: of a hand that is pulled along the path by `stiffness_N_per_m` and pushes with
+    `push_N`, as in HAND.json; None: the path is followed whatever the force.
+    """
+
+    def __init__(self, t_s: Any, p_mm: Any, q: Any = (1, 0, 0, 0), pedal: Any = 1.0, tool: Any = 0,
+                 push_N: Any = (0, 0, 0), mass_kg: float | None = None, damping_Ns_per_m: float = 5,
+                 stiffness_N_per_m: Any = (0, 0, 0)) -> None:
+        t = np.atleast_1d(np.asarray(t_s, float))
+        rows = np.zeros(len(t), dtype("hand_row"))
+        rows["struct_size"] = rows.dtype.itemsize
+        rows["t"] = t
+        rows["X_WT"]["p"] = np.asarray(p_mm, float) * 1e-3
+        rows["X_WT"]["q"] = q
+        rows["pedal"] = pedal
+        rows["tool"] = tool
+        self.model = None
+        if mass_kg is not None:
+            self.model = {"mass": mass_kg, "damping": damping_Ns_per_m,
+                          "stiffness": np.broadcast_to(np.asarray(stiffness_N_per_m, float), 3).tolist(),
+                          "push": [0.0, 0.0, 0.0]}
+            rows["push"] = push_N
+        self.rows = rows
+
+
+class Hand(Handle):
+    """A hand without a device: a Path, or the address of a file: HAND.csv, HAND.json, replay:SESSION.h5."""
+
+    _kind = "hand"
+
+    def __init__(self, scene: "Scene", hand: "str | os.PathLike[str] | Path", rate: float = 1000) -> None:
+        if isinstance(hand, Path):
+            model = struct("hand_model", **hand.model) if hand.model else ffi.NULL
+            rows = ffi.from_buffer("typodont_hand_row[]", hand.rows)
+            super().__init__(made("hand", lib.typodont_hand_path, rows, len(hand.rows), rate, model))
+        else:
+            super().__init__(made("hand", lib.typodont_hand_open, scene._handle, bytes_of(hand), rate))
+
+
+class Scene(Handle):
+    """What is drilled, and with what.
+
+    `scene`: a file, the name of a shipped scene ("molar-caries"), or a dict of the scene's keys (docs/interface.md).
+    `model`: contact model instead of the scene's. `folder`: where a dict's files lie.
+    """
+
+    _kind = "scene"
+
+    def __init__(self, scene: "str | os.PathLike[str] | Mapping[str, Any]", model: str | None = None,
+                 folder: str | os.PathLike[str] | None = None) -> None:
+        if isinstance(scene, Mapping):
+            super().__init__(made("scene", lib.typodont_scene_parse, json.dumps(scene).encode(), bytes_of(folder),
+                                  bytes_of(model)))
+        else:
+            super().__init__(made("scene", lib.typodont_scene_open, bytes_of(scene), bytes_of(model)))
+
+    def _text(self, function: Any, *arguments: Any) -> str | None:
+        place = ffi.new("const char **")
+        return None if check(function(self._handle, *arguments, place)) == lib.TYPODONT_END else text(place[0])
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return json.loads(self._text(lib.typodont_scene_text) or "{}")
+
+    @property
+    def model(self) -> str:
+        return self._text(lib.typodont_scene_model) or ""
+
+    @property
+    def tools(self) -> list[str]:
+        names: list[str] = []
+        while (name := self._text(lib.typodont_scene_tool, len(names))) is not None:
+            names.append(name)
+        return names
+
+    def core(self, rate: float = 1000, hand: Hand | None = None) -> "Core":
+        """Loads the tissue: the haptic core, to be driven tick by tick or by a hand."""
+        options = ffi.NULL if hand else struct("core_options", rate=rate)
+        return Core(made("core", lib.typodont_core_new, self._handle, hand._handle if hand else ffi.NULL, options))
+
+    def servo(self, hand: "str | os.PathLike[str] | Path", rate: float = 1000,
+              record: str | os.PathLike[str] | None = None, trainee: str | None = None) -> Ticks:
+        """Runs the hand to its end: what `typodont servo` computes, the same bits. `record`: a session (.h5)."""
+        with Hand(self, hand, rate) as opened, self.core(hand=opened) as core:
+            if record is not None:
+                core.record(record, trainee)
+            ticks = core.run(opened)
+            if record is not None:
+                core.finish()
+            return ticks
+
+
+class Mesh(NamedTuple):
+    """Triangles of one brick of the surface. Arrays are views of the library's memory, valid until the next mesh()."""
+
+    brick: tuple[int, int, int]
+    vertices: np.ndarray  # position (m), normal, tissue (2), second
+    triangles: np.ndarray  # n × 3 places in `vertices`; none: the surface has left this brick
+
+
+class Field(NamedTuple):
+    """A box of voxels: signed distance in m (negative inside) and labels; voxel (0, 0, 0) lies at `origin` (m, W)."""
+
+    distance: np.ndarray
+    tissue: np.ndarray
+    origin: np.ndarray
+    voxel: float
+
+
+class Core(Handle):
+    """Servo and tissue. One thread at a time."""
+
+    _kind = "core"
+
+    def __init__(self, handle: Any) -> None:
+        super().__init__(handle)
+        self._sample = struct("sample")
+        self._tick = np.zeros(1, TICK)
+        self._tick["struct_size"] = TICK.itemsize
+        self._tick_pointer = ffi.from_buffer("typodont_tick *", self._tick)
+        self._parts: Any = None
+
+    def tick(self, t_s: float, p_mm: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), pedal: float = 0,
+             tool: int = 0) -> np.void:
+        """One tick. Returns its struct (SI), valid until the next one. Bad poses raise BadInput, and no force is."""
+        sample = self._sample
+        sample.t_ns = round(t_s * 1e9)
+        sample.X_WT.p = [v * 1e-3 for v in p_mm]
+        sample.X_WT.q = [float(v) for v in q]
+        sample.pedal, sample.tool = pedal, tool
+        check(lib.typodont_core_tick(self._handle, sample, self._tick_pointer, ffi.NULL))
+        return self._tick[0]
+
+    def run(self, hand: Hand) -> Ticks:
+        """Follows the hand to its end."""
+        chunks = []
+        count = ffi.new("size_t *")
+        while True:
+            chunk = np.zeros(_CHUNK, TICK)
+            chunk["struct_size"][0] = TICK.itemsize
+            end = check(lib.typodont_core_run(self._handle, hand._handle, ffi.from_buffer("typodont_tick[]", chunk),
+                                              _CHUNK, count)) == lib.TYPODONT_END
+            chunks.append(chunk[: count[0]])
+            if end:
+                return Ticks(chunks[0] if len(chunks) == 1 else np.concatenate(chunks))
+
+    def record(self, file: str | os.PathLike[str], trainee: str | None = None) -> None:
+        """From the first tick on everything goes into a session (.h5), which appears with finish()."""
+        check(lib.typodont_core_record(self._handle, bytes_of(file), bytes_of(trainee)))
+
+    def finish(self) -> None:
+        check(lib.typodont_core_finish(self._handle))
+
+    def _edit(self, function: Any) -> bool:
+        done = ffi.new("int32_t *")
+        check(function(self._handle, done))
+        return bool(done[0])
+
+    def undo(self) -> bool:
+        """Takes the last stroke back; False where there is none."""
+        return self._edit(lib.typodont_core_undo)
+
+    def redo(self) -> bool:
+        return self._edit(lib.typodont_core_redo)
+
+    def mesh(self) -> list[Mesh]:
+        """All of the surface the first time, afterwards the bricks that changed."""
+        parts, count = ffi.new("const typodont_mesh_part **"), ffi.new("size_t *")
+        check(lib.typodont_core_mesh(self._handle, parts, count))
+
+        def view(pointer: Any, n: int, kind: Any) -> np.ndarray:
+            if not n:
+                return np.empty(0, kind)
+            return np.frombuffer(ffi.buffer(pointer, n * kind.itemsize), kind)
+
+        meshes = []
+        for i in range(count[0]):
+            part = parts[0][i]
+            meshes.append(Mesh(tuple(part.brick), view(part.vertices, part.vertex_count, _VERTEX),
+                               view(part.indices, part.index_count, np.dtype("u4")).reshape(-1, 3)))
+        return meshes
+
+    def _field(self) -> Any:
+        field = struct("field")
+        check(lib.typodont_core_field(self._handle, field))
+        return field
+
+    @property
+    def elements(self) -> int:
+        """Voxels, spheres or vertices of the contact model's tissue."""
+        return self._field().elements
+
+    def field(self) -> Field:
+        """The whole distance field with its labels."""
+        about = self._field()
+        low, high = list(about.low), list(about.high)
+        size = [max(0, b - a + 1) for a, b in zip(low, high)]
+        distance, tissue = np.empty(size, np.float32), np.empty(size, np.uint8)
+        if distance.size:
+            check(lib.typodont_core_copy(self._handle, low, size, ffi.from_buffer("float[]", distance),
+                                         ffi.from_buffer("uint8_t[]", tissue)))
+        return Field(distance, tissue, np.array(list(about.origin)) + about.voxel * np.array(low), about.voxel)
+
+    def distance(self, p_mm: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Signed distance (mm) and tissue number at n × 3 points (mm, W)."""
+        points = np.ascontiguousarray(np.atleast_2d(np.asarray(p_mm, float)) * 1e-3)
+        distance, tissue = np.empty(len(points)), np.empty(len(points), np.uint8)
+        check(lib.typodont_core_query(self._handle, ffi.from_buffer("double[]", points), len(points),
+                                      ffi.from_buffer("double[]", distance), ffi.from_buffer("uint8_t[]", tissue)))
+        return distance * 1e3, tissue
+
+    @property
+    def volumes_mm3(self) -> dict[str, float]:
+        volumes = ffi.new("double[]", lib.TYPODONT_TISSUES)
+        check(lib.typodont_core_volumes(self._handle, volumes))
+        return {name: volumes[i] * 1e9 for i, name in enumerate(TISSUES) if i}
+
+    @property
+    def hash(self) -> str:
+        """Of all tissue, as `typodont servo --json` says it under field_hash."""
+        value = ffi.new("uint64_t *")
+        check(lib.typodont_core_hash(self._handle, value))
+        return f"{value[0]:016x}"
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """The tissue as a volume (.vdb)."""
+        check(lib.typodont_core_save(self._handle, bytes_of(_File(file))))

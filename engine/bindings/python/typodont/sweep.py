@@ -1,0 +1,257 @@
+"""Many runs: every scene with every hand with every set of parameters, on this machine's cores or on a Dask cluster.
+
+Each run's result is a file of the sweep's folder as soon as it is known. A sweep that was cut off goes on where it was
+when it is called again with the same folder; a run whose worker died is repeated.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import multiprocessing
+import os
+import subprocess
+import tempfile
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path as _File
+from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
+
+import numpy as np
+
+from ._native import VERSION
+from .scene import Hand, Path, Scene
+
+Row = dict[str, Any]
+_TRIES = 4  # of a run whose worker died: after as many it is taken to be the run's own fault
+
+
+class Job(NamedTuple):
+    """One run, as it travels to a worker."""
+
+    key: str  # of everything that its result depends on
+    labels: Row  # its columns of the table
+    call: Callable[..., Row]
+    arguments: tuple[Any, ...]
+
+
+def _run(scene: Mapping[str, Any], folder: str, hand: Any, rate: float,
+         measure: Callable[[Any, Any], Row] | None) -> Row:
+    with Scene(scene, folder=folder) as opened, Hand(opened, hand, rate) as moves, opened.core(hand=moves) as core:
+        volumes = core.volumes_mm3
+        ticks = core.run(moves)
+        array = ticks.array
+        row: Row = {
+            "ticks": len(array),
+            "cuts": int(array["cuts"][-1]) if len(array) else 0,
+            "removed_mm3": float(ticks["removed_mm3"][-1]) if len(array) else 0.0,
+            **{f"removed_{name}_mm3": float(ticks[f"removed_{name}_mm3"][-1]) if len(array) else 0.0
+               for name, before in volumes.items() if before > 0},
+            "force_max_N": float(np.sqrt((array["force"] ** 2).sum(axis=1).max())) if len(array) else 0.0,
+            "energy_min_J": float(min(0.0, array["energy"].min())) if len(array) else 0.0,
+            "faults": int(np.bitwise_or.reduce(array["faults"])) if len(array) else 0,
+            "tick_us_median": float(np.median(array["cpu_ns"]) * 1e-3) if len(array) else 0.0,
+            "field_hash": core.hash,
+        }
+        if measure:
+            row.update(measure(ticks, core))
+        return row
+
+
+def _named(things: Any) -> dict[str, Any]:
+    if isinstance(things, Mapping) and not ("tissue" in things):
+        return dict(things)
+    if isinstance(things, (str, os.PathLike, Path)) or isinstance(things, Mapping):
+        things = [things]
+    names: dict[str, Any] = {}
+    for i, thing in enumerate(things):
+        name = _File(thing).stem if isinstance(thing, (str, os.PathLike)) else \
+            str(thing.get("name", i)) if isinstance(thing, Mapping) else str(i)
+        names[name if name not in names else f"{name}#{i}"] = thing
+    return names
+
+
+def _sets(parameters: Any) -> Iterator[Row]:
+    """{"model": ["offset", "packing"], "friction": [True, False]} is all pairs; a list of dicts is taken as it is."""
+    if parameters is None:
+        yield {}
+    elif isinstance(parameters, Mapping):
+        for values in itertools.product(*parameters.values()):
+            yield dict(zip(parameters, values))
+    else:
+        yield from parameters
+
+
+def _label(value: Any) -> Any:
+    return value if isinstance(value, (str, int, float, bool)) or value is None else json.dumps(value, sort_keys=True)
+
+
+def _content(hand: Any) -> bytes:
+    """What a hand's result depends on."""
+    if isinstance(hand, Path):
+        return hand.rows.tobytes() + json.dumps(hand.model).encode()
+    file = _File(os.fspath(hand).removeprefix("script:").removeprefix("replay:"))
+    if not file.is_file():
+        return os.fspath(hand).encode()
+    content = file.read_bytes()
+    if file.suffix == ".json":
+        content += (file.parent / json.loads(content)["path"]).read_bytes()
+    return os.fspath(hand).partition(":")[0].encode() * (":" in os.fspath(hand)) + content
+
+
+def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
+          measure: Callable[[Any, Any], Row] | None) -> list[Job]:
+    jobs = []
+    for scene_name, scene in _named(scenes).items():
+        with Scene(scene) as opened:
+            base = opened.json
+        file = _File(scene).resolve() if isinstance(scene, (str, os.PathLike)) and _File(scene).exists() else None
+        folder = str(file.parent if file else _File.cwd())
+        for hand_name, hand in _named(hands).items():
+            content = _content(hand)
+            for values in _sets(parameters):
+                whole = {**base, **values}
+                text = json.dumps([whole, rate, VERSION, measure.__qualname__ if measure else ""], sort_keys=True)
+                key = hashlib.sha256(text.encode() + content).hexdigest()[:32]
+                labels = {"scene": scene_name, "hand": hand_name, **{k: _label(v) for k, v in values.items()}}
+                travels = hand if isinstance(hand, Path) else os.fspath(hand)
+                if isinstance(travels, str) and _File(travels).exists():
+                    travels = str(_File(travels).resolve())
+                jobs.append(Job(key, labels, _run, (whole, folder, travels, rate, measure)))
+    return jobs
+
+
+def _do(job: Job) -> tuple[str, Row]:
+    """In a worker. What the run itself cannot do is a row with an error, and no reason to try again."""
+    try:
+        return job.key, job.call(*job.arguments)
+    except Exception as error:
+        return job.key, {"error": f"{type(error).__name__}: {error}"}
+
+
+def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
+    """A pool breaks when one of its processes dies. Then a new one takes what is left; a run that was under way in
+    several broken pools goes alone, so that only its own process dies of it."""
+    tries = dict.fromkeys((job.key for job in jobs), 0)
+    left = {job.key: job for job in jobs}
+    context = multiprocessing.get_context("spawn")
+    while left:
+        suspects = [job for job in left.values() if tries[job.key] >= 2]
+        batch, size = (suspects[:1], 1) if suspects else (list(left.values()), workers)
+        with ProcessPoolExecutor(min(size, len(batch)), mp_context=context) as pool:
+            waiting = iter(batch)
+            running: dict[Future, Job] = {}
+            try:
+                # No more than the workers have to do: a broken pool then casts doubt on few runs.
+                for job in itertools.islice(waiting, size):
+                    running[pool.submit(_do, job)] = job
+                while running:
+                    done, _ = wait(running, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        key, row = future.result()
+                        del running[future]
+                        del left[key]
+                        yield key, row
+                        for job in itertools.islice(waiting, 1):
+                            running[pool.submit(_do, job)] = job
+            except BrokenProcessPool:
+                for job in running.values():
+                    tries[job.key] += 1
+                    if job.key in left and tries[job.key] >= _TRIES:
+                        del left[job.key]
+                        yield job.key, {"error": f"its process died {_TRIES} times"}
+
+
+def _on_cluster(jobs: list[Job], scheduler: Any) -> Iterator[tuple[str, Row]]:
+    """On Dask: `scheduler` is an address, or a Client. The scheduler itself repeats what a dead worker had."""
+    from distributed import Client, as_completed
+
+    client = scheduler if isinstance(scheduler, Client) else Client(scheduler)
+    try:
+        futures = client.map(_do, jobs, pure=False, retries=_TRIES, key=[f"typodont-{job.key}" for job in jobs])
+        keys = {future.key: job.key for future, job in zip(futures, jobs)}
+        for future in as_completed(futures):
+            if future.status == "finished":
+                yield future.result()
+            else:
+                yield keys[future.key], {"error": f"{type(future.exception()).__name__}: {future.exception()}"}
+    finally:
+        if client is not scheduler:
+            client.close()
+
+
+def _table(rows: list[Row]) -> Any:
+    """A pandas DataFrame where there is pandas; else the rows."""
+    try:
+        import pandas
+    except ImportError:
+        return rows
+    return pandas.DataFrame(rows)
+
+
+def _keep(file: _File, row: Row) -> None:
+    """Whole or not at all."""
+    with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, suffix=".part") as part:
+        json.dump(row, part)
+    os.replace(part.name, file)
+
+
+def _carry_out(jobs: list[Job], folder: str | os.PathLike[str] | None, scheduler: Any, workers: int | None,
+               progress: Callable[[int, int], None] | None) -> Any:
+    results: dict[str, Row] = {}
+    place = _File(folder) if folder is not None else None
+    if place:
+        place.mkdir(parents=True, exist_ok=True)
+        for job in jobs:
+            file = place / f"{job.key}.json"
+            if file.exists():
+                results[job.key] = json.loads(file.read_text())
+    left = list({job.key: job for job in jobs if job.key not in results}.values())
+    cores = workers or len(os.sched_getaffinity(0))
+    done = _on_cluster(left, scheduler) if scheduler is not None else _in_processes(left, cores)
+    for key, row in done if left else ():
+        results[key] = row
+        if place and "error" not in row:
+            _keep(place / f"{key}.json", row)
+        if progress:
+            progress(len(results), len(jobs))
+    return _table([{**job.labels, **results[job.key]} for job in jobs])
+
+
+def sweep(scenes: Any, hands: Any, parameters: Any = None, *, rate: float = 1000,
+          folder: str | os.PathLike[str] | None = None, scheduler: Any = None, workers: int | None = None,
+          measure: Callable[[Any, Any], Row] | None = None,
+          progress: Callable[[int, int], None] | None = None) -> Any:
+    """Runs every scene with every hand with every set of parameters; one row a run, in that order.
+
+    `scenes`, `hands`: one, a list, or a dict by name; as Scene and Hand take them. `parameters`: keys of the scene with
+    their values ({"model": ["offset", "packing"]}: all combinations), or a list of such sets. `folder`: results are
+    kept there, and a sweep that was cut off goes on from them. `scheduler`: address of a Dask scheduler or a Client;
+    files that scenes and hands name must then lie at the same place on every worker. Else `workers` processes (all
+    cores). `measure(ticks, core)` adds columns; it must be a function of a module. A run that fails is a row with
+    `error`, and is tried again by the next call.
+    """
+    return _carry_out(_jobs(scenes, hands, parameters, rate, measure), folder, scheduler, workers, progress)
+
+
+def _score(program: str, session: str, rules: str | None) -> Row:
+    words = [program, "rescore", session, "--json", *(["--rules", rules] if rules else [])]
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip() or f"exit status {done.returncode}")
+    row: Row = json.loads(done.stdout)
+    items = row.pop("items")
+    return {**{key: value for key, value in row.items() if key != "session"}, **items}
+
+
+def rescore(folder: str | os.PathLike[str], rules: str | os.PathLike[str] | None = None, *, scheduler: Any = None,
+            workers: int | None = None, program: str = "typodont",
+            progress: Callable[[int, int], None] | None = None) -> Any:
+    """Scores all sessions (.h5) below a folder anew: one row a session, with its points and what they were given for.
+    `rules`: a scene whose task or score counts instead of the recorded one. `program`: the program `typodont`."""
+    files: Iterable[_File] = sorted(_File(folder).rglob("*.h5"))
+    scene = str(_File(rules).resolve()) if rules is not None else None
+    jobs = [Job(str(file), {"session": str(file.relative_to(folder))}, _score, (program, str(file.resolve()), scene))
+            for file in files]
+    return _carry_out(jobs, None, scheduler, workers, progress)

@@ -1,0 +1,161 @@
+// The point nearest to a goal that a set of planes allows, in three dimensions: dual active-set method (Goldfarb &
+// Idnani 1983). It starts at the goal and adds the most violated plane until none is left; at most three are active.
+#pragma once
+
+#include <algorithm>
+
+#include "engine/base/pose.h"
+
+namespace typodont::haptics {
+
+/// The planes that hold the point: at most three, each with the length of its push, in the planes' unit of length.
+struct ActivePlanes {
+  int count = 0;
+  int index[3] = {};
+  double push[3] = {};
+};
+
+/// When normals count as linearly dependent. No unit: both are squared sines of an angle between normals.
+struct ActiveSetLimits {
+  double least_pivot = 0;  // of the Gram matrix of the active normals; below it the projection fails
+  double least_rest = 0;   // of the part of a new normal that is perpendicular to the active ones; below it the plane
+                           // can't become active beside them
+};
+
+/// One projection. `Planes` describes the planes, which allow the points x with excess(plane, x) >= 0:
+///
+///   struct Planes {
+///     using Plane = …;                                      // has the unit normal `dvec3 n`
+///     static constexpr ActiveSetLimits kLimits = {…};
+///     Plane plane(int i) const noexcept;                    // or a reference
+///     double excess(const Plane& plane, const dvec3& x) const noexcept;
+///     // The most violated plane, -1 where none is. `active`: `count` planes that hold already, but for rounding.
+///     int worst(const dvec3& x, const int* active, int count) const noexcept;
+///   };
+///
+/// Everything depends on `Planes`, so files with different floating-point options may each have their own. Never
+/// allocates.
+template <class Planes>
+class ActiveSet {
+ public:
+  explicit ActiveSet(const Planes& planes) : planes_(planes) {}
+
+  /// The point nearest to `goal` that all planes allow. `active` holds a guess of the planes that will be active, or
+  /// none; then those that are. False where no such point was found: then `x` means nothing, and `active` are the
+  /// planes that were active when the search failed.
+  bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
+    count_ = 0;
+    x = goal;
+    if (active.count > 0) start_with(active, x);
+    const bool solved = add_planes(x);
+    active.count = count_;
+    for (int i = 0; i < count_; ++i) active.index[i] = index_[i], active.push[i] = push_[i];
+    return solved;
+  }
+
+ private:
+  static constexpr int kMostRounds = 64;   // planes that are added before the projection fails
+  static constexpr int kMostLeaving = 8;   // active planes that leave for one that is added
+  static constexpr double kNever = 1e300;  // a length that no step has
+
+  /// Solves gram · r = the column behind it. False where the normals depend on each other.
+  bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
+    for (int i = 0; i < count_; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
+      if (gram[i][i] < Planes::kLimits.least_pivot) return false;
+      for (int row = i + 1; row < count_; ++row) {
+        const double f = gram[row][i] / gram[i][i];
+        for (int col = i; col <= count_; ++col) gram[row][col] -= f * gram[i][col];
+      }
+    }
+    for (int i = count_ - 1; i >= 0; --i) {
+      r[i] = gram[i][count_];
+      for (int j = i + 1; j < count_; ++j) r[i] -= gram[i][j] * r[j];
+      r[i] /= gram[i][i];
+    }
+    return true;
+  }
+
+  /// r: coordinates of v in the active normals, least squares. False where these depend on each other.
+  bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
+    double gram[3][4];
+    for (int i = 0; i < count_; ++i) {
+      for (int j = 0; j < count_; ++j) gram[i][j] = glm::dot(n_[i], n_[j]);
+      gram[i][count_] = glm::dot(n_[i], v);
+    }
+    return solve_gram(gram, r);
+  }
+
+  /// The answer with just the guessed planes, if each of them pushes there.
+  void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
+    count_ = guess.count;
+    double gram[3][4], u[3] = {};
+    for (int i = 0; i < count_; ++i) {
+      const typename Planes::Plane& plane = planes_.plane(guess.index[i]);
+      index_[i] = guess.index[i], n_[i] = plane.n;
+      gram[i][count_] = -planes_.excess(plane, x);
+    }
+    for (int i = 0; i < count_; ++i) {
+      for (int j = 0; j < count_; ++j) gram[i][j] = glm::dot(n_[i], n_[j]);
+    }
+    bool pushes = solve_gram(gram, u);
+    for (int i = 0; i < count_; ++i) pushes = pushes && u[i] > 0;
+    if (!pushes) {
+      count_ = 0;
+      return;
+    }
+    for (int i = 0; i < count_; ++i) x += u[i] * n_[i], push_[i] = u[i];
+  }
+
+  bool add_planes(dvec3& x) noexcept {
+    for (int round = 0; round < kMostRounds; ++round) {
+      const int next = planes_.worst(x, index_, count_);
+      if (next < 0) return true;
+      if (!add(next, x)) return false;
+    }
+    return false;
+  }
+
+  /// Moves x onto the plane. Active planes that would pull leave. False where no point is allowed.
+  bool add(int next, dvec3& x) noexcept {
+    const typename Planes::Plane& added = planes_.plane(next);
+    double pushed = 0;
+    for (int turn = 0; turn < kMostLeaving; ++turn) {
+      // rest: the part of the new normal perpendicular to the active ones; r: its coordinates in them.
+      double r[3] = {};
+      dvec3 rest = added.n;
+      if (count_ > 0) {
+        if (!coordinates(rest, r)) return false;
+        for (int i = 0; i < count_; ++i) rest -= r[i] * n_[i];
+      }
+      const double rest2 = glm::dot(rest, rest);
+      double partial = kNever;
+      int leaving = -1;
+      for (int i = 0; i < count_; ++i) {
+        if (r[i] > 1e-12 && push_[i] / r[i] < partial) partial = push_[i] / r[i], leaving = i;
+      }
+      const bool may_join = count_ < 3 && rest2 > Planes::kLimits.least_rest;
+      const double full = may_join ? -planes_.excess(added, x) / rest2 : kNever;
+      if (!may_join && leaving < 0) return false;
+      const double step = std::min(partial, full);
+      if (may_join) x += step * rest;
+      for (int i = 0; i < count_; ++i) push_[i] -= step * r[i];
+      pushed += step;
+      if (full <= partial) {
+        index_[count_] = next, n_[count_] = added.n, push_[count_] = pushed;
+        ++count_;
+        return true;
+      }
+      for (int i = leaving; i + 1 < count_; ++i) index_[i] = index_[i + 1], n_[i] = n_[i + 1], push_[i] = push_[i + 1];
+      --count_;
+    }
+    return true;
+  }
+
+  const Planes& planes_;
+  int count_ = 0;  // active planes
+  int index_[3];
+  dvec3 n_[3];
+  double push_[3];  // in the unit of x
+};
+
+}  // namespace typodont::haptics

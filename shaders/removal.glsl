@@ -1,0 +1,59 @@
+// Pass 3 of sphere packings (S2, eq. 6): what a ball leaves of a sphere. As SphereTissue::after_cut and counted.
+
+// The volume that a sphere and its share of the gaps still count for, m³.
+double counted(Sphere s) {
+  double r = radius_of(s);
+  precise double least = kLeast * s.base_radius;
+  if (!(r > least)) return 0.0LF;
+  if (!(s.overlap > 0.0LF)) return s.base_volume;
+  double base = ball_volume(s.base_radius);
+  if (pass.printed != 0u) {
+    precise double left = s.base_volume * ball_volume(r) / base;
+    return left;
+  }
+  precise double apart = s.tool + s.base_radius - s.overlap;
+  precise double left = s.base_volume * (1.0LF - lens_volume(s.tool, s.base_radius, apart) / base);
+  return left;
+}
+
+// How deep a ball of radius r on its way from a to b comes into a sphere; `away`: the direction out of its way.
+double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out dvec3 away) {
+  dvec3 off = minus(center, nearest_on(a, b, center));
+  precise double distance = sqrt(dot3(off, off));
+  precise dvec3 direction = off / distance;
+  away = distance > 0.0LF ? direction : dvec3(0.0LF, 0.0LF, 1.0LF);
+  precise double overlap = r + radius - distance;
+  return overlap;
+}
+
+// Whether the ball's way to `near` comes near the sphere: the processor's tree asks the same.
+bool is_near(Sphere s, Ball ball) {
+  double r = tree_radius(s);
+  if (!(r > 0.0LF)) return false;
+  precise double reach = r + ball.r;
+  dvec3 center = center_of(s);
+  dvec3 off =
+      minus(center, nearest_on(dvec3(ball.ax, ball.ay, ball.az), dvec3(ball.nx, ball.ny, ball.nz), center));
+  precise double reach2 = reach * reach;
+  return dot3(off, off) < reach2;
+}
+
+// Makes `s` what the ball leaves of it; false where that is all of it.
+bool after_cut(inout Sphere s, Ball ball) {
+  dvec3 a = dvec3(ball.ax, ball.ay, ball.az), b = dvec3(ball.bx, ball.by, ball.bz), away;
+  double overlap = overlap_of(a, b, ball.r, dvec3(s.bx, s.by, s.bz), s.base_radius, away);
+  if (s.overlap > 0.0LF &&
+      (dot3(away, dvec3(s.ax, s.ay, s.az)) < kSameSide || ball.r != s.tool || !(overlap > s.overlap))) {
+    dvec3 center = center_of(s);
+    s = Sphere(center.x, center.y, center.z, radius_of(s), counted(s), 0.0LF, 0.0LF, 0.0LF, 0.0LF, 0.0LF);
+    overlap = overlap_of(a, b, ball.r, center, s.base_radius, away);
+  }
+  if (!(overlap > kTouching)) return false;
+  precise double all = 2.0LF * s.base_radius;
+  s.overlap = all < overlap ? all : overlap;
+  s.ax = away.x;
+  s.ay = away.y;
+  s.az = away.z;
+  s.tool = ball.r;
+  return true;
+}

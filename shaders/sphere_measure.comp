@@ -1,0 +1,29 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+// Pass 3 of sphere packings, only measured: what each ball by itself would take of each sphere.
+#include "shaders/spheres.glsl"
+#include "shaders/removal.glsl"
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[]; };
+layout(set = 0, binding = 3, std430) buffer Results {
+  uint count;
+  uint unused;
+  Share shares[];
+};
+
+void main() {
+  uint stride = gl_NumWorkGroups.x * 64u;
+  for (uint i = gl_GlobalInvocationID.x; i < pass.spheres; i += stride) {
+    if (!may_be_near(i)) continue;
+    Sphere s = spheres[i];
+    double had = counted(s);
+    for (uint k = 0u; k < pass.balls; ++k) {
+      Sphere cut = s;
+      if (!is_near(s, balls[k]) || !after_cut(cut, balls[k])) continue;
+      precise double taken = had - counted(cut);
+      uint at = atomicAdd(count, 1u);
+      if (at < pass.capacity) shares[at] = Share(k, i, taken);
+    }
+  }
+}

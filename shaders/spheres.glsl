@@ -1,0 +1,94 @@
+// The spheres of a tissue and the geometry of two spheres, as haptics/contact/packing has them: sphere_pair.h,
+// sphere_tissue.cpp. Every operation is written in the same order as there and `precise`, so that a device with IEEE
+// doubles gives the same bits.
+
+// haptics/sphere_passes.h: CutSphere.
+struct Sphere {
+  double bx, by, bz, base_radius, base_volume, ax, ay, az, overlap, tool;
+};
+// A ball of the tool: from a to b; only spheres near the way from a to `near` are looked at. Of pass 1, b is the way.
+struct Ball {
+  double ax, ay, az, bx, by, bz, nx, ny, nz, r;
+};
+struct Share {
+  uint ball, sphere;
+  double volume;
+};
+layout(push_constant) uniform Pass {
+  vec4 around;         // xyz: middle of the ball around all of the tool's way, from the origin; w: its radius. m
+  double ox, oy, oz;   // the origin of single precision, m, W
+  float slack;         // m, by which bounds are larger: covers the rounding of single precision
+  uint spheres, balls;
+  uint capacity;       // of the list of results
+  uint printed;        // 1: volumes by eq. 6 as printed
+} pass;
+// xyz: centre from the origin; w: radius and slack, negative where the sphere has vanished. m
+layout(set = 0, binding = 1, std430) buffer Bounds { vec4 bounds[]; };
+layout(set = 0, binding = 2, std430) readonly buffer Balls { Ball balls[]; };
+
+const double kPi = 3.14159265358979323846LF;
+const double kLeast = 1e-3LF;
+const double kSameSide = 0.5LF;
+const double kTouching = 1e-13LF;
+
+// False only where the sphere cannot come near any ball of the tool.
+bool may_be_near(uint i) {
+  vec4 b = bounds[i];
+  float reach = b.w + pass.around.w;
+  vec3 off = b.xyz - pass.around.xyz;
+  return b.w >= 0.0 && dot(off, off) <= reach * reach;
+}
+
+double radius_of(Sphere s) {
+  precise double left = s.base_radius - 0.5LF * s.overlap;
+  return left > 0.0LF ? left : 0.0LF;
+}
+// As the tree has it: 0 where the sphere has vanished.
+double tree_radius(Sphere s) {
+  double r = radius_of(s);
+  precise double least = kLeast * s.base_radius;
+  return r > least ? r : 0.0LF;
+}
+dvec3 center_of(Sphere s) {
+  precise double half_overlap = 0.5LF * s.overlap;
+  precise double x = s.bx + half_overlap * s.ax, y = s.by + half_overlap * s.ay, z = s.bz + half_overlap * s.az;
+  return dvec3(x, y, z);
+}
+double dot3(dvec3 a, dvec3 b) {
+  precise double d = a.x * b.x + a.y * b.y + a.z * b.z;
+  return d;
+}
+dvec3 minus(dvec3 a, dvec3 b) {
+  precise dvec3 d = a - b;
+  return d;
+}
+
+// The point of the segment from a to b that is nearest to p.
+dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
+  dvec3 ab = minus(b, a);
+  double length2 = dot3(ab, ab);
+  if (!(length2 > 0.0LF)) return a;
+  precise double share = dot3(minus(p, a), ab) / length2;
+  share = share < 0.0LF ? 0.0LF : share > 1.0LF ? 1.0LF : share;
+  precise dvec3 at = a + share * ab;
+  return at;
+}
+
+// Eq. 2, mended: the volume that two spheres share.
+double lens_volume(double r1, double r2, double d) {
+  precise double reach = r1 + r2, off = r1 - r2;
+  if (!(d < reach)) return 0.0LF;
+  double least = r2 < r1 ? r2 : r1;
+  if (d <= abs(off)) {
+    precise double whole = 4.0LF / 3.0LF * kPi * least * least * least;
+    return whole;
+  }
+  precise double depth = reach - d;
+  precise double volume = kPi * depth * depth * (d * d + 2.0LF * d * reach - 3.0LF * off * off) / (12.0LF * d);
+  return volume;
+}
+
+double ball_volume(double r) {
+  precise double volume = 4.0LF / 3.0LF * kPi * r * r * r;
+  return volume;
+}

@@ -1,0 +1,133 @@
+// The expert's hand in a live session: servo, carver and recorder are the program's own, called in turn on a simulated
+// clock; the carver is late, so that snapshots and copies come when they would beside a picture.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "engine/app/hands/expert_hand.h"
+#include "engine/app/hands/live_expert.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/live/session.h"
+#include "engine/app/recording/replay.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/recording/session_record.h"
+#include "engine/app/task/task.h"
+#include "engine/session/score.h"
+#include "engine/session/session_file.h"
+#include "engine/session/task.h"
+#include "tests/support/session_fixture.h"
+
+namespace typodont {
+namespace {
+
+using session::test::TemporaryFolder;
+
+constexpr const char* kScene = R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"size_mm": [5, 5, 3]}}},
+  {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 1.2], "size_mm": [5, 5, 0.6]}}}]},
+  "tools": ["cylinder_010", "round_012"], "spindle": "air_turbine", "parts": ["haptics"],
+  "task": {"goal": "cut", "ideal": {"remove": [{"box": {"center_mm": [0, 0, 1.4], "size_mm": [2.4, 1.4, 1.6]}}]},
+    "rules": [{"name": "over_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50},
+              {"name": "under_cut_mm3", "target": 0.2, "tolerance": 1.5, "weight": 50}]}})";
+
+Nanos g_clock = 1'000'000'000;  // ns, simulated
+Nanos simulated() noexcept {
+  return g_clock += 100'000;  // so that the end of a session, which waits for the clock, comes
+}
+
+/// Points out of 100.
+double points(const Scene& scene, const haptics::TissueVolume& start, const haptics::TissueVolume& after,
+              const session::HandMeter& meter) {
+  session::ScoreInput input;
+  input.before = start.volumes();
+  input.after = after.volumes();
+  input.hand = meter.result();
+  TaskJudge(scene, start).judge(after, input);
+  const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
+  return 100 * score.points / score.full;
+}
+
+double points_in_lock_step(const Scene& scene, const haptics::TissueVolume& start) {
+  Expert expert(scene, start);
+  ExpertHand hand(expert.plan(start), 1000);
+  HapticLoop loop(scene, load_tissue(scene), 1000);
+  session::HandMeter meter(1000);
+  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });
+  return points(scene, start, loop.carver().volume(), meter);
+}
+
+class LiveExpert : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder / "scene.json") << kScene;
+    scene.emplace(read_scene(folder / "scene.json"));
+    start.emplace(load_tissue(*scene));
+  }
+
+  /// Runs the hand in a live session, recorded to `file`. Every `late` ticks the carver has a turn. From tick
+  /// `hold_from` to `hold_to` the session is held.
+  double points_live(int late, std::uint64_t hold_from = 0, std::uint64_t hold_to = 0) {
+    LiveSession s(*scene, load_tissue(*scene));
+    const auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
+    s.record = true;
+    s.serve(hand->info());
+    s.notes.emplace(*scene, std::nullopt);
+    session::SessionWriter writer(file(), session_header(*scene, {}, hand->info(), s.carver.volume(), 1000));
+    s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
+    session::HandMeter meter(1000);
+    {
+      ServoTurns servo(s, *hand, simulated);
+      CarverTurns carver(s);
+      RecorderTurns recorder(s, writer);
+      for (std::uint64_t tick = 0; servo.turn(); ++tick) {
+        g_clock += 1'000'000;
+        s.wiring.held = tick >= hold_from && tick < hold_to;
+        meter.add({&s.last, 1});
+        if (tick % static_cast<std::uint64_t>(late) == 0) carver.turn(), recorder.turn();
+      }
+      servo.end();
+      carver.finish();
+      recorder.turn();
+    }
+    EXPECT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
+    return points(*scene, *start, s.carver.volume(), meter);
+  }
+  std::filesystem::path file() const { return folder / "session.h5"; }
+
+  TemporaryFolder folder;
+  std::optional<Scene> scene;
+  std::optional<haptics::TissueVolume> start;
+};
+
+TEST_F(LiveExpert, ScoresWithinAPointOfWhatItScoresInLockStepHoweverLateTheCarverIs) {
+  const double alone = points_in_lock_step(*scene, *start);
+  EXPECT_GT(alone, 80);
+  for (const int late : {3, 20}) EXPECT_NEAR(points_live(late), alone, 1) << "a turn of the carver in " << late;
+}
+
+TEST_F(LiveExpert, GoesOnWhereItWasAfterTheSessionWasHeldAndIsReplayedBitForBit) {
+  const double alone = points_in_lock_step(*scene, *start);
+  EXPECT_NEAR(points_live(5, 4000, 9000), alone, 1);
+  const ReplayResult replayed = replay_session(file(), {});
+  EXPECT_TRUE(replayed.identical) << replayed.what_differs;
+}
+
+TEST_F(LiveExpert, CanBeGivenUpWhileItPlans) {
+  LiveSession s(*scene, load_tissue(*scene));
+  auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
+  s.serve(hand->info());
+  s.wiring.patch.offer(s.carver, dvec3(0, 0, 3e-3));
+  ServoTurns servo(s, *hand, simulated);
+  CarverTurns carver(s);
+  while (servo.turn() && !s.wiring.expert_wants_copy) {
+    if (s.last.pedal > 0) carver.turn();  // so nobody makes the copy that it asks for with the pedal up
+  }
+  EXPECT_TRUE(s.wiring.expert_wants_copy);
+  hand.reset();
+}
+
+}  // namespace
+}  // namespace typodont

@@ -1,0 +1,123 @@
+// Hands that no human has, for the hostile tests of all contact models: how they move, what nonsense they send, and
+// what must hold in every tick.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "engine/base/units.h"
+#include "tests/support/haptic_bench.h"
+
+namespace typodont::test {
+
+/// A hostile test sets these limits and makes the tissue anew after so many ticks, before all of it is cut away.
+constexpr double kHostileForceLimit = 8, kHostileTorqueLimit = 0.5;  // N, N·m
+constexpr int kHostileRound = 4000;
+
+/// A hand that wanders around a place at up to 0.2 m/s, with accelerations of up to 20 m/s²: ten times what the energy
+/// controller foresees and more than an arm can. It turns the tool in every direction meanwhile, and every so often
+/// changes its speed.
+class Wanderer {
+ public:
+  Wanderer(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
+  Pose next(double dt) {
+    if (random_() % 400 == 0) {
+      constexpr double kSpeeds[] = {0.01, 0.03, 0.1, 0.2};  // m/s
+      speed_ = kSpeeds[random_() % 4];
+    }
+    v_ += std::sqrt(dt) * 3.0 * speed_ * anywhere() - dt * (6.0 * v_ + 60.0 * (p_ - home_));
+    if (const double length = glm::length(v_); length > speed_) v_ *= speed_ / length;
+    turn_ += std::sqrt(dt) * 10.0 * anywhere() - dt * 4.0 * turn_;  // rad/s
+    if (const double rate = glm::length(turn_); rate > 0) {
+      R_ = glm::normalize(glm::angleAxis(rate * dt, turn_ / rate) * R_);
+    }
+    p_ += dt * v_;
+    return {p_, R_};
+  }
+  void leap_to(const dvec3& p) { p_ = p; }
+
+ private:
+  dvec3 anywhere() {
+    const double x = normal_(random_), y = normal_(random_), z = normal_(random_);
+    return {x, y, z};
+  }
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_{0, 1};
+  double speed_ = 0.03;
+  dvec3 home_, p_, v_{0}, turn_{0};
+  dquat R_{1, 0, 0, 0};
+};
+
+/// What a broken device or clock sends now and then.
+class Nonsense {
+ public:
+  /// `undoes`: strokes, too.
+  Nonsense(std::uint64_t seed, dvec3 home, bool undoes) : random_(seed), home_(home), undoes_(undoes) {}
+  double pedal() { return uniform_(random_); }
+  /// Spoils one tick of 50: the hand, its pose, the pedal or the clock.
+  void spoil(HapticBench& bench, Wanderer& hand, Pose& X, double& pedal) {
+    switch (random_() % 450) {
+      case 0:
+        hand.leap_to(home_ + anywhere(6 * kMillimetre));
+        break;
+      case 1:
+        X.p = {std::numeric_limits<double>::quiet_NaN(), 0, 0};
+        break;
+      case 2:
+        X.p = dvec3(std::numeric_limits<double>::infinity());
+        break;
+      case 3:
+        X.R = dquat(0, 0, 0, 0);
+        break;
+      case 4:
+        X.p = anywhere(1e30);
+        break;
+      case 5:
+        pedal = std::numeric_limits<double>::quiet_NaN();
+        break;
+      case 6:
+        bench.t -= 5'000'000;  // the clock goes back
+        break;
+      case 7:
+        bench.t += 3'000'000'000;
+        break;
+      case 8:
+        if (undoes_) bench.carver.undo();
+        break;
+      default:
+        break;
+    }
+  }
+
+ private:
+  dvec3 anywhere(double size) {
+    const double x = uniform_(random_), y = uniform_(random_), z = uniform_(random_);
+    return size * dvec3(x, y, z);
+  }
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+  dvec3 home_;
+  bool undoes_;
+};
+
+inline haptics::ServoSettings hostile_settings(const haptics::Tool& tool) {
+  haptics::ServoSettings s;
+  s.tool = tool;
+  s.spindle.free_speed = 300 * kKrpm;
+  s.force_limit = kHostileForceLimit;
+  s.torque_limit = kHostileTorqueLimit;
+  return s;
+}
+
+/// What holds in every tick, whatever the hand does.
+inline void expect_sense(const ServoTick& tick) {
+  ASSERT_TRUE(is_finite(tick.f_T_W) && is_finite(tick.tau_T_W) && is_finite(tick.X_WG.p));
+  ASSERT_TRUE(std::isfinite(tick.energy) && std::isfinite(tick.depth) && std::isfinite(tick.contact_area));
+  ASSERT_LE(glm::length(tick.f_T_W), kHostileForceLimit * (1 + 1e-9));
+  ASSERT_LE(glm::length(tick.tau_T_W), kHostileTorqueLimit * (1 + 1e-9));
+}
+
+}  // namespace typodont::test

@@ -1,0 +1,265 @@
+// The state of a session for other programs, against real sockets of this computer.
+#include "engine/app/stream/state_stream.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/app/live/session.h"
+#include "engine/app/recording/resume.h"
+#include "engine/base/error.h"
+#include "engine/base/websocket.h"
+
+namespace typodont {
+namespace {
+
+using Messages = std::vector<nlohmann::json>;
+
+sockaddr_in loopback(int port) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  return address;
+}
+
+/// A program that listens over WebSocket.
+class Client {
+ public:
+  explicit Client(int port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    // Small, so that a reader that does not read is full soon.
+    const int size = 4096;
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
+    const sockaddr_in address = loopback(port);
+    EXPECT_EQ(::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Client() { ::close(fd_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  void say(const std::string& text) { EXPECT_EQ(::send(fd_, text.data(), text.size(), 0), ssize_t(text.size())); }
+  void greet(const std::string& more = "") {
+    say("GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + more +
+        "sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n");
+  }
+  /// What is there to be read now.
+  void read() {
+    char buffer[65536];
+    for (ssize_t n; (n = ::recv(fd_, buffer, sizeof buffer, MSG_DONTWAIT)) > 0;) in_.append(buffer, std::size_t(n));
+  }
+  /// The status line of the answer.
+  std::string status() {
+    read();
+    return in_.substr(0, in_.find("\r\n"));
+  }
+  /// The whole messages that came after the handshake.
+  Messages messages() {
+    read();
+    const std::size_t head = in_.find("\r\n\r\n");
+    Messages found;
+    if (head == std::string::npos) return found;
+    for (std::size_t at = head + 4; at + 2 <= in_.size();) {
+      std::size_t size = static_cast<unsigned char>(in_[at + 1]), begin = at + 2;
+      if (size == 126) {
+        size = static_cast<unsigned char>(in_[at + 2]) << 8 | static_cast<unsigned char>(in_[at + 3]);
+        begin += 2;
+      }
+      if (begin + size > in_.size()) break;
+      found.push_back(nlohmann::json::parse(in_.substr(begin, size)));
+      at = begin + size;
+    }
+    return found;
+  }
+
+ private:
+  int fd_;
+  std::string in_;
+};
+
+/// Until what was sent over loopback is there.
+template <class Done>
+void turn_until(StateStream& stream, Done&& done) {
+  for (int i = 0; i < 20'000 && !done(); ++i) {
+    stream.turn();
+    ::usleep(500);
+  }
+}
+
+ServoTick a_tick(Nanos t) {
+  ServoTick tick;
+  tick.t = t;
+  tick.index = static_cast<std::uint64_t>(t / 1'000'000);
+  tick.f_T_W = {0.25, 0, 1.5};
+  tick.X_WG.p = {1e-3, 2e-3, 3e-3};
+  tick.removed[static_cast<std::size_t>(Tissue::kEnamel)] = 2e-9;
+  tick.tissue = Tissue::kEnamel;
+  return tick;
+}
+
+const StreamedSession kSession{"a scene", {"round_012"}, 1000};
+
+TEST(StateStream, AReaderIsToldOfTheSessionThenItsStatesAndEventsInTheirOrder) {
+  StateStream stream({"ws:0"}, kSession);
+  Client client(stream.port());
+  client.greet();
+  turn_until(stream, [&] { return stream.counts().readers == 1; });
+  stream.begin(now());
+  stream.state(a_tick(5'000'000), 3);
+  stream.event(6'000'000, "fault", "stale_patch");
+  Messages found;
+  turn_until(stream, [&] { return (found = client.messages()).size() >= 4; });
+  ASSERT_EQ(found.size(), 4u);
+  EXPECT_EQ(client.status(), "HTTP/1.1 101 Switching Protocols");
+  EXPECT_EQ(found[0]["schema"], "typodont-state-1");
+  EXPECT_EQ(found[1]["scene"], "a scene");
+  EXPECT_GT(found[1]["clock"]["zero_unix_ns"].get<std::int64_t>(), 1'600'000'000'000'000'000);
+  EXPECT_EQ(found[2]["type"], "state");
+  EXPECT_EQ(found[2]["t_s"], 0.005);
+  EXPECT_EQ(found[2]["force_N"], nlohmann::json({0.25, 0.0, 1.5}));
+  EXPECT_DOUBLE_EQ(found[2]["removed_mm3"]["enamel"].get<double>(), 2);
+  EXPECT_EQ(found[2]["tissue"], "enamel");
+  EXPECT_EQ(found[2]["tool"], "round_012");
+  EXPECT_EQ(found[2]["lost"], 3);
+  EXPECT_EQ(found[3]["text"], "stale_patch");
+}
+
+TEST(StateStream, AReaderThatNeverReadsLosesMessagesAndDelaysNeitherTheSenderNorAnotherReader) {
+  StateStream stream({"ws:0"}, kSession);
+  Client dead(stream.port()), alive(stream.port());
+  dead.greet();
+  alive.greet();
+  turn_until(stream, [&] { return stream.counts().readers == 2; });
+  stream.begin(now());
+  // Far more than any buffer of the system holds: a sender that waited for the dead reader would never come to the end.
+  constexpr int kStates = 20'000;
+  for (int i = 1; i <= kStates; ++i) {
+    stream.state(a_tick(i * Nanos{1'000'000}), 0);
+    if (i % 16 == 0) stream.turn(), alive.read();
+  }
+  EXPECT_GT(stream.counts().skipped, 1000u);
+  turn_until(stream, [&] { return alive.messages().back().value("tick", 0) == kStates; });
+  EXPECT_EQ(alive.messages().back()["tick"], kStates);
+}
+
+TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsLetGo) {
+  StateStream stream({"ws:0"}, kSession);
+  {
+    Client client(stream.port());
+    client.greet();
+    turn_until(stream, [&] { return stream.counts().readers == 1; });
+  }
+  turn_until(stream, [&] { return stream.counts().readers == 0; });
+  EXPECT_EQ(stream.counts().readers, 0u);
+  Client nonsense(stream.port());
+  nonsense.say("PUT / HTTP/1.1\r\n\r\n");
+  turn_until(stream, [&] { return !nonsense.status().empty(); });
+  EXPECT_EQ(nonsense.status(), "HTTP/1.1 400 Bad Request");
+}
+
+TEST(StateStream, APageFromElsewhereInABrowserIsRefused) {
+  StateStream stream({"ws:0"}, kSession);
+  Client elsewhere(stream.port()), here(stream.port());
+  elsewhere.greet("Origin: https://example.org\r\n");
+  here.greet("Origin: http://localhost:8000\r\n");
+  turn_until(stream, [&] { return !elsewhere.status().empty() && !here.status().empty(); });
+  EXPECT_EQ(elsewhere.status(), "HTTP/1.1 403 Forbidden");
+  EXPECT_EQ(here.status(), "HTTP/1.1 101 Switching Protocols");
+}
+
+TEST(StateStream, AnAddressThatIsNoneOrInUseIsAnError) {
+  for (const char* bad : {"", "ws", "ws:", "http:80", "ws:70000", "ws:12x", "osc:0", "osc:", "ws::80"})
+    EXPECT_THROW(StateStream({bad}, kSession), Error) << bad;
+  StateStream stream({"ws:0"}, kSession);
+  EXPECT_THROW(StateStream({"ws:" + std::to_string(stream.port())}, kSession), Error);
+}
+
+#ifdef TYPODONT_LIBLO
+TEST(StateStream, OscCarriesTheStateInOneBundleWithTheTickSTime) {
+  const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address = loopback(0);
+  ASSERT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  socklen_t size = sizeof address;
+  ::getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size);
+  StateStream stream({"osc:" + std::to_string(ntohs(address.sin_port))}, kSession);
+  stream.begin(now());
+  stream.state(a_tick(5'000'000), 0);
+  char buffer[4096];
+  const ssize_t n = ::recv(fd, buffer, sizeof buffer, 0);
+  ::close(fd);
+  ASSERT_GT(n, 16);
+  const std::string bundle(buffer, static_cast<std::size_t>(n));
+  EXPECT_EQ(bundle.substr(0, 8), std::string("#bundle\0", 8));
+  const auto word = [&](std::size_t at) {
+    std::uint32_t v;
+    std::memcpy(&v, bundle.data() + at, 4);
+    return ntohl(v);
+  };
+  EXPECT_GT(word(8), 2'208'988'800u + 1'600'000'000u) << "seconds since 1900";
+  const std::size_t force = bundle.find("/typodont/force");
+  ASSERT_NE(force, std::string::npos);
+  EXPECT_EQ(bundle.substr(force + 16, 4), ",fff");
+  EXPECT_EQ(std::bit_cast<float>(word(force + 24)), 0.25f);
+  EXPECT_EQ(std::bit_cast<float>(word(force + 32)), 1.5f);
+}
+#endif
+
+/// Goes down into a block and stays.
+class DownHand final : public haptics::HapticDevice {
+ public:
+  const haptics::DeviceInfo& info() const noexcept override { return info_; }
+  bool read(haptics::HandSample& sample) noexcept override {
+    sample = {t_, {{0, 0, std::max(1.3e-3, 2e-3 - 1e-12 * static_cast<double>(t_))}}, 1, 0};
+    t_ += 1'000'000;
+    return true;
+  }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+
+ private:
+  haptics::DeviceInfo info_;
+  Nanos t_ = 0;
+};
+
+constexpr const char* kBlock = R"({"tissue": {"voxel_mm": 0.1, "solids": [
+  {"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 2]}}}]}, "tool": "round_012", "spindle_krpm": 300})";
+
+TEST(StateStream, AServoWhoseStreamStandsStillDoesAllItsTicksAndCountsWhatWasNotTold) {
+  const Scene scene = parse_scene(Json::parse(kBlock, "scene"), "scene.json");
+  LiveSession s(scene, load_tissue(scene));
+  DownHand hand;
+  s.serve(hand.info());
+  StateStream stream({"ws:0"}, kSession);
+  StreamTurns turns(s, stream, 100);
+  s.wiring.patch.offer(s.carver, {0, 0, 2e-3});
+  ServoTurns servo(s, hand);
+  CarverTurns carver(s);
+  constexpr int kTicks = 6000;
+  for (int i = 0; i < kTicks; ++i) {
+    ASSERT_TRUE(servo.turn());
+    carver.turn();
+  }
+  EXPECT_EQ(s.last.index + 1, kTicks);
+  EXPECT_GT(s.last.cuts, 0u);
+  EXPECT_GT(s.wiring.ticks_to_stream->dropped(), 1000u);
+
+  Client client(stream.port());
+  client.greet();
+  turn_until(stream, [&] { return stream.counts().readers == 1; });
+  turns.turn();
+  turns.end();
+  Messages found;
+  turn_until(stream, [&] { return !(found = client.messages()).empty() && found.back()["type"] == "event"; });
+  EXPECT_EQ(found.back()["kind"], "end");
+  EXPECT_EQ(found[found.size() - 2]["lost"], s.wiring.ticks_to_stream->dropped());
+}
+
+}  // namespace
+}  // namespace typodont
