@@ -20,6 +20,7 @@ constexpr double kHeld = 0.3;          // s that the goal of a smoothing, markin
 constexpr double kDrilled = 0.05e-3;   // m that a drill may stay above its depth
 constexpr double kChecked = 0.25e-3;   // m that a gauge may …
 constexpr double kThreaded = 0.3e-3;   // … and a tap
+constexpr double kFelt = 0.05;         // N: less is the air's, where the tool follows the hand
 constexpr double kSeats = 1e-3;        // m that a placed implant or screw may stand out
 constexpr double kGoesIn = 0.1e-3;     // m/s along the plan's axis from which a tool is going in …
 constexpr double kGoesInTime = 0.1;    // … s, time constant of that speed
@@ -39,6 +40,30 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   }
   return best;
 }
+
+/// A bed: a cylinder with a flat bottom. SI, frame W.
+struct BedShape {
+  dvec3 bottom_W, axis_W;  // unit, into the bone
+  double length, radius;
+
+  double distance_to(const dvec3& p_W) const {
+    const dvec3 from = p_W - bottom_W;
+    const double along = glm::dot(from, axis_W);
+    const double aside = std::max(0.0, glm::length(from - along * axis_W) - radius);
+    return std::hypot(aside, std::max({along, -along - length, 0.0}));
+  }
+  double distance_to(const std::vector<dvec3>& path_W) const {
+    constexpr double kStep = 0.05e-3;  // m: a straight line is nearest between two steps by 1 µm at 0.3 mm
+    double best = 1e9;
+    for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
+      const dvec3 way = path_W[i + 1] - path_W[i];
+      const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(way) / kStep)));
+      for (int k = 0; k <= steps; ++k)
+        best = std::min(best, distance_to(path_W[i] + (static_cast<double>(k) / steps) * way));
+    }
+    return best;
+  }
+};
 
 }  // namespace
 
@@ -98,7 +123,7 @@ ImplantNote ImplantMeter::note_of(const ServoTick& tick, const dvec3& tip_W, con
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) return ImplantNote::kWrongTool;
   const ImplantPhase* phase = phase_ < task_.phases.size() ? &task_.phases[phase_] : nullptr;
   if (phase && phase->tool == tick.tool) {
-    if (phase->speed > 0 && std::abs(tick.spindle) > kOverSpeed * phase->speed) return ImplantNote::kOverSpeed;
+    if (phase->speed > 0 && tick.spindle > kOverSpeed * phase->speed) return ImplantNote::kOverSpeed;
     const bool deepens = phase->deed == ImplantDeed::kDrill || phase->deed == ImplantDeed::kTap;
     if (touches && turns && deepens && depth_ > phase->depth + task_.depth_tolerance) return ImplantNote::kTooDeep;
     if (depth_ > kOffAxisFrom && phase->deed != ImplantDeed::kSmooth &&
@@ -176,14 +201,19 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const ImplantPlan& plan = task_.plan;
   const dvec3 axis_W = tick.X_WG.R * dvec3(0, 0, -1), tip_W = tick.X_WG.p + task_.tip[tick.tool] * axis_W;
   depth_ = glm::dot(tip_W - plan.entry_W, plan.axis_W);
-  const bool touches = tick.depth > 0 || tick.contact_area > 0;
+  const double force = glm::length(tick.f_T_W);
+  const bool touches = tick.contact_area > 0 || force > kFelt;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  const double force = glm::length(tick.f_T_W);
   // Pulling the last phase's tool out is no work: a tool works as it cuts or goes deeper.
   if (dt > 0) going_in_ += ((depth_ - last_depth_) / dt - going_in_) * (1 - std::exp(-dt / kGoesInTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || going_in_ > kGoesIn);
+  // A bur that has smoothed or marked enough may go on, as long as it is in the hand.
+  const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
+  if (before && before->tool == tick.tool &&
+      (before->deed == ImplantDeed::kSmooth || before->deed == ImplantDeed::kMark))
+    works_ = false;
   // The tool of a later phase, used for a while: what lies between is skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) wrong_for_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
@@ -252,25 +282,13 @@ ImplantMeasures ImplantMeter::result() const {
   bed.depth = bottom_;
   // Where the bed's axis passes the plan's platform.
   const double to_platform =
-      glm::dot(plan.entry_W - bottom_W_, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
-  bed.entry_error = glm::length(bottom_W_ + to_platform * axis - plan.entry_W);
+      glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
+  bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  if (!task_.canal_W.empty()) {
-    constexpr int kSteps = 64;
-    for (int i = 0; i <= kSteps; ++i) {
-      const dvec3 p = bottom_W_ + (to_platform * i / kSteps) * axis;
-      const double d = distance_to(task_.canal_W, p) - task_.canal_radius;
-      bed.canal_distance = std::min(bed.canal_distance, i == 0 ? d : d - bed_radius_);
-    }
-  }
-  constexpr int kAlong = 64;
-  for (const NeighbourRoot& root : task_.neighbours) {
-    for (int i = 0; i <= kAlong; ++i) {
-      const dvec3 p = bottom_W_ + (to_platform * i / kAlong) * axis;
-      bed.neighbour_distance =
-          std::min(bed.neighbour_distance, distance_to({root.a_W, root.b_W}, p) - root.radius - bed_radius_);
-    }
-  }
+  const BedShape shape{bottom_W_, axis, to_platform, bed_radius_};
+  if (!task_.canal_W.empty()) bed.canal_distance = shape.distance_to(task_.canal_W) - task_.canal_radius;
+  for (const NeighbourRoot& root : task_.neighbours)
+    bed.neighbour_distance = std::min(bed.neighbour_distance, shape.distance_to({root.a_W, root.b_W}) - root.radius);
   return out;
 }
 

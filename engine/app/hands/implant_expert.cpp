@@ -22,6 +22,7 @@ constexpr double kTravel = 20e-3;       // m/s in the air
 constexpr double kLanding = 4e-3;       // m/s towards the bone, and along the bed
 constexpr double kSweepPace = 3e-3;     // m/s of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m to each side of the axis that is smoothed
+constexpr double kSweepBelow = 0.1e-3;  // m that the hand is lower than the ridge is to be: the bur yields
 constexpr double kSweepApart = 0.7e-3;  // m between its strokes
 constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N
 constexpr double kLeadPerForce = 1.5e-3;  // m/s of lead for each N that the force is off
@@ -29,8 +30,9 @@ constexpr double kMostLead = 3e-3;        // m
 constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back …
 constexpr double kPull = 2e-3;            // … by that much
 constexpr double kHot = 42, kCool = 40;   // °C: at the one the hand lifts the tool, at the other it goes on
+constexpr double kClear = 0.5e-3;         // m over the plan's entry where no bur touches its pit any more
 constexpr double kSlowFrom = 0.3e-3;      // m before the depth is reached
-constexpr double kPatience = 120;         // s in a stage
+constexpr double kPatience = 200;         // s in a stage
 
 }  // namespace
 
@@ -105,9 +107,10 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   switch (phase().deed) {
     case ImplantDeed::kSmooth: {
       // To and fro over the ridge, the bur's lowest point at the plan's entry; off the bone while that is hot.
-      const double goal = must_cool() ? -kNear : phase().depth;
+      const double level_depth = phase().depth + kSweepBelow;
+      const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
-      double left = along_ += depth_ == phase().depth ? kSweepPace * dt_ : 0;
+      double left = along_ += depth_ == level_depth ? kSweepPace * dt_ : 0;
       std::size_t i = 0;
       for (; i + 1 < sweep_.size(); ++i) {
         const double length = glm::length(sweep_[i + 1] - sweep_[i]);
@@ -180,7 +183,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       sample.X_WT = at(depth_, smooths ? sweep_.front() : dvec3(0));
       const double force = std::abs(glm::dot(seen_.f_T_W, task_.plan.axis_W));
       if (smooths) sample.pedal = depth_ > -kNear ? tool().implant->speed / motor_ : 0;
-      if (smooths ? depth_ >= phase().depth : (force > 0.2 || depth_ > 0.5e-3)) next(Stage::kWork);
+      if (smooths ? depth_ >= phase().depth + kSweepBelow : (force > 0.2 || depth_ > 0.5e-3)) next(Stage::kWork);
       break;
     }
     case Stage::kWork:
@@ -197,6 +200,8 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
+        // A round bur is drawn out of its pit while it turns: where it stands the pit's walls hold it.
+        if (phase().deed == ImplantDeed::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
       }
       sample.X_WT = at(depth_);

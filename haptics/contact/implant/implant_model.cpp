@@ -14,7 +14,8 @@ constexpr double kTurnsAtAll = 1e-3;     // rad/s: a slower spindle stands
 constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
 constexpr double kEnd = 0.5;             // cosine between push and axis from which the tip is what touches
 constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread holds
-constexpr double kSeated = 0.15e-3;      // m that a seated implant may stand out
+constexpr double kSeated = 0.05e-3;      // m that an implant in its place may stand out, or above the bed's bottom
+constexpr double kGivesWay = 0.1;        // of the greatest torque: an implant motor keeps its speed up to there
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
 constexpr double kAhead = 1.5;           // voxels before the tool where an obstacle lies deeper in bone, …
 constexpr double kFalls = 0.5;           // … by so many voxels of distance
@@ -378,7 +379,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
     const double stall = settings_.spindle.stall_torque;
-    const double turns = stall > 0 ? std::max(0.0, 1 - torque / stall) : 1.0;
+    const double turns = stall > 0 ? std::clamp((1 - torque / stall) / kGivesWay, 0.0, 1.0) : 1.0;
     turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
@@ -402,7 +403,9 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  const bool home = tip_ + step >= tool().length - kSeated || (bed.bore && look_.free - step < kSeated);
+  // Home: in the bone with its whole length, or at the bottom of a bed that is too shallow.
+  const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
+  const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }

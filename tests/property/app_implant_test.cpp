@@ -1,6 +1,9 @@
 // Implant surgery as an exercise: bone, plan, procedure, the expert, scores.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,6 +19,7 @@
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
 #include "haptics/lockstep.h"
+#include "tests/support/campaign.h"
 
 namespace typodont {
 namespace {
@@ -50,12 +54,16 @@ TEST(ImplantScenes, TheShippedPlansLieInBoneAndAwayFromTheCanal) {
     if (!canal.path_W.empty()) {
       EXPECT_GT(canal.distance(scene.implant->plan.apex_W()), 2e-3) << name;
     }
-    EXPECT_NO_THROW(load_untouched(scene)) << name;
+    auto coarse = json_of(name);
+    coarse["tissue"]["bone"]["voxel_mm"] = 0.3;
+    EXPECT_EQ(error_of(coarse, true), "accepted") << name;
   }
 }
 
 TEST(ImplantScenes, BoneHasAShellANerveInItsCanalAndGreyValuesOfItsClass) {
-  const Scene scene = read_scene(scene_file("implant-molar"));
+  auto json = json_of("implant-molar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.2;
+  const Scene scene = scene_from(json);
   const haptics::TissueVolume bone = load_untouched(scene);
   EXPECT_TRUE(bone.graded());
   const auto look = [&](const dvec3& p_mm) {
@@ -96,6 +104,7 @@ TEST(ImplantScenes, WrongInputIsAnsweredWithItsPlace) {
   EXPECT_NE(error_of(json).find("not among the scene's tools"), std::string::npos) << error_of(json);
 
   json = json_of("implant-molar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.3;
   json["implant"]["plan"]["entry_mm"] = {6.8, 12.5, 18};
   EXPECT_NE(error_of(json, true).find("leaves the jaw"), std::string::npos) << error_of(json, true);
 
@@ -115,32 +124,56 @@ TEST(ImplantScenes, WrongInputIsAnsweredWithItsPlace) {
   EXPECT_NE(error_of(json).find("\"model\": \"implant\""), std::string::npos) << error_of(json);
 }
 
+/// A copy of the shipped set whose threads turn at `rpm`, in a folder of its own that goes with this object.
+class OtherSet {
+ public:
+  explicit OtherSet(double rpm) {
+    fs::create_directories(folder_);
+    for (const auto& entry : fs::directory_iterator(assets_folder() / "implants" / "bone_level")) {
+      std::ifstream in(entry.path());
+      auto json = nlohmann::ordered_json::parse(in);
+      auto& block = json["implant"];
+      if (block.contains("thread") && block.contains("speed_rpm")) {
+        block["speed_rpm"] = rpm;
+        block["top_speed_rpm"] = 1.5 * rpm;
+      }
+      std::ofstream(folder_ / entry.path().filename()) << json;
+    }
+  }
+  ~OtherSet() { fs::remove_all(folder_); }
+  OtherSet(const OtherSet&) = delete;
+  OtherSet& operator=(const OtherSet&) = delete;
+  std::string folder() const { return folder_.string(); }
+
+ private:
+  fs::path folder_ = fs::temp_directory_path() / fmt::format("typodont_other_set_{}", getpid());
+};
+
 TEST(ImplantScenes, AnotherMakersSetIsAFolderOfFiles) {
-  const fs::path folder = fs::temp_directory_path() / "typodont_other_set";
-  fs::create_directories(folder);
-  for (const auto& entry : fs::directory_iterator(assets_folder() / "implants" / "bone_level"))
-    fs::copy_file(entry.path(), folder / entry.path().filename(), fs::copy_options::overwrite_existing);
+  const OtherSet set(60);
   auto json = json_of("implant-molar");
-  json["tool_set"] = folder.string();
-  EXPECT_EQ(error_of(json), "accepted");
-  fs::remove_all(folder);
+  json["tool_set"] = set.folder();
+  const Scene scene = scene_from(json);
+  const auto tap = std::find_if(scene.servo.tools.begin(), scene.servo.tools.end(),
+                                [](const haptics::Tool& tool) { return tool.name == "tap_48"; });
+  ASSERT_NE(tap, scene.servo.tools.end());
+  EXPECT_NEAR(tap->implant->speed, 2 * kPi, 1e-9);
 }
 
-/// The expert in a scene, at a coarse voxel so that it takes seconds.
 struct Done {
   session::ImplantMeasures measures;
   std::string gave_up;
   double largest_switch_step = 0;  // N, beyond the hand's own way
 };
-Done expert_in(const std::string& name) {
-  auto json = json_of(name);
-  json["tissue"]["bone"]["voxel_mm"] = 0.2;
+/// The expert in a scene, without the coupling's damper: what that adds changes with the hand's speed, not with a
+/// switch.
+Done expert_in(nlohmann::ordered_json json, double rate) {
+  json["coupling"]["damping_Ns_per_mm"] = 0;
   const Scene scene = scene_from(json);
   haptics::TissueVolume tissue = load_untouched(scene);
-  constexpr double kRate = 1000;
-  const haptics::ServoSettings settings = servo_settings(scene, tissue, kRate);
+  const haptics::ServoSettings settings = servo_settings(scene, tissue, rate);
   haptics::LockStep steps(std::move(tissue), settings);
-  ImplantExpert hand(scene, kRate);
+  ImplantExpert hand(scene, rate);
   session::ImplantMeter meter(*scene.implant);
   haptics::HandSample sample;
   ServoTick tick, last;
@@ -161,27 +194,43 @@ Done expert_in(const std::string& name) {
   done.gave_up = hand.gave_up();
   return done;
 }
-
-TEST(ImplantExpert, DoesAllSixteenPhasesToThePlan) {
-  const Done done = expert_in("implant-premolar");
+void expect_to_plan(const Done& done, std::size_t phases, double depth, double diameter) {
   EXPECT_EQ(done.gave_up, "");
-  ASSERT_EQ(done.measures.phases.size(), 16u);
+  ASSERT_EQ(done.measures.phases.size(), phases);
   for (const auto& phase : done.measures.phases) {
     EXPECT_TRUE(phase.done) << phase.name[0];
     EXPECT_GE(phase.force.along.size(), 2u) << phase.name[0];
   }
   const session::ImplantBedMeasures& bed = done.measures.bed;
   EXPECT_TRUE(done.measures.placed);
-  EXPECT_NEAR(bed.depth, 12e-3, 0.1e-3);
+  EXPECT_NEAR(bed.depth, depth, 0.1e-3);
   EXPECT_LT(bed.axis_error, 0.2 * kDegree);
   EXPECT_LT(bed.entry_error, 0.1e-3);
   EXPECT_LT(bed.apex_error, 0.15e-3);
-  EXPECT_NEAR(bed.diameter, 4.2e-3, 0.1e-3);
+  EXPECT_NEAR(bed.diameter, diameter, 0.1e-3);
   EXPECT_LT(bed.ovality, 0.1e-3);
   EXPECT_GT(bed.canal_distance, 2e-3);
   EXPECT_GT(done.measures.insertion_torque, 0.01);
-  EXPECT_LT(done.measures.insertion_torque, 0.6);
+  EXPECT_LT(done.measures.insertion_torque, 0.5);
+  EXPECT_GT(done.measures.bone_contact, 0.9);
+  EXPECT_LT(done.measures.hottest, 43);
   EXPECT_LT(done.largest_switch_step, 0.02);
+}
+
+/// Coarse bone, quick threads, few ticks, so that it takes seconds; in ./run stress as it ships, at all sites.
+TEST(ImplantExpert, DoesAllPhasesToThePlan) {
+  if (test::campaign(1) > 1) {
+    expect_to_plan(expert_in(json_of("implant-premolar"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-molar"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-molar-soft"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-front"), 1000), 14, 10e-3, 3.5e-3);
+    return;
+  }
+  const OtherSet quick(60);
+  auto json = json_of("implant-premolar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.2;
+  json["tool_set"] = quick.folder();
+  expect_to_plan(expert_in(json, 500), 16, 12e-3, 4.2e-3);
 }
 
 }  // namespace
