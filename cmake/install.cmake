@@ -15,6 +15,11 @@ install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/T
 # The process that reads volume files: the program finds it from its own place, other programs by TYPODONT_VOLUME_READER.
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+# The one that reads DICOM files, likewise: TYPODONT_DICOM_READER.
+if(TARGET typodont_dicom_reader)
+  install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
+  install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
+endif()
 
 if(TYPODONT_BUILD_program)
   set(man_page ${PROJECT_BINARY_DIR}/typodont.1)
@@ -31,7 +36,7 @@ if(TYPODONT_BUILD_program)
   install(FILES cmake/package/typodont.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
   install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/typodont COMPONENT program)
 
-  # cpack: build/package/typodont_VERSION_ARCHITECTURE.deb, the program alone.
+  # cpack: build/package/typodont_VERSION_ARCHITECTURE.deb, the program, libtypodont.so with its headers, the Python package.
   set(CPACK_GENERATOR DEB)
   set(CPACK_PACKAGE_DIRECTORY ${PROJECT_SOURCE_DIR}/build/package)
   set(CPACK_PACKAGE_CONTACT "Typodont maintainers <maintainers@typodont.invalid>")
@@ -43,12 +48,14 @@ if(TYPODONT_BUILD_program)
   set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "training workbench for hard tissue: see, feel and hear the drill
 A co-located visual, haptic and audio workbench for hand-eye training on teeth
 and bone. Drives force-feedback arms, mirror workbenches and headsets; without
-any hardware it runs on a scripted hand, offscreen, on a processor.")
+any hardware it runs on a scripted hand, offscreen, on a processor. With its
+haptic core as a library for C and Python.")
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME typodont)
   set(CPACK_DEBIAN_PROGRAM_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd")  # the loader alone draws nothing
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1")      # films; headsets
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1, python3-cffi, python3-numpy")  # films; headsets; Python
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-distributed")
   include(CPack)
 endif()

@@ -18,4 +18,4 @@ layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look,
 layout(constant_id = 4) const bool kGlass = false;  // drawn as glass: more where the surface turns away
 // What the bricks drawn hold (BrickKind in passes/bricks.h): of the rest no code is made.
 layout(constant_id = 5) const int kHolds = 15;
-const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8;
+const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16;

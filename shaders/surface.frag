@@ -68,6 +68,12 @@ void main() {
     out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0))), 1.0);
     return;
   }
+  if (holds(kHoldsBacks) && !gl_FrontFacing) {
+    // The back of a surface that has a border: there is no tissue to be seen, and no colour of one. Lit from the eye's
+    // side, without the shadow that the surface throws on its own back.
+    out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8)))), 1.0);
+    return;
+  }
   uint a = in_pair & 255u, b = in_pair >> 8;
   vec3 color = in_first.rgb;
   vec4 look = in_first_look;

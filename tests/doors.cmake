@@ -1,5 +1,16 @@
-# The doors (engine/bindings), from an installation: what sanitizers add to a library its users would need, too.
-if(NOT TYPODONT_SANITIZE)
+# The doors (engine/bindings).
+if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked into them
+  foreach(host two_threads hostile)
+    add_executable(doors_${host} acceptance/doors/${host}.c)
+    set_target_properties(doors_${host} PROPERTIES LINKER_LANGUAGE CXX)
+    target_link_libraries(doors_${host} PRIVATE typodont_bindings)
+  endforeach()
+  add_test(NAME stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers
+           COMMAND doors_two_threads ${CMAKE_CURRENT_SOURCE_DIR}/acceptance/doors/ball.json two_threads.h5)
+  add_test(NAME stress.Doors.AHostileHostUnderSanitizers COMMAND doors_hostile)
+  set_tests_properties(stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers stress.Doors.AHostileHostUnderSanitizers
+                       PROPERTIES LABELS stress)
+else()  # from an installation
   typodont_test(bench_doors KIND bench SOURCES bench/doors_bench.cpp LIBS typodont_scene typodont_c fmt::fmt)
   typodont_test(acceptance_doors KIND acceptance SOURCES acceptance/doors_test.cpp
                 LIBS fmt::fmt nlohmann_json::nlohmann_json)
@@ -7,27 +18,15 @@ if(NOT TYPODONT_SANITIZE)
     TYPODONT_CMAKE="${CMAKE_COMMAND}" TYPODONT_COMPILER="${CMAKE_CXX_COMPILER}" TYPODONT_CC="${CMAKE_C_COMPILER}"
     TYPODONT_BUILD="${PROJECT_BINARY_DIR}" TYPODONT_LIBDIR="${CMAKE_INSTALL_LIBDIR}"
     TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
-  # What needs more than a compiler is tested where that is installed, as ./run test does.
+  # What needs more than a compiler; ./run test installs it. A test without its tool is skipped and says what to install.
   find_program(TYPODONT_MCS mcs)
-  if(TYPODONT_MCS)
-    target_compile_definitions(acceptance_doors PRIVATE TYPODONT_MCS="${TYPODONT_MCS}")
-  else()
-    message(WARNING "no C# compiler (apt install mono-mcs mono-runtime): C# is not tested")
-  endif()
   find_program(TYPODONT_GODOT godot3-server)
-  if(TYPODONT_GODOT)
-    target_compile_definitions(acceptance_doors PRIVATE TYPODONT_GODOT="${TYPODONT_GODOT}")
-  else()
-    message(WARNING "no Godot (apt install godot3-server): its plugin is not tested")
-  endif()
   find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
-  target_compile_definitions(acceptance_doors PRIVATE TYPODONT_PYTHON="${TYPODONT_PYTHON}")
-  execute_process(COMMAND ${TYPODONT_PYTHON} -c "import setuptools, wheel, pip, cffi, numpy" RESULT_VARIABLE no_cffi
-                  OUTPUT_QUIET ERROR_QUIET)
-  if(no_cffi EQUAL 0)
-    target_compile_definitions(acceptance_doors PRIVATE TYPODONT_CFFI)
-  else()
-    message(WARNING "no cffi, NumPy, pip or wheel (apt install python3-cffi python3-numpy python3-pip python3-setuptools python3-wheel): Python is not tested")
-  endif()
+  foreach(tool MCS GODOT PYTHON)
+    if(NOT TYPODONT_${tool})
+      set(TYPODONT_${tool} "")
+    endif()
+    target_compile_definitions(acceptance_doors PRIVATE TYPODONT_${tool}="${TYPODONT_${tool}}")
+  endforeach()
   add_dependencies(acceptance_doors typodont typodont_c typodont_volume_reader)
 endif()

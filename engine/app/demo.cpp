@@ -98,8 +98,11 @@ void run_demo(const DemoOptions& options) {
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
   TissueView view(surface_tolerance(rig, volume.frame().voxel, look.quality), scene.drawn_as);
-  stage.show(view.update(volume), volume.frame().origin);
-  log::info("drawing with {}: {} triangles", stage.device_name(), view.mesher().triangle_count());
+  const std::vector<render::MeshUpdate> first = view.update(loop.carver());
+  stage.show(first, volume.frame().origin);
+  std::size_t triangles = 0;
+  for (const render::MeshUpdate& brick : first) triangles += brick.indices.size() / 3;
+  log::info("drawing with {}: {} triangles", stage.device_name(), triangles);
 
   const fs::path session_file = options.out / "session.h5", wav = options.out / "drill.wav",
                  mp4 = options.out / "session.mp4", mono_mp4 = options.out / "session_mono.mp4";
@@ -149,7 +152,8 @@ void run_demo(const DemoOptions& options) {
     recorder.heartbeat();
     sound.advance(tick.t);
     debris.step(1 / options.fps);
-    stage.show(view.update(volume), volume.frame().origin);
+    stage.show(view.update(loop.carver()), volume.frame().origin);
+    (void)loop.carver().volume();  // brings the field up to date, which the student and the hints look at
     using Phase = Student::Phase;
     if (student.phase() == Phase::kAway && end.empty()) end = what_is_left(volume, header.volumes_before);
     const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"
@@ -174,7 +178,8 @@ void run_demo(const DemoOptions& options) {
       during_taken = true;
     }
   }
-  stage.show(view.update(volume), volume.frame().origin);
+  stage.show(view.update(loop.carver()), volume.frame().origin);
+  (void)loop.carver().volume();
   write_pictures(stage, tick, {}, what_is_left(volume, header.volumes_before), options.out, "after", pictures, "After");
   sound.stop(tick.t);
 

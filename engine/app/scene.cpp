@@ -319,6 +319,10 @@ std::string_view model_name(const Scene& scene) {
   return (scene.servo.method ? scene.servo.method : haptics::default_contact_method())->name();
 }
 
+bool draws_own_surface(const Scene& scene) {
+  return scene.servo.method && scene.servo.method->draws_own_surface();
+}
+
 std::vector<std::string> tool_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) names.push_back(tool.name);

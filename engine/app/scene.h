@@ -75,6 +75,8 @@ haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueV
 void choose_model(Scene& scene, const std::string& name);
 /// What the scene's contact model is called.
 std::string_view model_name(const Scene& scene);
+/// Whether pictures show triangles of its contact model's own, not the surface of the volume.
+bool draws_own_surface(const Scene& scene);
 
 /// What its tools are called, in their order.
 std::vector<std::string> tool_names(const Scene& scene);

@@ -23,6 +23,7 @@
 #include "engine/app/live/live_picture.h"
 #include "engine/app/live/session.h"
 #include "engine/app/picture/magnify.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/recording/session_record.h"
 #include "engine/app/sound_link.h"
@@ -576,7 +577,7 @@ void Workbench::Impl::end() {
   while (s.wiring.copies_to_watch.pop(copy)) delete copy;
   on_interrupt.reset();
 
-  if (!s.save.empty() && options.save_at_end) try_to([&] { s.carver.volume().save(s.save); });
+  if (!s.save.empty() && options.save_at_end) try_to([&] { save_tissue(copy_of(s.carver), s.save); });
   const session::SessionResult result = carved ? session_result(s.carver.volume()) : session::SessionResult();
   if (writer && !writer->finish(result) && failure.empty()) failure = writer->status().message;
   summary.seconds = to_seconds(s.last.t);
@@ -659,7 +660,7 @@ void Workbench::paint(const BrushMove& move) {
   if (!impl_->writer) impl_->session->wiring.paint_to_carver.push(move);
 }
 std::vector<PaintStroke> Workbench::painted() const {
-  return impl_->session->book.paint(impl_->session->carver.volume());
+  return impl_->session->book.paint(impl_->session->carver.strokes());
 }
 void Workbench::color(Tissue tissue, const dvec3& color) {
   if (impl_->picture) impl_->picture->color(tissue, color);
@@ -674,7 +675,7 @@ const gpu::Image* Workbench::own_picture() const {
   return impl_->picture ? impl_->picture->own_picture() : nullptr;
 }
 haptics::TissueVolume Workbench::take_tissue() {
-  return std::move(impl_->session->carver.volume());
+  return impl_->session->carver.take_tissue();
 }
 void Workbench::drop_picture() {
   if (impl_->picture) impl_->picture->drop();

@@ -41,6 +41,7 @@ struct MeshUpdate {
   std::uint64_t brick = 0;  // any number, unique in its mesh
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
+  bool two_sided = false;              // of a surface with a border: its back is drawn too, dull and blue-grey
 };
 
 /// A body made of bricks: the working tooth, gingiva, a neighbour.

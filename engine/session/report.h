@@ -39,6 +39,7 @@ struct ReportOptions {
   std::optional<ScoreInput> input;            // what was scored, where more was measured than the file holds
   std::optional<ResultModel> result, ideal;   // the surface that was left, with how far it is off; the ideal's
   std::optional<Preparation> preparation;     // for sections through it
+  bool encloses_nothing = false;              // the tissue is an open surface: only what was removed has a volume
   std::vector<SessionSummary> earlier;        // of the same scene, oldest first
   std::optional<SessionSummary> expert;
 };

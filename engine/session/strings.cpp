@@ -144,6 +144,13 @@ constexpr Entry kCatalogue[] = {
      {"Volumes in mm³. The ideal is what the task asks to leave.",
       "Volumen in mm³. Das Ideal ist, was die Aufgabe stehen lassen will.",
       "体积单位为 mm³。“理想”指任务要求保留的体积。"}},
+    {"encloses_nothing",
+     {"The scanned surface is open: it encloses no volume, so none is told before and after. What was removed lies "
+      "between "
+      "the surface before and after, and is known.",
+      "Die gescannte Oberfläche ist offen: Sie schließt kein Volumen ein, also steht vorher und nachher keines da. Das "
+      "Abgetragene liegt zwischen der Oberfläche vorher und nachher und ist bekannt.",
+      "扫描表面是开放的，不围成体积，因此不给出操作前后的体积。去除量位于操作前后的表面之间，是已知的。"}},
     {"tissue", {"Tissue", "Gewebe", "组织"}},
     {"before", {"Before", "Vorher", "操作前"}},
     {"removed", {"Removed", "Abgetragen", "去除"}},

@@ -150,15 +150,15 @@ void require_mesh_format(const std::filesystem::path& file) {
 }
 
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
-                const MaterialTable& materials) {
+                const MaterialTable& materials, Over over) {
   require_mesh_format(file);
   const std::string format = lower_extension(file);
   if (format == ".ply") {
-    write_file_atomically(file, ply(mesh, frame, materials), FileKind::kPly);
+    write_file_atomically(file, ply(mesh, frame, materials), FileKind::kPly, over);
   } else if (format == ".stl") {
-    write_file_atomically(file, stl(mesh, frame), FileKind::kStl);
+    write_file_atomically(file, stl(mesh, frame), FileKind::kStl, over);
   } else {
-    write_file_atomically(file, obj(mesh, frame, materials), FileKind::kObj);
+    write_file_atomically(file, obj(mesh, frame, materials), FileKind::kObj, over);
   }
 }
 

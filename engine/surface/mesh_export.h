@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "engine/base/partial_file.h"
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 #include "engine/surface/surface_mesher.h"
@@ -32,6 +33,6 @@ void require_mesh_format(const std::filesystem::path& file);
 /// Writes the file whole or not at all, in millimetres of W; the format by its extension: .ply (binary, with normals,
 /// colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
-                const MaterialTable& materials);
+                const MaterialTable& materials, Over over = Over::kNoInput);
 
 }  // namespace typodont::surface

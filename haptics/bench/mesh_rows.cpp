@@ -66,13 +66,22 @@ TissueVolume with_mesh(TissueMesh mesh) {
   return volume;
 }
 
-/// A round bur of 1.2 mm sinks into the highest cusp and is moved to and fro there: what a tick takes on either thread.
-void cutting_rows(const TissueMesh& arch, bool quick, std::vector<BenchRow>& rows) {
-  constexpr double kBur = 0.6e-3;  // m
-  const TissueMesh mesh = base_mesh(arch, {33140, {}});
+struct Bur {
+  const char* name;
+  HeadShape shape;
+  double diameter, length;  // m
+};
+constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
+                         {"cylinder 1.0 x 4 mm", HeadShape::kCylinder, 1.0e-3, 4e-3},
+                         {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
+                         {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
+
+/// A bur sinks into the highest cusp and is moved to and fro there: what a tick takes on either thread.
+void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;
-  settings.tool.diameter = settings.tool.length = 2 * kBur;
+  settings.tool.shape = bur.shape;
+  settings.tool.diameter = bur.diameter, settings.tool.length = bur.length;
   settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
   settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
   settings.method = read_contact_method(Json::parse(R"("mesh_lod")", "bench"));
@@ -84,7 +93,7 @@ void cutting_rows(const TissueMesh& arch, bool quick, std::vector<BenchRow>& row
   hand.pedal = 1;
   for (int i = 0; i < (quick ? 1000 : 4000); ++i) {
     hand.t += 1'000'000;
-    hand.X_WT.p = top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, kBur + 0.05e-3 - std::min(i, 500) * 1e-6);
+    hand.X_WT.p = top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, bur.length / 2 + 0.05e-3 - std::min(i, 500) * 1e-6);
     const Nanos start = thread_cpu_time();
     steps.tick(hand, tick, cut);
     servo.push_back(static_cast<double>(tick.cpu_time));
@@ -92,7 +101,7 @@ void cutting_rows(const TissueMesh& arch, bool quick, std::vector<BenchRow>& row
   }
   const auto row = [&](const char* name, double ns) {
     BenchRow r;
-    r.name = name, r.knob = "round 1.2 mm, 33140 vertices", r.time_ns = ns, r.per = "tick";
+    r.name = name, r.knob = fmt::format("{}, 33140 vertices", bur.name), r.time_ns = ns, r.per = "tick";
     rows.push_back(r);
   };
   row("cutting, servo, median", quantile(servo, 0.5));
@@ -157,7 +166,8 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
       rows.push_back(memory);
     }
   }
-  cutting_rows(arch, quick, rows);
+  const TissueMesh mesh = base_mesh(arch, {33140, {}});
+  for (const Bur& bur : kBurs) cutting_rows(mesh, bur, quick, rows);
   return rows;
 }
 

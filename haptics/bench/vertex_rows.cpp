@@ -12,6 +12,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
+#include "haptics/bench/timing.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 #include "haptics/contact_method.h"
 #include "haptics/lockstep.h"
@@ -33,7 +34,8 @@ TissueVolume with_mesh(TissueMesh mesh) {
   return volume;
 }
 
-/// Times of the servo's ticks after the approach, ns: a round bur on the highest cusp, to and fro.
+/// Times of the servo's ticks after the approach, ns, the least of each over equal runs: a round bur on the highest
+/// cusp, to and fro.
 std::vector<double> tick_times(const TissueMesh& mesh, bool cuts, int ticks) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;
@@ -42,22 +44,23 @@ std::vector<double> tick_times(const TissueMesh& mesh, bool cuts, int ticks) {
   settings.spindle.free_speed = 300'000 * 2 * kPi / 60;  // rad/s
   settings.materials.fill({1000, 20e9, 0.2, 0.15, 2900, dvec3(0.9)});
   settings.method = read_contact_method(Json::parse(R"({"vertex": {"edge_mm": 0.1}})", "bench"));
-  LockStep steps(with_mesh(mesh), settings);
-  std::vector<double> times;
-  ServoTick tick;
-  Cut cut;
-  HandSample hand;
-  hand.pedal = cuts ? 1 : 0;
-  for (int i = 0; i < kApproach + ticks; ++i) {
-    hand.t += 1'000'000;
-    const double down = kDepth * std::min(i, kApproach) / kApproach;
-    hand.X_WT.p =
-        top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, kBur + 0.05e-3 - down - (cuts ? 2 * kDepth : 0) * down / kDepth);
-    steps.tick(hand, tick, cut);
-    if (i < kApproach) continue;
-    times.push_back(static_cast<double>(tick.cpu_time));
-  }
-  return times;
+  return bench::least_of([&] {
+    LockStep steps(with_mesh(mesh), settings);
+    std::vector<double> times;
+    ServoTick tick;
+    Cut cut;
+    HandSample hand;
+    hand.pedal = cuts ? 1 : 0;
+    for (int i = 0; i < kApproach + ticks; ++i) {
+      hand.t += 1'000'000;
+      const double down = kDepth * std::min(i, kApproach) / kApproach;
+      hand.X_WT.p =
+          top + dvec3(0.4e-3 * std::sin(0.004 * i), 0, kBur + 0.05e-3 - down - (cuts ? 2 * kDepth : 0) * down / kDepth);
+      steps.tick(hand, tick, cut);
+      if (i >= kApproach) times.push_back(static_cast<double>(tick.cpu_time));
+    }
+    return times;
+  });
 }
 
 }  // namespace

@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constinit thread_local std::uint64_t t_queries = 0;
+// The model: in a shared library (libtypodont.so) the default one calls a function at each access.
+[[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 
 struct Cell {

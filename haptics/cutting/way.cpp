@@ -72,6 +72,7 @@ struct Depth {
 /// `most`, only that. No curve lies above its tangents, so where those on either side of its top meet is how high it
 /// can be. It is looked for there, where a corner would have it, and by turns where a round curve would be level.
 struct Search {
+  unsigned set;      // a bit for each piece that can be the nearest to one of the samples on this way
   Points from, way;  // in the head
   F8 a, b, s;        // shares of the way: the top lies between a and b, and is looked for at s
   Depth at_a, at_b;
@@ -82,7 +83,7 @@ struct Search {
     return {from.x + share * way.x, from.y + share * way.y, from.z + share * way.z};
   }
   TYPODONT_KERNEL eight::NearestWithNormal nearest(const Straight& head, const F8& rho, const F8& z) const {
-    return eight::nearest_with_normal(head.pieces, (1u << head.count) - 1, rho, z);
+    return eight::nearest_with_normal(head.pieces, set, rho, z);
   }
   TYPODONT_KERNEL Depth at(const Straight& head, const F8& share) const {
     const Points p = place(share);
@@ -99,9 +100,10 @@ struct Search {
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
   /// Begins at that share of the way. Positions count from the first pose's base.
-  TYPODONT_KERNEL void begin(const Straight& head, const F8& x, const F8& y, const F8& z, const F8& least, float share,
-                             float most) {
+  TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
+                             const F8& least, float share, float most) {
     const float* const T = head.turn;
+    set = pieces;
     from = in_head(head.from, x, y, z);
     way = {(T[0] * from.x + T[3] * from.y) + (T[6] * from.z + head.shift[0]),
            (T[1] * from.x + T[4] * from.y) + (T[7] * from.z + head.shift[1]),
@@ -136,6 +138,7 @@ struct Search {
 /// Centres of eight blocks, and how deep they ever lie in the head. That is concave in space, too: no sample lies
 /// deeper than the plane says.
 struct Centres {
+  unsigned set;            // given: the pieces that can be the nearest to any of them on the way
   float outside, emptied;  // given: of samples beside them, where they are no deeper, or are deeper, all are so
   F8 x, y, z;              // from the first pose's base
   F8 best, top;            // as deep at least, and at most
@@ -147,7 +150,8 @@ TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void look_at(const Straight* way_at, Centres* centres) {
   const Straight& way = *way_at;
   Search search;
-  search.begin(way, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f, centres->emptied);
+  search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
+               centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
   // The tangents that hold the curve down, as much of each as makes a level one.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
@@ -163,12 +167,32 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// How deep the centres lie in the head where the way begins.
+/// How deep the centres lie in the head where the way begins, and how far they are from each of its pieces.
+struct AtStart {
+  F8 depth, to_piece[HeadField::kMaxPieces];
+
+  /// The pieces, a bit each, that can be the nearest to a sample within `reach` of where that centre begins.
+  unsigned nearest_within(float reach, int lane, int count) const {
+    unsigned set = 0;
+    for (int i = 0; i < count; ++i) {
+      set |= static_cast<unsigned>(to_piece[i][lane] <= std::abs(depth[lane]) + 2 * reach) << i;
+    }
+    return set;
+  }
+};
+
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void look_at_start(const Straight* way_at, const Centres* centres, F8* depth) {
+void look_at_start(const Straight* way_at, const Centres* centres, AtStart* found) {
   const Straight& way = *way_at;
   const Points p = in_head(way.from, centres->x, centres->y, centres->z);
-  *depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, eight::root(p.x * p.x + p.y * p.y), p.z);
+  const F8 rho = eight::root(p.x * p.x + p.y * p.y);
+  found->depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, rho, p.z);
+  for (int i = 0; i < way.count; ++i) {
+    // The kernel leaves an arc's second end to the next piece.
+    const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, rho, p.z), off_rho = rho - way.pieces[i].bx,
+             off_z = p.z - way.pieces[i].bz;
+    found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
+  }
 }
 
 /// A block, the part of it that is meant, and what is known by its centre.
@@ -179,24 +203,18 @@ struct WayBlock {
   int from[3], to[3];
   glm::ivec3 first;  // from the first pose's base
   float top, n[3], share;
-  float bent;  // more than what is known of the centre errs beside it
+  float bent;    // more than what is known of the centre errs beside it
+  unsigned set;  // the pieces that can be the nearest to any sample on the way
   bool emptied;
 };
 
-/// Whether no sample can be raised any more: air, or what the head has emptied before.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool is_empty(const WayBlock* block_at) {
-  const WayBlock& block = *block_at;
-  const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
+/// Begins to load the rows of a block, which carve_way_block reads soon.
+void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
-    I8 left = {};
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
-      float* const row = block.distance + ix * block.stride_x + iy * block.stride_y;
-      left |= eight::Row{row, block.from[2], block.to[2], whole}.read() < Sweep::kInner;
+      __builtin_prefetch(block.distance + ix * block.stride_x + iy * block.stride_y, 1);
     }
-    if (any_of(left)) return false;
   }
-  return true;
 }
 
 /// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed.
@@ -225,7 +243,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
       if (block.emptied) {
         search.best = F8{} + Sweep::kInner;
       } else {
-        search.begin(way, eight::all(static_cast<float>(block.first.x + ix)),
+        search.begin(way, block.set, eight::all(static_cast<float>(block.first.x + ix)),
                      eight::all(static_cast<float>(block.first.y + iy)), z, least, block.share, Sweep::kInner);
         still_open[open] = rows;
         open += any_of(search.open);
@@ -269,7 +287,7 @@ bool carve_tops(Tops* tops_at, int first) {
   }
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
-  search.begin(tops.back, x, y, z, least, 0, Sweep::kInner);
+  search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
   // First where the way began: what was deepest there was cut there, to the last bit.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
@@ -361,7 +379,8 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
     Centres centres, starts;
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
-    WayBlock blocks[8], begun[8];
+    WayBlock blocks[8];
+    glm::ivec3 begun[8];
     int lanes = 0, started = 0;
     const auto put = [](Centres& to, int lane, const glm::vec3& c) {
       to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z;
@@ -371,6 +390,8 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     };
     const auto carve = [&] {
       fill_up(centres, lanes);
+      centres.set = 0;
+      for (int lane = 0; lane < lanes; ++lane) centres.set |= blocks[lane].set;
       look_at(&way, &centres);
       for (int lane = 0; lane < lanes; ++lane) {
         if (centres.top[lane] <= centres.outside) continue;
@@ -389,13 +410,14 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);
-      F8 depth;
-      look_at_start(&way, &starts, &depth);
+      AtStart at;
+      look_at_start(&way, &starts, &at);
       for (int lane = 0; lane < started; ++lane) {
-        if (depth[lane] + way.longest + kBesideSlip < centres.outside) continue;
-        if (cut_before && depth[lane] > centres.emptied + kBesideSlip) continue;
-        if (is_empty(&begun[lane])) continue;
-        blocks[lanes] = begun[lane];
+        if (at.depth[lane] + way.longest + kBesideSlip < centres.outside) continue;
+        if (cut_before && at.depth[lane] > centres.emptied + kBesideSlip) continue;
+        blocks[lanes] = block_at(begun[lane]);
+        fetch(blocks[lanes]);
+        blocks[lanes].set = at.nearest_within(kHalf + way.longest + kBesideSlip, lane, way.count);
         put(centres, lanes, {starts.x[lane], starts.y[lane], starts.z[lane]});
         if (++lanes == 8) carve();
       }
@@ -410,7 +432,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
           continue;
         for (int z0 = first.z + down(lowest - first.z, kDeep); z0 <= highest; z0 += kDeep) {
           const glm::ivec3 from(x0, y0, z0);
-          begun[started] = block_at(from);
+          begun[started] = from;
           put(starts, started, glm::vec3(from - way.from.base) + kMiddle);
           if (++started == 8) choose();
         }

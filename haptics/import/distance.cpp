@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace typodont::haptics::importing {
 
@@ -13,21 +14,19 @@ template <class Distance>
 static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double band, double step, Distance distance) {
   // A queue of buckets, a quarter of a step wide: near enough to order by distance, and O(1).
   const double width = 0.25 * step;
-  std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
-  const auto push = [&](std::size_t i) {
-    const auto b = static_cast<std::size_t>(nearest.v[i] / width);
-    if (b < buckets.size()) buckets[b].push_back(i);
-  };
+  std::vector<std::vector<std::uint32_t>> buckets(static_cast<std::size_t>(band / width) + 2);
+  std::vector<std::uint8_t> untold(feature.v.size(), 0);  // has a feature that its neighbours do not know of
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
-    if (feature.v[i] >= 0) push(i);
+    if (feature.v[i] < 0) continue;
+    const auto b = static_cast<std::size_t>(nearest.v[i] / width);
+    untold[i] = 1;
+    if (b < buckets.size()) buckets[b].push_back(static_cast<std::uint32_t>(i));
   }
-  std::vector<std::int32_t> spread(feature.v.size(), -1);  // the feature each sample last told its neighbours of
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow while it is worked off
       const std::size_t i = buckets[b][k];
+      if (!std::exchange(untold[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
-      if (spread[i] == f) continue;
-      spread[i] = f;
       const glm::ivec3 p = feature.place(i);
       for (int x = -1; x <= 1; ++x) {
         for (int y = -1; y <= 1; ++y) {
@@ -40,15 +39,16 @@ static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double 
             if (d < nearest.v[j]) {
               nearest.v[j] = d;
               feature.v[j] = f;
+              untold[j] = 1;
               // Never into a bucket already passed.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
-              if (into < buckets.size()) buckets[into].push_back(j);
+              if (into < buckets.size()) buckets[into].push_back(static_cast<std::uint32_t>(j));
             }
           }
         }
       }
     }
-    std::vector<std::size_t>().swap(buckets[b]);
+    std::vector<std::uint32_t>().swap(buckets[b]);
   }
 }
 
@@ -93,9 +93,6 @@ static bool closest_point(const Grid<float>& phi, const glm::dvec3& q, glm::dvec
 }
 
 DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, const Placement& placement, double band) {
-  DistanceField field;
-  field.distance = Grid<float>(size, static_cast<float>(band));
-  field.closest.assign(field.distance.v.size(), glm::vec3(0));
   const auto source = [&](const glm::ivec3& i) { return placement.offset + placement.scale * glm::dvec3(i); };
 
   // Points of the surface: the crossings of phi's grid lines, moved onto the interpolant.
@@ -120,7 +117,10 @@ DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, co
     }
   });
   std::vector<glm::vec3> points;
-  for (const auto& slab : found) points.insert(points.end(), slab.begin(), slab.end());
+  for (auto& slab : found) {
+    points.insert(points.end(), slab.begin(), slab.end());
+    std::vector<glm::vec3>().swap(slab);
+  }
 
   Grid<std::int32_t> feature(size, -1);
   Grid<float> nearest(size, std::numeric_limits<float>::max());
@@ -142,26 +142,37 @@ DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, co
   const double reach = band + 1.5 * placement.scale;
   propagate(feature, nearest, reach, placement.scale, distance);
 
-  // From the nearest crossing to the nearest point of the surface itself.
+  // What is kept for samples near the surface only lies in their slots; the grids of distances and features become
+  // those of the result.
+  DistanceField field;
+  field.slot = std::move(feature);
+  field.distance = std::move(nearest);
   Grid<float>& d = field.distance;
+  for (std::int32_t& f : field.slot.v) {
+    if (f < 0) continue;
+    field.closest.push_back(points[static_cast<std::size_t>(f)]);
+    f = static_cast<std::int32_t>(field.closest.size() - 1);
+  }
+  std::vector<glm::vec3>().swap(points);
+
+  // From the nearest crossing to the nearest point of the surface itself.
   for_each_slab(size.x, [&](int x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
         const glm::ivec3 i(x, y, z);
         const std::size_t k = d.index(i);
         const glm::dvec3 q = source(i);
+        if (field.slot.v[k] < 0) {  // the linear interpolant has the same sign as far away
+          d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
+          continue;
+        }
         const bool inside = sample_cubic(phi, q).value > 0;
-        double length = band;
-        if (feature.v[k] >= 0) {
-          const glm::dvec3 start(points[static_cast<std::size_t>(feature.v[k])]);
-          glm::dvec3 c = start;
-          length = nearest.v[k];
-          if (closest_point(phi, q, c) && glm::length(q - c) <= length + 1e-3) {
-            length = glm::length(q - c);
-          } else {
-            c = start;
-          }
-          field.closest[k] = glm::vec3(c);
+        glm::vec3& closest = field.closest[static_cast<std::size_t>(field.slot.v[k])];
+        glm::dvec3 c(closest);
+        double length = d.v[k];
+        if (closest_point(phi, q, c) && glm::length(q - c) <= length + 1e-3) {
+          length = glm::length(q - c);
+          closest = glm::vec3(c);
         }
         length = std::min(length, band);
         d.v[k] = static_cast<float>(inside ? -length : length);
@@ -172,34 +183,37 @@ DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, co
   // A neighbour may know a nearer part of the surface.
   for (int pass = 0; pass < 2; ++pass) {
     std::vector<glm::vec3> closest = field.closest;
-    Grid<float> better = d;
+    std::vector<float> better(closest.size());
     for_each_slab(size.x, [&](int x) {
       for (int y = 0; y < size.y; ++y) {
         for (int z = 0; z < size.z; ++z) {
           const glm::ivec3 i(x, y, z);
           const std::size_t k = d.index(i);
+          if (field.slot.v[k] < 0) continue;
+          const auto own = static_cast<std::size_t>(field.slot.v[k]);
           const glm::dvec3 q = source(i);
           double best = std::abs(d.v[k]);
-          if (best >= band && feature.v[k] < 0) continue;
           for (int n = 0; n < 6; ++n) {
             glm::ivec3 j = i;
             j[n / 2] += n % 2 ? 1 : -1;
-            if (!d.holds(j) || feature[j] < 0) continue;
-            glm::dvec3 c(field.closest[d.index(j)]);
+            if (!d.holds(j) || field.slot[j] < 0) continue;
+            glm::dvec3 c(field.closest_to(d.index(j)));
             if (glm::length(q - c) > best - 2e-3) continue;
             best = glm::length(q - c);
-            closest[k] = glm::vec3(c);
+            closest[own] = glm::vec3(c);
             if (closest_point(phi, q, c) && glm::length(q - c) <= best) {
               best = glm::length(q - c);
-              closest[k] = glm::vec3(c);
+              closest[own] = glm::vec3(c);
             }
           }
-          better.v[k] = std::copysign(static_cast<float>(best), d.v[k]);
+          better[own] = std::copysign(static_cast<float>(best), d.v[k]);
         }
       }
     });
     field.closest = std::move(closest);
-    d = std::move(better);
+    for (std::size_t k = 0; k < d.v.size(); ++k) {
+      if (field.slot.v[k] >= 0) d.v[k] = better[static_cast<std::size_t>(field.slot.v[k])];
+    }
   }
   return field;
 }
@@ -291,12 +305,6 @@ static void walk_lines(std::span<const Triangle> mesh, int axis, const glm::ivec
   }
 }
 
-// Counts, for each sample, the crossings of the mesh by the ray to −axis: odd is inside. Votes are added.
-static void count_crossings(std::span<const Triangle> mesh, int axis, Mask& votes) {
-  walk_lines(mesh, axis, votes.size,
-             [&](const glm::ivec3& p, std::size_t passed, const auto&) { votes[p] += passed % 2; });
-}
-
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size) {
   Grid<std::int16_t> sixths(size, 0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -309,25 +317,9 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
   return sixths;
 }
 
-Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size) {
-  Mask votes(size, 0);
-  for (int axis = 0; axis < 3; ++axis) count_crossings(mesh, axis, votes);
-  for (auto& v : votes.v) v = v >= 2;
-  return votes;
-}
-
-namespace {
-
-// The nearest triangle of every sample within the band, and how far it is.
-struct NearestTriangles {
-  Grid<std::int32_t> feature;  // -1: none as near
-  Grid<float> distance;
-};
-
-NearestTriangles nearest_triangles(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  NearestTriangles found{Grid<std::int32_t>(size, -1), Grid<float>(size, std::numeric_limits<float>::max())};
-  Grid<std::int32_t>& feature = found.feature;
-  Grid<float>& nearest = found.distance;
+Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
+  Grid<std::int32_t> feature(size, -1);  // the nearest triangle of every sample within the band
+  Grid<float> nearest(size, std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     const glm::dvec3 p(i);
     return glm::length(p - closest_on(mesh[static_cast<std::size_t>(f)], p));
@@ -349,31 +341,8 @@ NearestTriangles nearest_triangles(std::span<const Triangle> mesh, const glm::iv
     }
   }
   propagate(feature, nearest, band + 1.5, 1, distance);
-  return found;
-}
-
-}  // namespace
-
-Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  NearestTriangles found = nearest_triangles(mesh, size, band);
-  for (float& d : found.distance.v) d = std::min(d, static_cast<float>(band));
-  return std::move(found.distance);
-}
-
-DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  DistanceField field;
-  field.distance = Grid<float>(size, static_cast<float>(band));
-  field.closest.assign(field.distance.v.size(), glm::vec3(0));
-  const auto [feature, nearest] = nearest_triangles(mesh, size, band);
-  const Mask inside = inside_of(mesh, size);
-  for (std::size_t i = 0; i < feature.v.size(); ++i) {
-    const float d = std::min(nearest.v[i], static_cast<float>(band));
-    field.distance.v[i] = inside.v[i] ? -d : d;
-    if (feature.v[i] < 0) continue;
-    field.closest[i] =
-        glm::vec3(closest_on(mesh[static_cast<std::size_t>(feature.v[i])], glm::dvec3(feature.place(i))));
-  }
-  return field;
+  for (float& d : nearest.v) d = std::min(d, static_cast<float>(band));
+  return nearest;
 }
 
 }  // namespace typodont::haptics::importing

@@ -16,7 +16,15 @@ struct Placement {
 
 struct DistanceField {
   Grid<float> distance;            // in units of the source's voxels, negative where phi > 0, clamped to ± band
-  std::vector<glm::vec3> closest;  // on the surface, source index space; meaningful where |distance| < band
+  Grid<std::int32_t> slot;         // of each sample near the surface: its place in `closest`; -1 elsewhere
+  std::vector<glm::vec3> closest;  // on the surface, source index space
+
+  /// Meaningful where |distance| < band.
+  const glm::vec3& closest_to(std::size_t sample) const {
+    static constexpr glm::vec3 kNone(0);
+    const std::int32_t s = slot.v[sample];
+    return s < 0 ? kNone : closest[static_cast<std::size_t>(s)];
+  }
 };
 
 /// Distance to the surface phi = 0 (tricubic interpolation) from every sample of a grid of `size` placed in phi's index
@@ -29,9 +37,6 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// The same for a closed triangle mesh in the grid's own index space; sign by counting crossings along all three axes.
-DistanceField signed_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
-
 /// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths: the signed crossings of
 /// the rays along the six directions of the axes, where the paper takes the mean over all directions. 6 inside a closed
 /// mesh, 0 outside, in between near the holes of an open one.
@@ -39,8 +44,5 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
 
 /// Distance from every sample to the triangles, at most `band`, never negative.
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
-
-/// Set at the samples inside a closed mesh.
-Mask inside_of(std::span<const Triangle> mesh, const glm::ivec3& size);
 
 }  // namespace typodont::haptics::importing

@@ -72,7 +72,8 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  Grid<float> from = g, to(g.size);
+  // Each line is read into a buffer before it is written: the passes work in place.
+  Grid<float> out = g;
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];
     const std::size_t stride = axis == 0   ? static_cast<std::size_t>(g.size.y) * static_cast<std::size_t>(g.size.z)
@@ -86,19 +87,18 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
         const std::size_t start = axis == 0 ? g.index(0, a, b) : axis == 1 ? g.index(a, 0, b) : g.index(a, b, 0);
         for (int k = 0; k < n + 2 * r; ++k) {
           line[static_cast<std::size_t>(k)] =
-              from.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
+              out.v[start + stride * static_cast<std::size_t>(std::clamp(k - r, 0, n - 1))];
         }
         for (int k = 0; k < n; ++k) {
           const float* c = &line[static_cast<std::size_t>(k + r)];
           float s = kernel[0] * c[0];
           for (int m = 1; m <= r; ++m) s += kernel[static_cast<std::size_t>(m)] * (c[m] + c[-m]);
-          to.v[start + stride * static_cast<std::size_t>(k)] = s;
+          out.v[start + stride * static_cast<std::size_t>(k)] = s;
         }
       }
     });
-    std::swap(from.v, to.v);
   }
-  return from;
+  return out;
 }
 
 static double sharpening(double sigma, double blur) {
@@ -121,7 +121,7 @@ double noise_left(double sigma, double blur) {
 }
 
 template <class Better>
-static Grid<float> ball_extreme(const Grid<float>& g, double radius, Better better) {
+static Grid<float> ball_extreme(const Grid<float>& g, double radius, const Mask& wanted, Better better) {
   std::vector<glm::ivec3> ball;
   const int r = static_cast<int>(radius);
   for (int x = -r; x <= r; ++x) {
@@ -131,10 +131,11 @@ static Grid<float> ball_extreme(const Grid<float>& g, double radius, Better bett
       }
     }
   }
-  Grid<float> out(g.size);
+  Grid<float> out = g;
   for_each_slab(g.size.x, [&](int x) {
     for (int y = 0; y < g.size.y; ++y) {
       for (int z = 0; z < g.size.z; ++z) {
+        if (!wanted(x, y, z)) continue;
         float best = g(x, y, z);
         for (const glm::ivec3& d : ball) {
           const glm::ivec3 p = glm::clamp(glm::ivec3(x, y, z) + d, glm::ivec3(0), g.size - 1);
@@ -148,11 +149,11 @@ static Grid<float> ball_extreme(const Grid<float>& g, double radius, Better bett
   return out;
 }
 
-Grid<float> ball_min(const Grid<float>& g, double radius) {
-  return ball_extreme(g, radius, [](float a, float b) { return a < b; });
+Grid<float> ball_min(const Grid<float>& g, double radius, const Mask& wanted) {
+  return ball_extreme(g, radius, wanted, [](float a, float b) { return a < b; });
 }
-Grid<float> ball_max(const Grid<float>& g, double radius) {
-  return ball_extreme(g, radius, [](float a, float b) { return a > b; });
+Grid<float> ball_max(const Grid<float>& g, double radius, const Mask& wanted) {
+  return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
 Grid<float> distance_squared_to(const Mask& mask) {

@@ -63,9 +63,9 @@ Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur);
 /// What it leaves of white noise: the norm of its kernel.
 double noise_left(double sigma, double blur);
 
-/// Smallest value in the ball of `radius` voxels.
-Grid<float> ball_min(const Grid<float>& g, double radius);
-Grid<float> ball_max(const Grid<float>& g, double radius);
+/// Smallest value in the ball of `radius` voxels, at the samples set in `wanted`; at the others their own.
+Grid<float> ball_min(const Grid<float>& g, double radius, const Mask& wanted);
+Grid<float> ball_max(const Grid<float>& g, double radius, const Mask& wanted);
 
 /// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); huge when none.
 Grid<float> distance_squared_to(const Mask& mask);

@@ -1,9 +1,13 @@
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
@@ -24,6 +28,31 @@ void check_result_size(const dvec3& extent, double voxel) {
       fmt::format("{:g}: {:.3g} voxels for {:.1f} x {:.1f} x {:.1f} mm", voxel / kMillimetre, count,
                   extent.x / kMillimetre, extent.y / kMillimetre, extent.z / kMillimetre),
       fmt::format("at most {:.3g} voxels: at least {:.3g} mm", kMost, voxel * std::cbrt(count / kMost) / kMillimetre));
+}
+
+double free_memory() {
+  double free = 1e18;
+  std::ifstream in("/proc/meminfo");
+  for (std::string line; std::getline(in, line);) {
+    constexpr std::string_view kKey = "MemAvailable:";
+    if (line.starts_with(kKey)) free = 1024 * std::strtod(line.c_str() + kKey.size(), nullptr);
+  }
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    free = std::min(free, static_cast<double>(limit.rlim_cur));
+  return free;
+}
+
+void require_memory(double bytes, const ImportOptions& options, ImportReport& report) {
+  report.memory = std::max(report.memory, bytes);
+  const double most = options.memory.value_or(free_memory());
+  if (bytes > most) {
+    throw Error(options.memory ? "--memory-mb" : "memory", "",
+                fmt::format("about {:.0f} MB for this work", bytes * 1e-6),
+                fmt::format("at most {:.0f} MB{}: a coarser --voxel-mm, or a smaller piece of the scan", most * 1e-6,
+                            options.memory ? "" : ", which are free"));
+  }
+  if (options.estimated) options.estimated(bytes);
 }
 
 // Where, around the tooth's axis, the enamel ends: below that is root. The share of dentin among the surface voxels
@@ -150,7 +179,7 @@ const std::vector<std::string>& scan_endings() {
 }
 
 const std::vector<std::string>& mesh_endings() {
-  static const std::vector<std::string> all{".stl", ".ply", ".obj"};
+  static const std::vector<std::string> all{".stl", ".ply", ".obj", ".gltf", ".glb"};
   return all;
 }
 
@@ -162,18 +191,31 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
   };
   if (options.voxel) check("--voxel-mm", *options.voxel, 5e-6, 2e-3);
   check("--band-mm", options.band, 0.1e-3, 20e-3);
+  for (const ImportPart& part : options.parts) {
+    if (!importing::is_mesh_file(part.file))
+      throw Error(part.file.string(), "--part", "no mesh",
+                  fmt::format("a closed mesh ({})", fmt::join(mesh_endings(), " ")));
+  }
+  const bool arch = options.preset == ImportPreset::kArch;
+  if (arch && (!options.parts.empty() || !importing::is_mesh_file(file))) {
+    throw Error("--preset", "", "arch",
+                fmt::format("tooth or bone, or a mesh of an arch ({})", fmt::join(mesh_endings(), " ")));
+  }
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
   }
   if (const auto& h = options.hardness) {
     if (!(h->own > h->zero) || !(h->dense.value_or(h->own) > h->zero))
       throw Error("--hardness-greys", "", fmt::format("{:g},{:g}", h->zero, h->own), "rising greys");
-    if (importing::is_mesh_file(file))
+    if (!options.parts.empty() || importing::is_mesh_file(file))
       throw Error("--hardness-greys", "", file.string(), "a scan: a mesh has no greys");
   }
-  Imported imported =
-      importing::is_mesh_file(file) ? importing::import_mesh(file, options) : importing::import_scan(file, options);
+  Imported imported = !options.parts.empty()          ? importing::import_parts(options)
+                      : arch                          ? importing::import_arch(file, options)
+                      : importing::is_mesh_file(file) ? importing::import_mesh(file, options)
+                                                      : importing::import_scan(file, options);
   importing::measure(imported, options.preset);
+  turn(imported, options.turn);
   if (options.progress) options.progress(1);
   return imported;
 }

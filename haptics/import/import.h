@@ -13,6 +13,7 @@ namespace typodont::haptics {
 
 enum class ImportPreset {
   kTooth,  // enamel over dentin, pulp in its cavities
+  kArch,   // a mesh of teeth and gum, as an intraoral scanner gives it: open below, closed with a base
   kBone,   // cortical over cancellous bone; marrow spaces count as cancellous
 };
 
@@ -24,17 +25,32 @@ struct HardnessGreys {
   std::optional<double> dense;
 };
 
+/// A closed mesh that is one tissue.
+struct ImportPart {
+  Tissue tissue;
+  std::filesystem::path file;
+};
+
 struct ImportOptions {
   ImportPreset preset = ImportPreset::kTooth;
+  std::vector<ImportPart> parts;          // instead of one file; where they overlap the later one counts
   std::optional<double> voxel;            // m; the smallest source spacing when not given (of a mesh: 0.1 mm)
+  std::optional<int> series;              // of several in a folder of DICOM files, as the list of them numbers them
   std::optional<dvec3> spacing;           // m, along the scan's own axes, instead of the file's
   std::optional<double> surface_grey;     // between the surround and the softer tissue, instead of the histogram's
   std::optional<double> dense_grey;       // between the softer tissue and the denser
+  std::optional<double> hounsfield;       // the greys are Hounsfield units plus this; none: found in the histogram
+  std::optional<double> nan_grey;         // stands for voxels that are no number; none: they are an error
+  glm::dmat3 turn{1};                     // a rotation by quarter turns (quarter_turns), applied to the result
   std::optional<HardnessGreys> hardness;  // from the scan's greys; none: every tissue has its own
   double band = 1.5e-3;                   // m, distances are true as far as this from the surface
   double mesh_unit = 1e-3;                // m per unit of a mesh file
   std::optional<double> shell;            // m, a mesh: thickness of the dense outer tissue
-  std::function<void(double)> progress;   // 0..1, may be empty
+  std::optional<double> crown;            // m, an arch without colours: how far below its cusps a crown ends
+  std::optional<double> memory;           // bytes at most; none: what is free
+  /// Called once the work is known, before it begins: bytes that it takes at most, about.
+  std::function<void(double)> estimated;
+  std::function<void(double)> progress;  // 0..1, may be empty
 };
 
 struct ImportReport {
@@ -53,9 +69,14 @@ struct ImportReport {
   // Scans only: greys.
   double outside_grey = 0, soft_grey = 0, surface_grey = 0;
   std::optional<double> dense_level, dense_grey;
-  double noise_grey = 0;           // standard deviation in the surround
-  double blur = 0;                 // m, standard deviation of the edge response
-  std::vector<std::string> notes;  // what a user should know, in plain words
+  double noise_grey = 0;  // standard deviation in the surround
+  double blur = 0;        // m, standard deviation of the edge response
+  /// The file's space and how the result lies in it: a place p of the result, in m, is world_rotation · p there.
+  double memory = 0;  // bytes at most, as estimated before the work
+  std::string space;  // "LPS": x to the patient's left, y to the back, z to the head; "RAS"; empty: not known
+  glm::dmat3 world_rotation{1};
+  std::vector<std::string> repairs;  // of a mesh, in plain words
+  std::vector<std::string> notes;    // what a user should know, in plain words
 };
 
 struct Imported {
@@ -64,13 +85,23 @@ struct Imported {
   std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
 };
 
+/// Whether the file or folder is read as DICOM: then its name, too, may be a person's.
+bool is_dicom(const std::filesystem::path& file);
+
 /// Endings of the files that can be read, lower case: ".nrrd", …
 const std::vector<std::string>& scan_endings();
 const std::vector<std::string>& mesh_endings();
 
-/// Reads scans (NRRD, NIfTI, MetaImage) and closed meshes (STL, PLY, OBJ). Positions are the file's own (its first
-/// voxel at its own origin), in metres.
+/// Reads scans (DICOM, NRRD, NIfTI, MetaImage) and meshes (STL, PLY, OBJ, glTF). Positions are the file's own (its
+/// first voxel at its own origin), in metres; those of an oblique scan are turned so that its axes are the volume's
+/// (ImportReport::world_rotation turns them back). `file` is not read where the options name parts.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
+
+/// "x90", "y-90", "z180" or several with commas between, done one after the other: right-handed turns about the axes.
+/// Throws Error.
+glm::dmat3 quarter_turns(const std::string& text);
+/// The tissue, and the greys beside it, turned about the origin by a matrix of quarter turns: no sample is made up.
+void turn(Imported& imported, const glm::dmat3& by);
 
 /// Axial, coronal and sagittal slices as PNG files in `folder` (made when missing): greys beside tissue colours with
 /// the surface drawn in, and the surface from six sides. Returns the files.

@@ -1,358 +1,401 @@
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
-#include <bit>
-#include <cctype>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/mesh.h"
-#include "haptics/import/scan.h"
+#include "haptics/import/mesh_fill.h"
+#include "haptics/import/mesh_repair.h"
 
 namespace typodont::haptics::importing {
 
 namespace {
 
-// Polygons as a file has them: corners at the same place may be several points.
-struct Soup {
-  std::vector<std::array<float, 3>> points;
-  std::vector<std::vector<std::size_t>> faces;
+constexpr double kUsualVoxel = 0.1e-3;  // m, of a mesh's volume
+
+struct Bounds {
+  dvec3 lo{1e300}, hi{-1e300};
+  void add(const Mesh& mesh) {
+    for (const dvec3& p : mesh.points) lo = glm::min(lo, p), hi = glm::max(hi, p);
+  }
+  dvec3 extent() const { return hi - lo; }
 };
 
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string e = file.extension().string();
-  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return e;
+double longest_of(const dvec3& v) {
+  return std::max({v.x, v.y, v.z});
 }
 
-// PLY, text or binary. assimp's reader trusts counts and indices: broken files crash it or keep it busy for minutes.
-class PlyReader {
- public:
-  explicit PlyReader(const std::filesystem::path& file)
-      : file_(file), bytes_(size_of_file(file)), in_(file, std::ios::binary) {}
-
-  Soup read() {
-    read_header();
-    Soup soup;
-    for (const Part& part : parts_) {
-      for (std::size_t k = 0; k < part.count; ++k) {
-        std::array<float, 3> point{};
-        std::vector<std::size_t> face;
-        for (const Property& p : part.properties) {
-          std::size_t items = 1;
-          if (p.list) {
-            const double n = number(p.length, part, k);
-            if (!(n >= 0 && n <= 255)) fail(part, k, fmt::format("a list of {:g}", n), "0 to 255 items");
-            items = static_cast<std::size_t>(n);
-          }
-          for (std::size_t i = 0; i < items; ++i) {
-            const double value = number(p.type, part, k);
-            if (p.axis >= 0) point[static_cast<std::size_t>(p.axis)] = static_cast<float>(value);
-            if (p.corners) face.push_back(value >= 0 && value < 1e15 ? static_cast<std::size_t>(value) : SIZE_MAX);
-          }
-        }
-        if (part.name == "vertex") soup.points.push_back(point);
-        if (part.name == "face") soup.faces.push_back(face);
-      }
-    }
-    for (std::size_t f = 0; f < soup.faces.size(); ++f) {
-      for (const std::size_t i : soup.faces[f]) {
-        if (i < soup.points.size()) continue;
-        throw Error(file_.string(), fmt::format("face {}", f), "the index of a vertex that is not there",
-                    fmt::format("0 to {}", soup.points.size() - 1));
-      }
-    }
-    return soup;
+/// An Error where the body is too small or too large for what it is said to be.
+void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options,
+                  std::string_view what, double least, double most) {
+  const double longest = longest_of(extent);
+  if (longest >= least && longest <= most) return;
+  std::string guess;  // the unit that would make sense
+  for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
+    const double length = longest / options.mesh_unit * mm * kMillimetre;
+    if (guess.empty() && length >= least && length <= most)
+      guess = fmt::format("; with --unit-mm {:g} it would be {:.4g} mm long", mm, length / kMillimetre);
   }
-
- private:
-  struct Property {
-    Element type{}, length{};
-    bool list = false, corners = false;
-    int axis = -1;
-  };
-  struct Part {
-    std::string name;
-    std::size_t count = 0;
-    std::vector<Property> properties;
-  };
-
-  [[noreturn]] void fail(const Part& part, std::size_t k, std::string_view found, std::string_view expected) const {
-    throw Error(file_.string(), fmt::format("{} {}", part.name, k), found, expected);
-  }
-
-  double number(Element type, const Part& part, std::size_t k) {
-    if (text_) {
-      double value = 0;
-      if (!(in_ >> value)) fail(part, k, in_.eof() ? "the end of the file" : "no number", "a number");
-      return value;
-    }
-    std::vector<char> raw(bytes_of(type));
-    if (!in_.read(raw.data(), static_cast<std::streamsize>(raw.size())))
-      fail(part, k, "the end of the file", "a number");
-    return static_cast<double>(decode(raw, 1, type, swap_)[0]);
-  }
-
-  void read_header() {
-    static const std::map<std::string, Element> kTypes = {
-        {"char", Element::kInt8},     {"uchar", Element::kUint8},   {"short", Element::kInt16},
-        {"ushort", Element::kUint16}, {"int", Element::kInt32},     {"uint", Element::kUint32},
-        {"float", Element::kFloat},   {"double", Element::kDouble}, {"int8", Element::kInt8},
-        {"uint8", Element::kUint8},   {"int16", Element::kInt16},   {"uint16", Element::kUint16},
-        {"int32", Element::kInt32},   {"uint32", Element::kUint32}, {"float32", Element::kFloat},
-        {"float64", Element::kDouble}};
-    std::string line;
-    for (int n = 1; n <= 200; ++n) {
-      line.clear();
-      int c = in_.get();
-      for (; c != EOF && c != '\n' && line.size() < 4096; c = in_.get()) line += static_cast<char>(c);
-      if (c == EOF) break;
-      if (!line.empty() && line.back() == '\r') line.pop_back();
-      const auto bad = [&](std::string_view expected) {
-        throw Error(file_.string(), fmt::format("line {}", n), excerpt(line), expected);
-      };
-      std::istringstream words(line);
-      std::string word, name, type, item;
-      words >> word;
-      if (n == 1) {
-        if (word != "ply") bad("ply");
-      } else if (word == "end_header") {
-        return;
-      } else if (word == "format") {
-        words >> name;
-        if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")
-          bad("ascii, binary_little_endian or binary_big_endian");
-        text_ = name == "ascii";
-        swap_ = (name == "binary_big_endian") == (std::endian::native == std::endian::little);
-      } else if (word == "element") {
-        long long count = -1;
-        if (!(words >> name >> count) || count < 0 || static_cast<std::uintmax_t>(count) > bytes_)
-          bad("element NAME COUNT, no more than the file can hold");
-        parts_.push_back({name, static_cast<std::size_t>(count), {}});
-      } else if (word == "property") {
-        Property p;
-        words >> type;
-        p.list = type == "list";
-        if (p.list) {
-          words >> item >> type;
-          if (!kTypes.contains(item)) bad("property list TYPE TYPE NAME");
-          p.length = kTypes.at(item);
-        }
-        if (!kTypes.contains(type) || !(words >> name) || parts_.empty()) bad("property TYPE NAME, below an element");
-        p.type = kTypes.at(type);
-        if (parts_.back().name == "vertex" && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z')
-          p.axis = name[0] - 'x';
-        p.corners = parts_.back().name == "face" && p.list && (name == "vertex_indices" || name == "vertex_index");
-        parts_.back().properties.push_back(p);
-      } else if (word != "comment" && word != "obj_info") {
-        bad("format, comment, element, property or end_header");
-      }
-    }
-    throw Error(file_.string(), "header", "no end_header", "a PLY header");
-  }
-
-  std::filesystem::path file_;
-  std::uintmax_t bytes_;
-  std::ifstream in_;
-  std::vector<Part> parts_;
-  bool text_ = true, swap_ = false;
-};
-
-Soup read_with_assimp(const std::filesystem::path& file) {
-  if (lower_extension(file) == ".stl") {
-    std::ifstream in(file, std::ios::binary);
-    std::string head(5, '\0');
-    in.read(head.data(), 5);
-    std::uint32_t count = 0;
-    in.seekg(80);
-    in.read(reinterpret_cast<char*>(&count), sizeof count);
-    if (head != "solid" && (!in || size_of_file(file) < 84 + 50ULL * count)) {
-      throw Error(file.string(), "number of triangles at byte 80",
-                  fmt::format("{} in {} bytes", in ? count : 0, size_of_file(file)), "50 bytes for each triangle");
-    }
-  }
-  Assimp::Importer importer;
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
-  if (!scene || scene->mNumMeshes == 0) {
-    const std::string why = importer.GetErrorString();
-    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ or glTF file");
-  }
-  Soup soup;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& part = *scene->mMeshes[m];
-    if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;
-    const std::size_t base = soup.points.size();
-    for (unsigned i = 0; i < part.mNumVertices; ++i) {
-      soup.points.push_back({part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z});
-    }
-    for (unsigned f = 0; f < part.mNumFaces; ++f) {
-      std::vector<std::size_t> face;
-      for (unsigned k = 0; k < part.mFaces[f].mNumIndices; ++k) {
-        if (part.mFaces[f].mIndices[k] >= part.mNumVertices) {
-          throw Error(file.string(), fmt::format("face {}", f), "the index of a vertex that is not there",
-                      fmt::format("below {}", part.mNumVertices));
-        }
-        face.push_back(base + part.mFaces[f].mIndices[k]);
-      }
-      soup.faces.push_back(face);
-    }
-  }
-  return soup;
+  throw Error(
+      file.string(), "size",
+      fmt::format("a body {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, options.mesh_unit / kMillimetre),
+      fmt::format("{} of {:g} to {:g} mm; say what its unit is (--unit-mm){}", what, least / kMillimetre,
+                  most / kMillimetre, guess));
+}
+void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options) {
+  if (options.preset == ImportPreset::kTooth)
+    check_length(file, extent, options, "a tooth", 1e-3, 60e-3);
+  else
+    check_length(file, extent, options, "a bone", 3e-3, 0.6);
 }
 
-}  // namespace
-
-Mesh read_surface(const std::filesystem::path& file, double unit, std::size_t& collapsed) {
-  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a mesh");
-  const Soup soup = lower_extension(file) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
-  Mesh mesh;
-  // Corners at the same place are one point, whatever their normals and texture say.
-  std::map<std::array<float, 3>, int> known;
-  std::vector<int> index(soup.points.size());
-  for (std::size_t i = 0; i < soup.points.size(); ++i) {
-    const auto& p = soup.points[i];
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
-      throw Error(file.string(), fmt::format("vertex {}", i), fmt::format("({}, {}, {})", p[0], p[1], p[2]),
-                  "finite coordinates");
-    }
-    const auto [it, fresh] =
-        known.try_emplace({p[0] + 0.0F, p[1] + 0.0F, p[2] + 0.0F}, static_cast<int>(mesh.points.size()));
-    if (fresh) mesh.points.push_back(unit * dvec3(p[0], p[1], p[2]));
-    index[i] = it->second;
-  }
-  for (const auto& face : soup.faces) {
-    for (std::size_t k = 2; k < face.size(); ++k) {  // a fan
-      const std::array<int, 3> c = {index[face[0]], index[face[k - 1]], index[face[k]]};
-      if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0])
-        mesh.corners.push_back(c);
-      else
-        ++collapsed;
-    }
-  }
-  if (mesh.corners.empty()) throw Error(file.string(), "mesh", "no triangles", "a surface");
-  return mesh;
+void check_unit(const ImportOptions& options) {
+  if (options.mesh_unit > 0 && std::isfinite(options.mesh_unit)) return;
+  throw Error("--unit-mm", "", fmt::format("{:g}", options.mesh_unit / kMillimetre),
+              "millimetres per unit of the mesh, above 0");
 }
 
-Mesh read_mesh(const std::filesystem::path& file, double unit) {
-  std::size_t collapsed = 0;
-  Mesh mesh = read_surface(file, unit, collapsed);
-  std::map<std::pair<int, int>, int> edges;
+/// The empty volume around the bounds.
+DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
+  const double voxel = options.voxel.value_or(kUsualVoxel);
+  // Measured (typodont bench import): bytes per voxel of the result while it is made.
+  constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
+  const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
+  require_memory(kResidue + kBytesPerVoxel * cells.x * cells.y * cells.z, options, report);
+  check_result_size(bounds.extent() + 2 * options.band + 6 * voxel, voxel);
+  DenseTissue out;
+  out.band = options.band;
+  const double margin = options.band + 2 * voxel;
+  out.frame.voxel = voxel;
+  out.frame.origin = voxel * glm::floor((bounds.lo - margin) / voxel);
+  out.size = glm::ivec3(glm::ceil((bounds.hi + margin - out.frame.origin) / voxel)) + 1;
+  return out;
+}
+
+/// In voxels, those triangles for which wanted(triangle) holds.
+template <class Wanted>
+std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wanted wanted) {
+  std::vector<Triangle> triangles;
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
+    if (!wanted(t)) continue;
+    const auto at = [&](std::size_t k) {
+      return frame.to_voxels(mesh.points[static_cast<std::size_t>(mesh.corners[t][k])]);
+    };
+    triangles.push_back({at(0), at(1), at(2)});
+  }
+  return triangles;
+}
+
+void count_parts(Imported& imported) {
+  const DenseTissue& t = imported.tissue;
+  Mask solid(t.size, 0), pulp(t.size, 0);
+  for (std::size_t i = 0; i < t.distance.size(); ++i) {
+    solid.v[i] = t.distance[i] <= 0;
+    pulp.v[i] = solid.v[i] && t.tissue[i] == Tissue::kPulp;
+  }
+  ImportReport& report = imported.report;
+  report.bodies_kept = report.bodies_found = static_cast<int>(components(solid, true).voxels.size()) - 1;
+  report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
+}
+
+/// The point that most of a surface's area faces, as a vector: of a closed one nothing, of an open one towards its far
+/// side from the opening, as long as the area of the opening.
+dvec3 area_vector(const Mesh& mesh) {
+  dvec3 sum(0);
   for (const auto& c : mesh.corners) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const int a = c[k], b = c[(k + 1) % 3];
-      ++edges[{std::min(a, b), std::max(a, b)}];
-    }
+    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };
+    sum += 0.5 * glm::cross(at(1) - at(0), at(2) - at(0));
   }
-  std::size_t open = 0;
-  dvec3 first(0);
-  for (const auto& [edge, times] : edges) {
-    if (times % 2 == 0) continue;
-    if (open++ == 0) first = mesh.points[static_cast<std::size_t>(edge.first)] / unit;
-  }
-  if (open > 0) {
-    throw Error(file.string(), fmt::format("edge at ({:g}, {:g}, {:g})", first.x, first.y, first.z),
-                fmt::format("{} open edges of {}", open, edges.size()), "a closed surface");
-  }
-  return mesh;
+  return sum;
 }
 
-namespace {
-
-// Triangles of the shells that bound the body from outside, and of those that lie within it (a pulp chamber, say).
-struct Shells {
-  std::vector<Triangle> outer, inner;
-};
-
-Shells shells_of(const Mesh& mesh, const std::vector<Triangle>& triangles) {
-  // Shells are what hangs together over shared points.
-  std::vector<int> root(mesh.points.size());
-  for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
-  const auto find = [&](int i) {
-    while (root[static_cast<std::size_t>(i)] != i) {
-      root[static_cast<std::size_t>(i)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(i)])];
-      i = root[static_cast<std::size_t>(i)];
+/// Across the plane in which most of a border lies: ends that run up over a crown do not tilt it. Of the directions
+/// within 45 degrees of `start` that from whose median height the border's points lie least far away, on average over
+/// the border's length along the plane.
+dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
+  const std::size_t n = border.points.size();
+  const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
+  const auto mean_distance = [&](const dvec3& up) {
+    std::vector<std::pair<double, double>> heights;  // of a stretch, and how long it is along the plane
+    double total = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const dvec3 d = at(k + 1) - at(k);
+      const double along = glm::length(d - glm::dot(d, up) * up);
+      heights.emplace_back(glm::dot(at(k), up), along);
+      total += along;
     }
-    return i;
+    std::ranges::sort(heights);
+    double below = 0, median = heights.back().first, sum = 0;
+    for (const auto& [height, along] : heights) {
+      below += along;
+      if (2 * below < total) continue;
+      median = height;
+      break;
+    }
+    for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
+    return total > 0 ? sum / total : 1e300;
   };
-  for (const auto& c : mesh.corners) {
-    root[static_cast<std::size_t>(find(c[1]))] = find(c[0]);
-    root[static_cast<std::size_t>(find(c[2]))] = find(c[0]);
-  }
-  std::map<int, std::vector<std::size_t>> members;
-  for (std::size_t t = 0; t < mesh.corners.size(); ++t) members[find(mesh.corners[t][0])].push_back(t);
-  Shells shells;
-  constexpr std::size_t kMost = 200;  // more are fragments rather than shells
-  for (const auto& [shell, own] : members) {
-    // Within the others when a ray from one of its points meets them an odd number of times.
-    const dvec3 from = triangles[own.front()].a, along = glm::normalize(dvec3(0.5773, 0.2113, 0.7886));
-    std::size_t crossings = 0;
-    for (std::size_t t = 0; members.size() <= kMost && t < triangles.size(); ++t) {
-      if (find(mesh.corners[t][0]) == shell) continue;
-      // Moeller & Trumbore 1997.
-      const Triangle& tri = triangles[t];
-      const dvec3 e1 = tri.b - tri.a, e2 = tri.c - tri.a, h = glm::cross(along, e2);
-      const double det = glm::dot(e1, h);
-      if (std::abs(det) < 1e-300) continue;
-      const dvec3 s = from - tri.a, q = glm::cross(s, e1);
-      const double u = glm::dot(s, h) / det, v = glm::dot(along, q) / det;
-      crossings += u >= 0 && v >= 0 && u + v <= 1 && glm::dot(e2, q) / det > 0;
+  // A grid of directions, then halved steps around the best.
+  dvec3 best = start;
+  double least = mean_distance(start);
+  const auto look_around = [&](const dvec3& from, double step, int reach) {
+    const dvec3 u = glm::normalize(glm::cross(from, std::abs(from.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+    const dvec3 v = glm::cross(from, u);
+    constexpr double kWithin = 0.7;  // cosine
+    for (int i = -reach; i <= reach; ++i) {
+      for (int j = -reach; j <= reach; ++j) {
+        const dvec3 up = glm::normalize(from + step * i * u + step * j * v);
+        if (glm::dot(up, start) < kWithin) continue;
+        if (const double d = mean_distance(up); d < least) least = d, best = up;
+      }
     }
-    auto& into = crossings % 2 ? shells.inner : shells.outer;
-    for (const std::size_t t : own) into.push_back(triangles[t]);
+  };
+  constexpr double kCoarse = 0.1, kFine = 1e-3;
+  look_around(start, kCoarse, 10);
+  for (double step = kCoarse / 2; step > kFine; step /= 2) look_around(best, step, 1);
+  return best;
+}
+
+/// Leaves out loose pieces with less than a fiftieth of the largest one's area. Returns how many.
+std::size_t drop_pieces(Mesh& mesh) {
+  constexpr double kLeast = 0.02;
+  const Shells shells = shells_of(mesh, false);
+  std::vector<double> area(shells.volume.size(), 0);
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
+    const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(mesh.corners[t][k])]; };
+    area[static_cast<std::size_t>(shells.of_triangle[t])] += glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
   }
-  return shells;
+  const double least = kLeast * *std::ranges::max_element(area);
+  std::size_t t = 0;
+  std::erase_if(mesh.corners,
+                [&](const auto&) { return area[static_cast<std::size_t>(shells.of_triangle[t++])] < least; });
+  return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
+}
+
+/// Fills a polygon, seen from where it runs anticlockwise, with triangles that run along it the same way (ear
+/// clipping).
+std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
+  const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
+    const glm::dvec2 u = polygon[b] - polygon[a], v = polygon[c] - polygon[a];
+    return u.x * v.y - u.y * v.x;
+  };
+  std::vector<std::size_t> left(polygon.size());
+  for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
+  std::vector<std::array<std::size_t, 3>> triangles;
+  while (left.size() > 3) {
+    // A border that crosses itself may have no ear: then the straightest corner goes.
+    std::size_t ear = 0;
+    double best = -1e300;
+    bool found = false;
+    for (std::size_t k = 0; k < left.size() && !found; ++k) {
+      const std::size_t a = left[(k + left.size() - 1) % left.size()], b = left[k], c = left[(k + 1) % left.size()];
+      const double turn = cross(a, b, c);
+      if (turn <= 0) {
+        if (turn > best) best = turn, ear = k;
+        continue;
+      }
+      found = std::ranges::none_of(left, [&](std::size_t p) {
+        return p != a && p != b && p != c && cross(a, b, p) >= 0 && cross(b, c, p) >= 0 && cross(c, a, p) >= 0;
+      });
+      if (found) ear = k;
+    }
+    triangles.push_back({left[(ear + left.size() - 1) % left.size()], left[ear], left[(ear + 1) % left.size()]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(ear));
+  }
+  triangles.push_back({left[0], left[1], left[2]});
+  return triangles;
+}
+
+/// Walls from a border down to a plane below everything, and a floor there. `up` is a unit vector.
+void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
+  double lowest = 1e300;
+  for (const dvec3& p : mesh.points) lowest = std::min(lowest, glm::dot(p, up));
+  const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+  const dvec3 v = glm::cross(up, u);
+  const std::size_t n = border.points.size();
+  std::vector<int> foot;
+  std::vector<glm::dvec2> outline;
+  for (const int i : border.points) {
+    const dvec3 p = mesh.points[static_cast<std::size_t>(i)];
+    const dvec3 q = p + (lowest - depth - glm::dot(p, up)) * up;
+    foot.push_back(static_cast<int>(mesh.points.size()));
+    mesh.points.push_back(q);
+    if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
+    // The border runs along its triangles; the floor's triangles, seen from below, run against it.
+    outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
+  }
+  double area = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const glm::dvec2 a = outline[k], b = outline[(k + 1) % n];
+    area += a.x * b.y - a.y * b.x;
+    const int top = border.points[k], next = border.points[(k + 1) % n], low = foot[k], low_next = foot[(k + 1) % n];
+    mesh.corners.push_back({next, top, low});
+    mesh.corners.push_back({next, low, low_next});
+  }
+  if (area < 0) {
+    for (glm::dvec2& p : outline) p.y = -p.y;
+  }
+  for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
+}
+
+/// How red a colour is beside how bright it is: gum is, teeth are not.
+double redness(const Color& c) {
+  const double sum = c[0] + c[1] + c[2];
+  return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
+}
+
+/// The plane z = a·x + b·y + c along the upper ones of these points: fitted again and again to those that are at
+/// most 2 mm below the last one. Nothing where they do not span a plane, or where it is steeper than 30 degrees.
+std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
+  constexpr int kRounds = 20;
+  constexpr double kBelow = 2e-3, kSteepest = 0.577;  // m; tangent
+  constexpr std::size_t kLeast = 6;
+  std::optional<dvec3> plane;
+  for (int round = 0; round < kRounds && points.size() >= kLeast; ++round) {
+    dvec3 middle(0);
+    for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
+    double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+    for (const dvec3& p : points) {
+      const dvec3 d = p - middle;
+      xx += d.x * d.x, xy += d.x * d.y, yy += d.y * d.y, xz += d.x * d.z, yz += d.y * d.z;
+    }
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 0.01 * xx * yy)) return std::nullopt;
+    const double a = (xz * yy - yz * xy) / determinant, b = (yz * xx - xz * xy) / determinant;
+    if (std::hypot(a, b) > kSteepest) return std::nullopt;
+    plane = dvec3(a, b, middle.z - a * middle.x - b * middle.y);
+    if (std::erase_if(points, [&](const dvec3& p) { return p.z < a * p.x + b * p.y + plane->z - kBelow; }) == 0) break;
+  }
+  return plane;
+}
+
+/// Otsu 1979: the bound that splits values into two groups most unlike each other; nothing where they are one group
+/// (the split explains less than 0.6 of the variance).
+std::optional<double> bound_between(std::vector<double> values) {
+  constexpr double kOneGroup = 0.6;
+  std::ranges::sort(values);
+  double all = 0, squares = 0, below = 0, best = 0, bound = 0;
+  for (const double v : values) all += v, squares += v * v;
+  const auto n = static_cast<double>(values.size());
+  for (std::size_t k = 1; k < values.size(); ++k) {
+    below += values[k - 1];
+    const auto low = static_cast<double>(k), high = n - low;
+    const double apart = below / low - (all - below) / high, between = low * high / (n * n) * apart * apart;
+    if (between > best) best = between, bound = 0.5 * (values[k - 1] + values[k]);
+  }
+  const double variance = squares / n - all / n * (all / n);
+  return variance > 0 && best > kOneGroup * variance ? std::optional(bound) : std::nullopt;
+}
+
+/// Which points of an arch are gum.
+std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double crown, std::vector<std::string>& notes) {
+  std::vector<std::uint8_t> gum(mesh.points.size(), 0);
+  if (!mesh.colors.empty()) {
+    std::vector<double> red;
+    for (const Color& c : mesh.colors) red.push_back(redness(c));
+    if (const auto bound = bound_between(red)) {
+      for (std::size_t i = 0; i < gum.size(); ++i) gum[i] = red[i] > *bound;
+      notes.emplace_back("gum and teeth are told by colour");
+      return gum;
+    }
+  }
+  // By height below the highest point near by, in a plane across `up`; and what lies far below the plane of the cusps
+  // has no tooth near by: a floor of the mouth, a palate.
+  constexpr double kReach = 6e-3;  // m: the nearest cusp of the same tooth or its neighbour
+  const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+  const dvec3 v = glm::cross(up, u);
+  constexpr double kFarBelow = 3e-3;  // m more than a crown's height
+  std::map<std::pair<int, int>, double> highest;
+  std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest points
+  const auto cell = [&](const dvec3& p) {
+    return std::pair(static_cast<int>(std::floor(glm::dot(p, u) / kReach)),
+                     static_cast<int>(std::floor(glm::dot(p, v) / kReach)));
+  };
+  for (const dvec3& p : mesh.points) {
+    double& top = highest.try_emplace(cell(p), -1e300).first->second;
+    if (glm::dot(p, up) <= top) continue;
+    top = glm::dot(p, up);
+    cusps[cell(p)] = {glm::dot(p, u), glm::dot(p, v), top};
+  }
+  std::vector<dvec3> tops;
+  for (const auto& [at, top] : cusps) tops.push_back(top);
+  const std::optional<dvec3> plane = upper_plane(std::move(tops));
+  for (std::size_t i = 0; i < gum.size(); ++i) {
+    const auto [x, y] = cell(mesh.points[i]);
+    double top = -1e300;
+    for (int dx = -1; dx <= 1; ++dx) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        const auto near = highest.find({x + dx, y + dy});
+        if (near != highest.end()) top = std::max(top, near->second);
+      }
+    }
+    const dvec3& p = mesh.points[i];
+    gum[i] =
+        glm::dot(p, up) < top - crown ||
+        (plane && glm::dot(p, up) < glm::dot(*plane, dvec3(glm::dot(p, u), glm::dot(p, v), 1)) - crown - kFarBelow);
+  }
+  notes.push_back(fmt::format("no colours that tell gum from teeth: what lies more than {:g} mm below the cusps is gum",
+                              crown / kMillimetre));
+  return gum;
+}
+
+void add_words(std::vector<std::string>& all, const MeshRepairs& repairs, const std::string& of) {
+  for (const std::string& words : repairs.in_words()) all.push_back(of.empty() ? words : of + ": " + words);
 }
 
 }  // namespace
 
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options) {
   const bool tooth = options.preset == ImportPreset::kTooth;
-  if (!(options.mesh_unit > 0) || !std::isfinite(options.mesh_unit)) {
-    throw Error("--unit-mm", "", fmt::format("{:g}", options.mesh_unit / kMillimetre),
-                "millimetres per unit of the mesh, above 0");
-  }
-  const Mesh mesh = read_mesh(file, options.mesh_unit);
-  dvec3 lo(1e300), hi(-1e300);
-  for (const dvec3& p : mesh.points) {
-    lo = glm::min(lo, p);
-    hi = glm::max(hi, p);
-  }
-  const dvec3 extent = hi - lo;
-  const double longest = std::max({extent.x, extent.y, extent.z});
-  const double least = tooth ? 1e-3 : 3e-3, most = tooth ? 60e-3 : 0.6;
-  if (!(longest >= least && longest <= most)) {
-    throw Error(
-        file.string(), "size",
-        fmt::format("a body {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, options.mesh_unit / kMillimetre),
-        fmt::format("{} of {:g} to {:g} mm; say what its unit is (--unit-mm)", tooth ? "a tooth" : "a bone",
-                    least / kMillimetre, most / kMillimetre));
-  }
-  const double voxel = options.voxel.value_or(0.1e-3);
-  check_result_size(extent + 2 * options.band + 6 * voxel, voxel);
+  check_unit(options);
+  MeshRepairs repairs;
+  const Mesh mesh = read_mesh(file, options.mesh_unit, repairs);
+  Bounds bounds;
+  bounds.add(mesh);
+  check_length(file, bounds.extent(), options);
+  const double longest = longest_of(bounds.extent());
 
   Imported result;
   result.report.format = file.extension().string().substr(1);
+  add_words(result.report.repairs, repairs, "");
   DenseTissue& out = result.tissue;
-  out.band = options.band;
-  const double margin = options.band + 2 * voxel;
-  out.frame.voxel = voxel;
-  out.frame.origin = voxel * glm::floor((lo - margin) / voxel);
-  out.size = glm::ivec3(glm::ceil((hi + margin - out.frame.origin) / voxel)) + 1;
-  std::vector<Triangle> triangles;
-  for (const auto& c : mesh.corners) {
-    const auto at = [&](std::size_t k) { return out.frame.to_voxels(mesh.points[static_cast<std::size_t>(c[k])]); };
-    triangles.push_back({at(0), at(1), at(2)});
+  out = volume_around(bounds, options, result.report);
+  const double voxel = out.frame.voxel;
+
+  // The shells: those in no other one are the body, those within it hollows.
+  const Shells shells = shells_of(mesh, true);
+  double body = 0, hollows = 0;
+  for (std::size_t s = 0; s < shells.volume.size(); ++s) {
+    (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
+  constexpr double kMostPulp = 0.3;  // of a tooth's volume; a young molar's pulp takes a tenth
+  const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
+  if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
+    throw Error(file.string(), "shells",
+                deepest_shell > 1 ? "a shell within a shell within a shell"
+                                  : fmt::format("shells of {:.0f} mm³ within one of {:.0f} mm³",
+                                                hollows / kCubicMillimetre, body / kCubicMillimetre),
+                fmt::format("at most a pulp ({:g} % of the tooth) within it; of tissues that lie in one another, one "
+                            "file each: --part enamel=FILE --part dentin=FILE --part pulp=FILE",
+                            100 * kMostPulp));
+  }
+  const auto shell_is = [&](bool hollow) {
+    return [&, hollow](std::size_t t) {
+      return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
+    };
+  };
+  // What bounds a hollow faces it; as a part of its own it is a solid.
+  std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
+                                           triangles_of(mesh, out.frame, shell_is(true))};
+  for (Triangle& t : parts[1]) std::swap(t.b, t.c);
+  const bool has_hollow = !parts[1].empty();
+  if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
   // A tooth by depth: enamel of `shell` on the crown, thinning out over its lowest 2.5 mm; a pulp chamber where the
@@ -364,53 +407,197 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
                 fmt::format("0 to {:.3g} mm", 0.5 * longest / kMillimetre));
   }
   const double deepest = std::max({options.band, shell + 2 * voxel, tooth ? kPulpDepth + 2 * voxel : 0.0});
-  const Shells shells = shells_of(mesh, triangles);
-  const DistanceField field = signed_distance(shells.outer, out.size, deepest / voxel);
-  const Mask hollow = inside_of(shells.inner, out.size);
+  const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
   // The crown lies at that end of the longest axis where the body is wider.
+  const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   double below = 0, above = 0;
-  const double middle = 0.5 * (lo[axis] + hi[axis]);
-  for (std::size_t i = 0; i < field.distance.v.size(); ++i) {
-    if (field.distance.v[i] >= 0) continue;
-    (out.frame.to_world(dvec3(field.distance.place(i)))[axis] > middle ? above : below) += 1;
+  const double middle = 0.5 * (bounds.lo[axis] + bounds.hi[axis]);
+  for (std::size_t i = 0; i < filled.distance.v.size(); ++i) {
+    if (filled.distance.v[i] >= 0) continue;
+    (out.frame.to_world(dvec3(filled.distance.place(i)))[axis] > middle ? above : below) += 1;
   }
   if (above + below < 8) {
     throw Error(file.string(), "size", fmt::format("a body of {:.0f} voxels", above + below),
                 "a body thicker than --voxel-mm");
   }
-  const double crown_end = above >= below ? hi[axis] : lo[axis];
+  const double crown_end = above >= below ? bounds.hi[axis] : bounds.lo[axis];
   const double margin_of_crown = crown_end + (above >= below ? -1 : 1) * kCrownShare * extent[axis];
-  out.distance.resize(field.distance.v.size());
+  out.distance.resize(filled.distance.v.size());
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    const double d = static_cast<double>(field.distance.v[i]) * voxel;
+    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
     out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
-    if (d > 2.5 * voxel) continue;
+    if (d > kLabelReach * voxel) continue;
     const double depth = std::max(-d, 0.0);
     if (!tooth) {
       out.tissue[i] = depth < shell || shell == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
       continue;
     }
     const double up =
-        (out.frame.to_world(dvec3(field.distance.place(i)))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
+        (out.frame.to_world(dvec3(filled.distance.place(i)))[axis] - margin_of_crown) * (above >= below ? 1 : -1);
     const double enamel = shell * std::clamp(up / kTaper, 0.0, 1.0);
-    const bool pulp = shells.inner.empty() ? depth > kPulpDepth : hollow.v[i] != 0;
+    const bool pulp = has_hollow ? filled.part.v[i] == 2 : depth > kPulpDepth;
     out.tissue[i] = pulp ? Tissue::kPulp : depth < enamel ? Tissue::kEnamel : Tissue::kDentin;
   }
-  Mask solid(out.size, 0), pulp(out.size, 0);
-  for (std::size_t i = 0; i < out.distance.size(); ++i) {
-    solid.v[i] = out.distance[i] <= 0;
-    pulp.v[i] = solid.v[i] && out.tissue[i] == Tissue::kPulp;
-  }
-  result.report.bodies_kept = result.report.bodies_found = static_cast<int>(components(solid, true).voxels.size()) - 1;
-  result.report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
+  count_parts(result);
   if (tooth)
-    result.report.notes.push_back(shells.inner.empty()
-                                      ? "tissues are told by depth below the surface; root canals are not"
-                                      : "enamel is told by depth below the surface, pulp by the mesh's hollows");
+    result.report.notes.push_back(has_hollow ? "enamel is told by depth below the surface, pulp by the mesh's hollows"
+                                             : "tissues are told by depth below the surface; root canals are not");
+  return result;
+}
+
+Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
+  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3, kUsualCrown = 7e-3;  // m
+  constexpr double kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;                               // m
+  check_unit(options);
+  Imported result;
+  ImportReport& report = result.report;
+  report.format = file.extension().string().substr(1);
+  MeshRepairs repairs;
+  Mesh mesh = read_surface(file, options.mesh_unit, repairs);
+  drop_copies(mesh, repairs);
+  orient(mesh, repairs);
+  const std::size_t pieces = drop_pieces(mesh);
+  Bounds bounds;
+  bounds.add(mesh);
+  check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
+
+  // Up is from the border to the surface; triangles face that way.
+  close_holes(mesh, kSmallHole, repairs);
+  std::size_t scanned = mesh.corners.size();  // triangles of the scan, holes included, without the base
+  std::vector<Border> open = borders(mesh);
+  std::erase_if(open, [](const Border& b) { return !b.closed || b.points.size() < 3; });
+  dvec3 up(0, 0, 1);
+  if (!open.empty()) {
+    const auto main = std::ranges::max_element(open, {}, &Border::length);
+    dvec3 rim(0), middle(0);
+    for (const int i : main->points)
+      rim += mesh.points[static_cast<std::size_t>(i)] / static_cast<double>(main->points.size());
+    for (const auto& c : mesh.corners)
+      middle += mesh.points[static_cast<std::size_t>(c[0])] / static_cast<double>(mesh.corners.size());
+    up = area_vector(mesh);
+    if (!(glm::length(up) > 0)) up = middle - rim;
+    if (glm::dot(up, middle - rim) < 0) {
+      for (auto& c : mesh.corners) std::swap(c[1], c[2]);
+      for (Border& b : open) std::ranges::reverse(b.points);
+      up = -up;
+      ++repairs.shells_turned;
+    }
+    const Border base = *main;
+    up = across_border(mesh, base, glm::normalize(up));
+    for (const Border& b : open) {
+      if (&b != &*main) close_border(mesh, b);
+    }
+    add_words(report.repairs, repairs, "");
+    if (open.size() > 1) report.repairs.push_back(fmt::format("{} large openings closed", open.size() - 1));
+    scanned = mesh.corners.size();
+    add_base(mesh, base, up, kBaseDepth);
+    report.repairs.push_back(fmt::format("a base added under the border of {:.0f} mm, {:g} mm below the lowest point",
+                                         base.length / kMillimetre, kBaseDepth / kMillimetre));
+  } else {
+    add_words(report.repairs, repairs, "");
+  }
+  if (pieces > 0) report.repairs.push_back(fmt::format("{} loose pieces left out", pieces));
+  std::vector<std::uint8_t> gum = find_gum(mesh, up, options.crown.value_or(kUsualCrown), report.notes);
+
+  for (const dvec3& p : mesh.points) bounds.lo = glm::min(bounds.lo, p), bounds.hi = glm::max(bounds.hi, p);
+  DenseTissue& out = result.tissue;
+  out = volume_around(bounds, options, report);
+  const double voxel = out.frame.voxel;
+  if (options.progress) options.progress(0.2);
+  const double shell = options.shell.value_or(kUsualEnamel);
+  const double deepest = std::max({options.band, shell + 2 * voxel, kGumDepth + 2 * voxel});
+  const std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, [](std::size_t) { return true; })};
+  const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
+  if (options.progress) options.progress(0.7);
+
+  // How far every sample is from the scanned surface of the teeth, and from the gum's (the base counts as gum).
+  Mask teeth_at(out.size, 0), gum_at(out.size, 0);
+  for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
+    std::size_t gums = 0;
+    for (const int i : mesh.corners[t]) gums += gum[static_cast<std::size_t>(i)];
+    Mask& at = t < scanned && gums < 2 ? teeth_at : gum_at;
+    const Triangle& tri = parts[0][t];
+    const double size = std::max({glm::length(tri.b - tri.a), glm::length(tri.c - tri.b), glm::length(tri.a - tri.c)});
+    const int steps = std::max(1, static_cast<int>(std::ceil(2 * size)));
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; i + j <= steps; ++j) {
+        const double a = static_cast<double>(i) / steps, b = static_cast<double>(j) / steps;
+        const glm::ivec3 p(glm::round(tri.a + a * (tri.b - tri.a) + b * (tri.c - tri.a)));
+        if (at.holds(p)) at[p] = 1;
+      }
+    }
+  }
+  const Grid<float> to_teeth = distance_squared_to(teeth_at), to_gum = distance_squared_to(gum_at);
+  out.distance.resize(filled.distance.v.size());
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  for (std::size_t i = 0; i < out.distance.size(); ++i) {
+    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
+    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
+    if (d > kLabelReach * voxel) continue;
+    const double teeth = std::sqrt(static_cast<double>(to_teeth.v[i])) * voxel,
+                 gums = std::sqrt(static_cast<double>(to_gum.v[i])) * voxel, depth = std::max(-d, 0.0);
+    if (gums < teeth)
+      out.tissue[i] = depth < kGumDepth ? Tissue::kGingiva : Tissue::kCorticalBone;
+    else
+      out.tissue[i] = depth < shell * std::clamp(gums / kTaper, 0.0, 1.0) ? Tissue::kEnamel : Tissue::kDentin;
+  }
+  count_parts(result);
+  report.notes.push_back(
+      fmt::format("enamel {:.3g} mm deep, thinning out over {:.3g} mm towards the gum, dentin below; gum {:.3g} mm "
+                  "deep, bone below: a "
+                  "surface scan knows no more",
+                  shell / kMillimetre, kTaper / kMillimetre, kGumDepth / kMillimetre));
+  return result;
+}
+
+Imported import_parts(const ImportOptions& options) {
+  check_unit(options);
+  Imported result;
+  ImportReport& report = result.report;
+  std::vector<Mesh> meshes;
+  Bounds bounds;
+  for (const ImportPart& part : options.parts) {
+    MeshRepairs repairs;
+    meshes.push_back(read_mesh(part.file, options.mesh_unit, repairs));
+    bounds.add(meshes.back());
+    add_words(report.repairs, repairs, std::string(name_of(part.tissue)));
+    const std::string format = part.file.extension().string().substr(1);
+    if (report.format.find(format) == std::string::npos) report.format += (report.format.empty() ? "" : ", ") + format;
+  }
+  check_length(options.parts[0].file, bounds.extent(), options);
+  DenseTissue& out = result.tissue;
+  out = volume_around(bounds, options, report);
+  const double voxel = out.frame.voxel;
+  std::vector<std::vector<Triangle>> parts;
+  for (const Mesh& mesh : meshes) parts.push_back(triangles_of(mesh, out.frame, [](std::size_t) { return true; }));
+  if (options.progress) options.progress(0.2);
+  FilledMesh filled = fill_mesh(parts, out.size, out.band / voxel);
+  if (options.progress) options.progress(0.8);
+  std::vector<std::size_t> own(parts.size(), 0);
+  for (const std::uint8_t part : filled.part.v) {
+    if (part) ++own[part - 1U];
+  }
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    if (own[k] > 0) continue;
+    throw Error(options.parts[k].file.string(), "--part",
+                fmt::format("no voxel of {} that a later part does not cover", name_of(options.parts[k].tissue)),
+                "the parts from the outermost to the innermost: where they overlap the later one counts");
+  }
+  spread_parts(filled, kLabelReach);
+  out.distance.resize(filled.distance.v.size());
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  for (std::size_t i = 0; i < out.distance.size(); ++i) {
+    const double d = static_cast<double>(filled.distance.v[i]) * voxel;
+    out.distance[i] = static_cast<float>(std::clamp(d, -out.band, out.band));
+    if (filled.part.v[i]) out.tissue[i] = options.parts[filled.part.v[i] - 1U].tissue;
+  }
+  count_parts(result);
+  if (report.bodies_kept > 1)
+    report.notes.push_back(fmt::format("the parts are {} bodies that do not touch each other", report.bodies_kept));
   return result;
 }
 

@@ -76,15 +76,20 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     if (options.progress) options.progress(done);
   };
   // A human tooth is 10 to 35 mm long: it cannot be told in voxels beyond 0.7 mm.
-  const SpacingLimits limits = tooth ? SpacingLimits{1e-6, 0.7e-3} : SpacingLimits{1e-6, 3e-3};
-  Scan scan = read_scan(file, options.spacing, limits);
+  const SpacingLimits limits = tooth
+                                   ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
+                                   : SpacingLimits{1e-6, 3e-3, "a bone", ""};
+  Scan scan = read_scan({file, options.series}, options.spacing, options.nan_grey, limits);
   Imported result;
   ImportReport& report = result.report;
   report.format = scan.format;
   report.spacing = scan.spacing;
+  report.space = scan.space;
+  report.world_rotation = scan.world_rotation;
   report.notes = scan.notes;
   progress(0.1);
 
+  const auto read_voxels = static_cast<double>(scan.grey.v.size());
   const double finest = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   const double voxel = options.voxel.value_or(finest);
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
@@ -128,11 +133,25 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
         file.string(), options.spacing ? "--spacing-mm" : "spacing",
         fmt::format("a body {:.4g} mm long at {:.4g} {:.4g} {:.4g} mm a voxel", longest / kMillimetre,
                     report.spacing.x / kMillimetre, report.spacing.y / kMillimetre, report.spacing.z / kMillimetre),
-        fmt::format("{} of {:g} to {:g} mm; give the true voxel with --spacing-mm X,Y,Z", tooth ? "a tooth" : "a bone",
-                    least / kMillimetre, most / kMillimetre));
+        fmt::format("{} of {:g} to {:g} mm; {}", tooth ? "a tooth" : "a bone", least / kMillimetre, most / kMillimetre,
+                    tooth && !options.spacing && longest > most
+                        ? "of a jaw or another bone --preset bone; where the file is wrong, --spacing-mm X,Y,Z"
+                        : "where the file is wrong, give the true voxel with --spacing-mm X,Y,Z"));
   }
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
+  {
+    // Measured (typodont bench import): bytes per voxel of the scan while it is read, of the box around the body while
+    // it is segmented, and of the result while it is made.
+    constexpr double kRead = 8, kSegmented = 66, kResult = 26, kResidue = 30e6;
+    const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
+    const glm::dvec3 around = extent + 20 * working;
+    const double segmented = voxels(around, working);
+    require_memory(
+        kResidue + std::max({kRead * read_voxels, kSegmented * segmented,
+                             12 * segmented + kResult * voxels(extent + 2 * options.band + 4 * voxel, voxel)}),
+        options, report);
+  }
   progress(0.2);
 
   const glm::ivec3 margin = glm::ivec3(glm::ceil(10.0 * working / scan.spacing)) + 1;
@@ -152,8 +171,9 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   }
   if (first.x > last.x)
     throw Error(file.string(), "greys", "no body left after smoothing", "tissue a few voxels thick");
-  const glm::ivec3 from = glm::ivec3(glm::floor((glm::dvec3(first) - 2.0 - band) / scale));
-  const glm::ivec3 to = glm::ivec3(glm::ceil((glm::dvec3(last) + 2.0 + band) / scale));
+  constexpr double kRounding = 1e-6;
+  const glm::ivec3 from = glm::ivec3(glm::floor((glm::dvec3(first) - 2.0 - band) / scale + kRounding));
+  const glm::ivec3 to = glm::ivec3(glm::ceil((glm::dvec3(last) + 2.0 + band) / scale - kRounding));
   DenseTissue& out = result.tissue;
   out.size = to - from + 1;
   out.band = options.band;
@@ -169,7 +189,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   result.grey.resize(out.distance.size());
   if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
-  const double reach = 2.5 * scale;  // labels are told this far outside the surface
+  const double reach = kLabelReach * scale;
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
       for (int z = 0; z < out.size.z; ++z) {
@@ -181,7 +201,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
         if (d > reach) continue;
         dvec3 p = q;
         if (d > 0) {
-          const dvec3 c(field.closest[i]);
+          const dvec3 c(field.closest_to(i));
           const double away = glm::length(q - c);
           p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
         }

@@ -153,6 +153,85 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   return peaks;
 }
 
+namespace {
+
+/// Greys that are Hounsfield units plus a constant. Air is −1000, water 0, soft tissue −120 (fat) to 80.
+struct HounsfieldScale {
+  double offset;
+  std::string told_by;  // for the note
+};
+
+/// By the hills of air and of soft tissue, which lie about 1000 apart; nothing where there are no such hills.
+std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
+  constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
+  constexpr double kLeastBone = 300, kMost = 8000;  // above water: the brightest grey of bone, and of metal
+  constexpr double kLeastMass = 0.01;               // of all voxels, for either hill
+  // Offsets that scanners use, the likeliest first.
+  constexpr double kUsual[] = {0, 1024, 1000, -24}, kNear = 60;
+  std::optional<HounsfieldScale> found;
+  for (const Peak& air : peaks) {
+    for (const Peak& soft : peaks) {
+      const double apart = soft.level - air.level;
+      if (apart < kLeastApart || apart > kMostApart || air.mass < kLeastMass || soft.mass < kLeastMass) continue;
+      double offset = air.level - kAir;
+      bool usual = false;
+      const double* nearest =
+          std::ranges::min_element(kUsual, {}, [&](double o) { return std::abs(air.level - kAir - o); });
+      if (std::abs(offset - *nearest) < kNear) offset = *nearest, usual = true;
+      if (hi - offset < kLeastBone || hi - offset > kMost) continue;
+      if (found && !usual) continue;
+      found = {offset, fmt::format("air at {:.4g}, soft tissue at {:.4g}", air.level, soft.level)};
+      if (usual) return found;
+    }
+  }
+  if (!found && lo < -800 && lo > -1200 && hi > kLeastBone && hi < 6000)
+    found = {0, fmt::format("greys from {:.4g} to {:.4g}", lo, hi)};
+  return found;
+}
+
+/// The hill with most voxels between two greys; specks do not count.
+std::optional<double> hill_between(const std::vector<Peak>& peaks, double low, double high) {
+  constexpr double kLeastMass = 0.002;
+  const Peak* best = nullptr;
+  for (const Peak& p : peaks) {
+    if (p.level > low && p.level < high && p.mass > kLeastMass && (!best || p.mass > best->mass)) best = &p;
+  }
+  return best ? std::optional(best->level) : std::nullopt;
+}
+
+/// What the thresholds that were given say about the surround and the softer tissue. A given surface is where it is
+/// given; the greys on either side of it are the histogram's where it has hills there.
+void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& peaks, const ImportOptions& options,
+                    double brightest, Levels& levels) {
+  if (options.surface_grey) {
+    const double surface = *options.surface_grey, most = options.dense_grey.value_or(brightest);
+    if (!(surface > levels.outside) || !(surface < brightest)) {
+      throw Error(
+          file.string(), "--thresholds", fmt::format("{:g} for the surface", surface),
+          fmt::format("a grey above the surround's {:.6g} and below the brightest, {:.6g}", levels.outside, brightest));
+    }
+    // What touches the tissue is the brightest of what is darker: soft tissue in a CT of a head, air around a tooth.
+    if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
+    const double even = 2 * surface - levels.outside;  // with the surface at half height
+    const double reach = 0.5 * (even - surface);
+    const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
+    const auto above = hill_between(peaks, surface, most);
+    levels.soft = fits || (even < most && !above) ? even : above ? *above : 0.5 * (surface + most);
+    constexpr double kLeastHeight = 0.15, kMostHeight = 0.85;
+    levels.height = std::clamp((surface - levels.outside) / (levels.soft - levels.outside), kLeastHeight, kMostHeight);
+    levels.soft = levels.outside + (surface - levels.outside) / levels.height;
+  }
+  if (options.dense_grey) {
+    levels.dense = 2 * *options.dense_grey - levels.soft;
+    if (!(*levels.dense > levels.soft)) {
+      throw Error(file.string(), "--thresholds", fmt::format("{:g} for the denser tissue", *options.dense_grey),
+                  fmt::format("a grey above the softer tissue's {:.6g}", levels.soft));
+    }
+  }
+}
+
+}  // namespace
+
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes) {
   Levels levels;
@@ -170,7 +249,11 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
                 "tissue in a darker surround");
   }
   // Hounsfield units say what they are.
-  const bool hounsfield = options.preset == ImportPreset::kBone && *lo < -800 && *lo > -1200 && *hi > 300 && *hi < 6000;
+  std::optional<HounsfieldScale> hounsfield;
+  if (options.hounsfield)
+    hounsfield = {*options.hounsfield, "as was said"};
+  else if (options.preset == ImportPreset::kBone && !options.surface_grey)
+    hounsfield = hounsfield_of(peaks, *lo, *hi);
 
   levels.outside = middle;
   for (const Peak& p : peaks) {
@@ -201,33 +284,41 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   }
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
 
-  if (options.surface_grey) {
-    levels.soft = 2 * *options.surface_grey - levels.outside;
-    if (!(levels.soft > levels.outside)) {
-      throw Error(file.string(), "--thresholds", fmt::format("{:g} for the surface", *options.surface_grey),
-                  fmt::format("a grey above the surround's {:.6g}", levels.outside));
+  if (hounsfield && !options.surface_grey) {
+    // Soft tissue at 0 and a first surface at 300; refined from the greys near by.
+    constexpr double kSoftTissue = 0, kCancellous = 600;
+    levels.outside = hounsfield->offset + kSoftTissue;
+    levels.soft = hounsfield->offset + kCancellous;
+    if (!(*hi > levels.surface())) {
+      throw Error(
+          file.string(), "greys", fmt::format("nothing above {:.6g}", levels.surface()),
+          fmt::format("bone, in Hounsfield units plus {:g}; --hounsfield OFFSET says otherwise", hounsfield->offset));
     }
-  } else if (hounsfield) {
-    levels.soft = 600;  // with the surround's −1000..50 a first surface at −200..325; refined from the local greys
-    levels.outside = 0;
-    notes.push_back("greys taken as Hounsfield units: soft tissue 0, cortical bone above 850 (Misch D1 and D2)");
-  } else if (tissues.empty()) {
+    notes.push_back(
+        fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0, cortical bone above 850 (Misch "
+                    "D1 and D2)",
+                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by));
+  } else if (!options.surface_grey && tissues.empty()) {
     throw Error(file.string(), "greys", fmt::format("no tissue brighter than the surround ({:.6g})", levels.outside),
                 "one or two hills of tissue in the histogram, or --thresholds");
-  } else {
+  } else if (!options.surface_grey) {
     levels.soft = tissues[0].level;
   }
-  levels.fixed_dense = options.dense_grey.has_value() || hounsfield;
-  if (options.dense_grey) {
-    levels.dense = 2 * *options.dense_grey - levels.soft;
-    if (!(*levels.dense > levels.soft)) {
-      throw Error(file.string(), "--thresholds", fmt::format("{:g} for the denser tissue", *options.dense_grey),
-                  fmt::format("a grey above the softer tissue's {:.6g}", levels.soft));
-    }
-  } else if (hounsfield) {
-    levels.dense = 2 * 850 - levels.soft;
+  use_thresholds(file, peaks, options, *hi, levels);
+  levels.fixed_surround = options.surface_grey.has_value() || hounsfield.has_value();
+  levels.fixed_dense = options.dense_grey.has_value() || hounsfield.has_value();
+  if (options.dense_grey) return levels;
+  if (hounsfield) {
+    constexpr double kCortical = 850;
+    levels.dense = std::max(2 * (hounsfield->offset + kCortical) - levels.soft, levels.soft + 1);
   } else if (tissues.size() == 2 && tissues[1].level > levels.soft) {
     levels.dense = tissues[1].level;
+    if (options.preset == ImportPreset::kBone && !options.surface_grey) {
+      notes.push_back(fmt::format(
+          "the scale of the greys is not known: {:.4g} is taken as cancellous, {:.4g} as cortical bone; where "
+          "the first is soft tissue, give --hounsfield OFFSET (e.g. 1024) or --thresholds",
+          levels.soft, *levels.dense));
+    }
   } else {
     notes.push_back(options.preset == ImportPreset::kTooth
                         ? "one grey of tissue only: all of it is labelled dentin"

@@ -15,10 +15,13 @@ struct Levels {
   double soft = 0;              // of the softer tissue (dentin, cancellous bone)
   std::optional<double> dense;  // of the denser (enamel, cortical bone), where there are two
   bool fixed_dense = false;     // the bound between the two was given, not found
-  double noise = 0;             // standard deviation of the surround's greys
-  double smoothed_noise = 0;    // … after smoothing
+  bool fixed_surround = false;  // layers on the tissue as bright as `outside` are its surround, however thin
+  double height = 0.5;        // of the surface between the surround's grey and the tissue's; a half unless it was given
+  double noise = 0;           // standard deviation of the surround's greys
+  double smoothed_noise = 0;  // … after smoothing
 
-  double surface() const { return 0.5 * (outside + soft); }  // half height: where a blurred edge truly is
+  /// At half height: where a blurred edge truly is.
+  double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }
 };

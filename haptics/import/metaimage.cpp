@@ -118,7 +118,8 @@ static std::vector<char> unpack(const std::filesystem::path& file, const std::ve
   return out;
 }
 
-static RawScan read_metaimage(const std::filesystem::path& file) {
+static RawScan read_metaimage(const ScanRequest& request) {
+  const std::filesystem::path& file = request.file;
   const Header header = read_header(file);
   const double axes = header.numbers("NDims", 1)[0];
   if (axes != 3) header.fail("NDims", "3");
@@ -179,6 +180,7 @@ static RawScan read_metaimage(const std::filesystem::path& file) {
   const std::uintmax_t present = total > from ? total - from : 0;
   RawScan scan;
   scan.format = "MetaImage";
+  scan.space = "LPS";
   scan.has_unit = true;  // millimetres, by definition
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   if (!binary) {

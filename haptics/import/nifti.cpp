@@ -46,7 +46,8 @@ static std::optional<Element> element_of(int datatype) {
   }
 }
 
-static RawScan read_nifti(const std::filesystem::path& file) {
+static RawScan read_nifti(const ScanRequest& request) {
+  const std::filesystem::path& file = request.file;
   nifti_set_debug_level(0);  // our own messages instead of its own
   const std::unique_ptr<nifti_image, FreeImage> image(nifti_image_read(file.c_str(), 0));
   if (!image) throw Error(file.string(), "header", "no NIfTI header", "a NIfTI-1 or NIfTI-2 file");
@@ -91,6 +92,7 @@ static RawScan read_nifti(const std::filesystem::path& file) {
 
   RawScan scan;
   scan.format = "NIfTI";
+  if (image->sform_code > 0 || image->qform_code > 0) scan.space = "RAS";
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   scan.grey = decode(raw, count, *element, bytes_of(*element) > 1 && image->byteorder != nifti_short_order());
   if (image->scl_slope != 0 && std::isfinite(image->scl_slope) && std::isfinite(image->scl_inter)) {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <teem/nrrd.h>
 
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -57,6 +58,24 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
+// teem 1.12 copies each number of text data into a buffer of fixed size on its stack: no word may be longer than that.
+static void check_words(const std::filesystem::path& file, bool after_header) {
+  constexpr std::size_t kLongest = 100;
+  std::ifstream in(file, std::ios::binary);
+  if (after_header) {
+    for (std::string line; std::getline(in, line) && !line.empty() && line != "\r";) {
+    }
+  }
+  std::size_t length = 0;
+  for (int c = in.get(); c != EOF; c = in.get()) {
+    length = std::isspace(c) ? 0 : length + 1;
+    if (length > kLongest) {
+      throw Error(file.string(), "data", fmt::format("a number of more than {} digits", kLongest),
+                  "numbers as text, with spaces between them");
+    }
+  }
+}
+
 static std::string expected_in(const std::string& field) {
   if (field == "type") return "a scalar type such as \"unsigned short\" or \"float\"";
   if (field == "sizes") return "three sizes of a scan that fits into memory";
@@ -67,14 +86,20 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// teem's own account of what went wrong: a stack of lines, the last one nearest to the cause.
-[[noreturn]] static void fail(const std::filesystem::path& file) {
+// teem's own account of what went wrong: a stack of lines, the last one nearest to the cause. `all`: the whole stack.
+static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
-  std::string cause = text ? text.get() : "an unreadable file", field;
-  const std::string all = cause;
+  std::string cause = text ? text.get() : "an unreadable file";
+  if (all) *all = cause;
   while (!cause.empty() && cause.back() == '\n') cause.pop_back();
   cause = cause.substr(cause.rfind('\n') + 1);
   if (const auto colon = cause.find(": "); colon != std::string::npos) cause = cause.substr(colon + 2);
+  return cause;
+}
+
+[[noreturn]] static void fail(const std::filesystem::path& file) {
+  std::string all, field;
+  const std::string cause = last_cause(&all);
   for (const char* name :
        {"type", "sizes", "dimension", "encoding", "endian", "spacings", "space", "data file", "space directions",
         "space origin", "space units", "units", "kinds", "byte skip", "line skip"}) {
@@ -99,7 +124,8 @@ static std::optional<double> millimetres_per(std::string unit) {
   return std::nullopt;
 }
 
-static RawScan read_nrrd(const std::filesystem::path& file) {
+static RawScan read_nrrd(const ScanRequest& request) {
+  const std::filesystem::path& file = request.file;
   check_header(file);
   // The header alone first: sizes are checked before memory is taken.
   const NrrdOwner header(nrrdNew());
@@ -136,13 +162,21 @@ static RawScan read_nrrd(const std::filesystem::path& file) {
   } else {
     present = static_cast<double>(size_of_file(file));
   }
-  const std::string encoding = state->encoding->name;
+  const std::string encoding = state->encoding == nrrdEncodingAscii ? "ascii" : state->encoding->name;
   double least = 0;  // bytes of the encoded data
   if (encoding == "raw") least = bytes;
   if (encoding == "gzip") least = bytes / 1032;  // deflate cannot do better
   if (encoding == "bzip2") least = bytes / 46e6;
   if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
+  if (encoding == "ascii") {
+    for (unsigned i = 0; i < state->dataFNArr->len; ++i) check_words(file.parent_path() / state->dataFN[i], false);
+    if (state->dataFNFormat) {
+      throw Error(file.string(), place_of(file, "data file"), "numbered files of numbers as text",
+                  "a data file, or numbered files of another encoding");
+    }
+    if (state->dataFNArr->len == 0) check_words(file, true);
+  }
   if (known && present < least) {
     throw Error(file.string(), data, fmt::format("{:.0f} bytes", present),
                 encoding == "raw"
@@ -151,7 +185,12 @@ static RawScan read_nrrd(const std::filesystem::path& file) {
   }
 
   const NrrdOwner nrrd(nrrdNew());
-  if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) fail(file);
+  if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
+    // The header was read before: what fails now is the data.
+    throw Error(file.string(), data, last_cause(),
+                fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
+                            encoding));
+  }
   RawScan scan;
   scan.format = "NRRD";
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
@@ -170,6 +209,12 @@ static RawScan read_nrrd(const std::filesystem::path& file) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
+      // A space without directions, but with spacings: the axes are those of the space.
+      if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
+        step = glm::dvec3(0);
+        step[static_cast<int>(k)] = axis.spacing;
+        scan.spacing_place = place_of(file, "spacings");
+      }
       if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
       // An anatomical space is in millimetres unless said otherwise.
       scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
@@ -197,6 +242,8 @@ static RawScan read_nrrd(const std::filesystem::path& file) {
   for (int w = 0; w < 3; ++w) {
     if (!std::isfinite(scan.origin[w])) scan.origin[w] = 0;
   }
+  const bool lps = nrrd->space == nrrdSpaceLeftPosteriorSuperior, ras = nrrd->space == nrrdSpaceRightAnteriorSuperior;
+  scan.space = lps ? "LPS" : ras || nrrd->space == nrrdSpaceLeftAnteriorSuperior ? "RAS" : "";
   if (left_handed) {
     for (auto& step : scan.step) step.x = -step.x;
     scan.origin.x = -scan.origin.x;

@@ -15,6 +15,7 @@
 #include "engine/base/input_file.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
+#include "haptics/import/import_scan.h"
 
 namespace typodont::haptics::importing {
 
@@ -88,6 +89,13 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
+  // As it is read, and turned to the axes of its space.
+  constexpr double kBytesPerVoxel = 8;
+  if (const double free = free_memory(); product * kBytesPerVoxel > free) {
+    throw Error(file.string(), place,
+                fmt::format("{} voxels, {:.0f} MB as they are read", text, product * kBytesPerVoxel * 1e-6),
+                fmt::format("a scan that fits into {:.0f} MB, which are free", free * 1e-6));
+  }
 }
 
 std::uintmax_t size_of_file(const std::filesystem::path& file) {
@@ -128,10 +136,17 @@ bool is_mesh_file(const std::filesystem::path& file) {
                      [&](const std::string& ending) { return name.ends_with(ending); });
 }
 
-extern const ScanFormat nrrd_format, nifti_format, metaimage_format;
+extern const ScanFormat nrrd_format, nifti_format, metaimage_format, dicom_format;
 
 const std::vector<ScanFormat>& scan_formats() {
-  static const std::vector<ScanFormat> formats{nrrd_format, nifti_format, metaimage_format};
+  static const std::vector<ScanFormat> formats{
+      nrrd_format,
+      nifti_format,
+      metaimage_format,
+#ifdef TYPODONT_DICOM
+      dicom_format,
+#endif
+  };
   return formats;
 }
 
@@ -143,39 +158,55 @@ static std::string formats_in_words() {
   return text;
 }
 
-static RawScan read_any(const std::filesystem::path& file) {
-  const std::string a_scan = fmt::format("a scan ({})", formats_in_words());
-  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", a_scan);
-  std::ifstream in(file, std::ios::binary);
-  char head[512] = {};
-  in.read(head, sizeof head);
-  if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", a_scan);
-  const std::string_view start(head, static_cast<std::size_t>(in.gcount()));
+/// By its first bytes, else by its ending; null where it is none of them.
+static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
   const std::string name = lower_name(file);
-  if (start.size() >= 132 && start.substr(128, 4) == "DICM") {
-    throw Error(
-        file.string(), "", "a DICOM file",
-        "one file of the whole scan; make it from the folder of the slices: dcm2niix -o OUT_FOLDER SLICES_FOLDER, "
-        "then import the .nii that it leaves there");
-  }
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
   for (const ScanFormat& format : scan_formats()) {
-    if (format.begins && format.begins(start)) return format.read(file);
-    if (std::any_of(format.endings.begin(), format.endings.end(), ends)) return format.read(file);
-    if (std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends)) return format.read(file);
+    if ((format.begins && format.begins(start)) || std::any_of(format.endings.begin(), format.endings.end(), ends) ||
+        std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends))
+      return &format;
   }
+  return nullptr;
+}
+
+static std::string first_bytes(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string head(512, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
+}
+
+static RawScan read_any(const ScanRequest& request) {
+  const std::filesystem::path& file = request.file;
+  const std::string a_scan = fmt::format("a scan ({})", formats_in_words());
+#ifdef TYPODONT_DICOM
+  if (std::filesystem::is_directory(file)) return dicom_format.read(request);
+#endif
+  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", a_scan);
+  const std::string start = first_bytes(file);
+  if (start.empty()) throw Error(file.string(), "", "an unreadable file", a_scan);
+#ifndef TYPODONT_DICOM
+  if (start.size() >= 132 && start.substr(128, 4) == "DICM")
+    throw Error(file.string(), "", "a DICOM file, which this build does not read (it was built without GDCM)", a_scan);
+#endif
+  if (const ScanFormat* format = format_of(file, start)) return format->read(request);
   throw Error(file.string(), "", fmt::format("a file that starts with {}", excerpt(start)),
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
 // Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that
-// keeps left teeth left; what is left of an oblique orientation is not resampled.
+// keeps left teeth left; the rest of an oblique orientation becomes world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
+  scan.space = raw.space;
+  scan.notes = std::move(raw.notes);
   glm::ivec3 from(0, 1, 2);  // world axis w is the file's axis from[w]
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
+  double straightest = 1;
   bool placed[3] = {};
   for (int round = 0; round < 3; ++round) {  // the best-aligned pair first
     double best = -1;
@@ -190,10 +221,7 @@ static Scan align(RawScan&& raw) {
     placed[best_w] = used[best_f] = true;
     from[best_w] = best_f;
     sign[best_w] = raw.step[static_cast<std::size_t>(best_f)][best_w] < 0 ? -1 : 1;
-    if (best < 0.9999) {
-      scan.notes.push_back(
-          fmt::format("the scan lies obliquely in its space; axis {} is kept as it is, not resampled", best_f));
-    }
+    straightest = std::min(straightest, best);
   }
   glm::ivec3 size;
   glm::dvec3 first = raw.origin;  // of the new voxel (0,0,0)
@@ -203,7 +231,17 @@ static Scan align(RawScan&& raw) {
     scan.spacing[w] = glm::length(step) * kMillimetre;
     if (sign[w] < 0) first += step * static_cast<double>(size[w] - 1);
   }
-  scan.origin = first * kMillimetre;
+  constexpr double kOblique = 0.9999;  // cosine, 0.8 degrees
+  if (straightest < kOblique) {
+    // The nearest rotation to the three directions, by averaging with the inverse transpose (Higham 1986).
+    glm::dmat3 r;
+    for (int w = 0; w < 3; ++w)
+      r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
+    for (int k = 0; k < 20; ++k) r = 0.5 * (r + glm::transpose(glm::inverse(r)));
+    scan.world_rotation = r;
+    scan.notes.push_back("the scan lies obliquely in its space: the volume keeps the scan's axes");
+  }
+  scan.origin = glm::transpose(scan.world_rotation) * first * kMillimetre;
   if (from != glm::ivec3(0, 1, 2) || sign != glm::ivec3(1, 1, 1)) {
     scan.notes.push_back(fmt::format("axes turned to those of the file's space: x from {}{}, y from {}{}, z from {}{}",
                                      sign.x < 0 ? "-" : "+", from.x, sign.y < 0 ? "-" : "+", from.y,
@@ -225,15 +263,101 @@ static Scan align(RawScan&& raw) {
   return scan;
 }
 
-Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing,
-               const SpacingLimits& limits) {
-  RawScan raw = read_any(file);
-  for (std::size_t i = 0; i < raw.grey.size(); ++i) {
-    if (std::isfinite(raw.grey[i])) continue;
-    const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
-    throw Error(file.string(), fmt::format("voxel ({}, {}, {})", i % nx, i / nx % ny, i / (nx * ny)),
-                fmt::format("{}", raw.grey[i]), "a finite grey value");
+double undo_shear(const std::filesystem::path& file, RawScan& raw) {
+  const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
+  glm::dvec3 n = glm::cross(u, v);
+  if (glm::dot(n, raw.step[2]) < 0) n = -n;
+  constexpr double kSquare = 0.01;  // cosine of 89.4 degrees
+  if (std::abs(glm::dot(u, v)) > kSquare) {
+    throw Error(file.string(), "axis directions",
+                fmt::format("first axes at {:.4g} degrees", std::acos(glm::dot(u, v)) * 180 / kPi), "a right angle");
   }
+  const double along = glm::dot(raw.step[2], n),
+               angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
+  constexpr double kStraight = 0.1 * kPi / 180;
+  if (angle < kStraight) return 0;
+  // Voxels that a slice is shifted against the one before.
+  const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
+                           glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
+  const int last = raw.size.z - 1;
+  int base[2], size[2];
+  for (int a = 0; a < 2; ++a) {
+    base[a] = static_cast<int>(std::floor(std::min(0.0, shift[a] * last)));
+    size[a] = raw.size[a] + static_cast<int>(std::ceil(std::abs(shift[a] * last)));
+  }
+  check_sizes(file, "axis directions", {size[0], size[1], raw.size.z});
+  float dark = raw.grey.empty() ? 0.0F : raw.grey[0];
+  for (const float g : raw.grey) {
+    if (g < dark) dark = g;
+  }
+  const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
+  const auto mx = static_cast<std::size_t>(size[0]), my = static_cast<std::size_t>(size[1]);
+  std::vector<float> out(mx * my * static_cast<std::size_t>(raw.size.z), dark);
+  // Catmull and Rom's cubic through four neighbours.
+  const auto cubic = [](float a, float b, float c, float d, float t) {
+    return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
+  };
+  for_each_slab(raw.size.z, [&](int k) {
+    // value(i, j) = old(i + base − shift·k, …): first along rows, then along columns.
+    const double fx = base[0] - shift[0] * k, fy = base[1] - shift[1] * k;
+    const int ix = static_cast<int>(std::floor(fx)), iy = static_cast<int>(std::floor(fy));
+    const float tx = static_cast<float>(fx - ix), ty = static_cast<float>(fy - iy);
+    const float* slice = &raw.grey[static_cast<std::size_t>(k) * nx * ny];
+    std::vector<float> rows(mx * ny, dark);
+    const auto pick = [&](const float* line, int i, int count, std::size_t stride) {
+      return i >= 0 && i < count ? line[static_cast<std::size_t>(i) * stride] : dark;
+    };
+    for (std::size_t j = 0; j < ny; ++j) {
+      const float* line = slice + j * nx;
+      for (int i = 0; i < size[0]; ++i) {
+        const int at = i + ix;
+        if (at < -1 || at >= raw.size.x) continue;
+        const auto p = [&](int d) { return pick(line, at + d, raw.size.x, 1); };
+        rows[j * mx + static_cast<std::size_t>(i)] = tx == 0 ? p(0) : cubic(p(-1), p(0), p(1), p(2), tx);
+      }
+    }
+    float* to = &out[static_cast<std::size_t>(k) * mx * my];
+    for (std::size_t i = 0; i < mx; ++i) {
+      for (int j = 0; j < size[1]; ++j) {
+        const int at = j + iy;
+        if (at < -1 || at >= raw.size.y) continue;
+        const auto p = [&](int d) { return pick(&rows[i], at + d, raw.size.y, mx); };
+        to[static_cast<std::size_t>(j) * mx + i] = ty == 0 ? p(0) : cubic(p(-1), p(0), p(1), p(2), ty);
+      }
+    }
+  });
+  raw.origin += static_cast<double>(base[0]) * raw.step[0] + static_cast<double>(base[1]) * raw.step[1];
+  raw.step[2] = along * n;
+  raw.size.x = size[0], raw.size.y = size[1];
+  raw.grey = std::move(out);
+  return angle;
+}
+
+// Voxels that are no number become `nan_grey`; an error where that is not given.
+static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
+  std::size_t count = 0, first = 0;
+  for (std::size_t i = raw.grey.size(); i-- > 0;) {
+    if (!std::isfinite(raw.grey[i])) ++count, first = i;
+  }
+  if (count == 0) return;
+  if (!nan_grey) {
+    const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
+    throw Error(file.string(), fmt::format("voxel ({}, {}, {})", first % nx, first / nx % ny, first / (nx * ny)),
+                fmt::format("{}, as in {} of {} voxels", raw.grey[first], count, raw.grey.size()),
+                "a finite grey value; --nan-as GREY puts one in their place, e.g. that of air");
+  }
+  for (float& g : raw.grey) {
+    if (!std::isfinite(g)) g = static_cast<float>(*nan_grey);
+  }
+  raw.notes.push_back(
+      fmt::format("{} of {} voxels were no number and are taken as {:g}", count, raw.grey.size(), *nan_grey));
+}
+
+Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
+               const std::optional<double>& nan_grey, const SpacingLimits& limits) {
+  const std::filesystem::path& file = request.file;
+  RawScan raw = read_any(request);
+  replace_nan(file, raw, nan_grey);
   constexpr std::string_view kAsk = "; give the true voxel with --spacing-mm X,Y,Z";
   if (spacing) {
     for (int a = 0; a < 3; ++a) {
@@ -258,18 +382,38 @@ Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
+    // A file that says its voxel and its unit is believed: then the scan is too coarse.
+    const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
         fmt::format("{} mm (the scan would be {:.4g} x {:.4g} x {:.4g} mm)", found, extent.x, extent.y, extent.z),
-        fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre, limits.largest / kMillimetre,
-                    spacing ? "" : kAsk));
+        coarse ? fmt::format("a scan fine enough for {}: voxels of at most {:.3g} mm{}; where the file is wrong, "
+                             "--spacing-mm X,Y,Z",
+                             limits.of, limits.largest / kMillimetre, limits.instead)
+               : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
+                             limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
   // Axes must span space, else there is no orientation to speak of.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");
   }
+  if (const double angle = undo_shear(file, raw); angle > 0) {
+    raw.notes.push_back(
+        fmt::format("the slices were stacked at {:.1f} degrees to their normal; that was undone", angle * 180 / kPi));
+  }
   return align(std::move(raw));
 }
 
 }  // namespace typodont::haptics::importing
+
+namespace typodont::haptics {
+
+bool is_dicom(const std::filesystem::path& file) {
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) return true;
+  const importing::ScanFormat* format = importing::format_of(file, importing::first_bytes(file));
+  return format && format->name == std::string_view("DICOM");
+}
+
+}  // namespace typodont::haptics

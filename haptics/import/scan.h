@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "haptics/import/grid.h"
+#include "haptics/import/scan_element.h"
 
 namespace typodont::haptics::importing {
 
@@ -23,16 +24,27 @@ struct RawScan {
   bool has_spacing = false;          // the file states one
   bool has_unit = false;             // … and its unit
   std::string spacing_place;         // where it states it, for messages
+  std::string space;                 // "LPS", "RAS" or empty: not known
+  std::vector<std::string> notes;    // what a user should know
   glm::dvec3 origin{0};              // of the first voxel, mm
 };
 
-/// A scan with axes turned (by quarter turns and flips, never a mirror image) along those of its own space.
+/// A scan with axes turned (by quarter turns and flips, never a mirror image) along those of its own space. A place p
+/// of it, in m, is world_rotation · p there: an oblique scan keeps its own axes.
 struct Scan {
   std::string format;
   Grid<float> grey;
   glm::dvec3 spacing{0};  // m
   glm::dvec3 origin{0};   // m, of voxel (0,0,0)
+  std::string space;      // see RawScan
+  glm::dmat3 world_rotation{1};
   std::vector<std::string> notes;
+};
+
+/// What is to be read.
+struct ScanRequest {
+  std::filesystem::path file;  // or a folder
+  std::optional<int> series;   // DICOM: which one, as the list of them says
 };
 
 /// A format that scans come in. A new one is a file NAME.cpp that defines `const ScanFormat NAME_format`, and a row in
@@ -43,26 +55,30 @@ struct ScanFormat {
   std::vector<std::string> odd_endings;  // read too, but not offered
   /// Whether a file that begins with these bytes is one, whatever its name. Null: only the name tells.
   bool (*begins)(std::string_view first_bytes);
-  RawScan (*read)(const std::filesystem::path& file);  // throws Error
+  RawScan (*read)(const ScanRequest& request);  // throws Error
 };
 const std::vector<ScanFormat>& scan_formats();
 
-/// Smallest and largest plausible voxel, m: what lies outside is a missing unit rather than a scan.
+/// Smallest and largest voxel, m, that tissue can be told in.
 struct SpacingLimits {
   double smallest, largest;
+  std::string_view of;       // "a tooth"
+  std::string_view instead;  // what to do with coarser voxels: "; …", may be empty
 };
 
-/// `spacing`: m along the file's own axes, instead of the file's.
-Scan read_scan(const std::filesystem::path& file, const std::optional<glm::dvec3>& spacing,
-               const SpacingLimits& limits);
+/// `spacing`: m along the file's own axes, instead of the file's. `nan_grey`: stands for voxels that are no number.
+Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spacing,
+               const std::optional<double>& nan_grey, const SpacingLimits& limits);
+
+/// Where the third axis is not perpendicular to the first two (a tilted gantry), shifts each slice within itself so
+/// that it is, by cubic interpolation. The first two must be perpendicular. Returns the angle that was undone, rad.
+double undo_shear(const std::filesystem::path& file, RawScan& raw);
 
 bool is_mesh_file(const std::filesystem::path& file);
 
 // Shared by the readers.
 inline constexpr double kMostVoxels = 1.0e9;
 
-enum class Element { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat, kDouble };
-std::size_t bytes_of(Element type);
 /// Plain numbers in memory to greys.
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap);
 

@@ -25,6 +25,12 @@ Mask where(const Grid<float>& g, float above) {
   return mask;
 }
 
+Mask where_below(const Grid<float>& g, float bound) {
+  Mask mask(g.size, 0);
+  for (std::size_t i = 0; i < g.v.size(); ++i) mask.v[i] = g.v[i] < bound;
+  return mask;
+}
+
 // Voxels of `open` that hang together with the walls of the box.
 Mask reached_from_walls(const Mask& open) {
   Mask reached(open.size, 0);
@@ -154,7 +160,7 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const double distance = d.distance[i];
   if (std::abs(distance) > 0.3) {
     const glm::dvec3 n =
-        unit((glm::dvec3(i) - glm::dvec3(d.closest[d.distance.index(i)])) * (distance < 0 ? -1.0 : 1.0));
+        unit((glm::dvec3(i) - glm::dvec3(d.closest_to(d.distance.index(i)))) * (distance < 0 ? -1.0 : 1.0));
     if (glm::dot(n, n) > 0.5) return n;
   }
   return unit(slope);
@@ -179,13 +185,17 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   // A first surface, at half the height of the brighter tissue where that is near, so that fissures in enamel stay
   // open; but safely below the softer tissue's own grey.
-  const Grid<float> brightest = ball_max(smooth, 2);
+  const double most_height = std::max(0.8, levels.height);
+  // Far below every threshold the brightest near by decides nothing.
+  Grid<float> brightest = ball_max(smooth, 2, where(smooth, static_cast<float>(levels.surface() - 0.5 * rise)));
   Grid<float> over(size);  // smooth grey over the local threshold
   for (std::size_t i = 0; i < count; ++i) {
     const double top = std::clamp<double>(brightest.v[i], levels.soft, levels.top());
-    const double threshold = std::min(0.5 * (levels.outside + top), levels.outside + 0.8 * rise);
+    const double threshold =
+        std::min(levels.outside + levels.height * (top - levels.outside), levels.outside + most_height * rise);
     over.v[i] = static_cast<float>((smooth.v[i] - threshold) / rise);
   }
+  brightest = Grid<float>();
   Mask solid = where(over, 0);
   {
     const Components parts = components(solid);
@@ -204,7 +214,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   report(0.25);
 
   constexpr double kFirstBand = 9;
-  const DistanceField first = signed_distance(over, size, {}, kFirstBand);
+  DistanceField first = signed_distance(over, size, {}, kFirstBand);
+  over = Grid<float>();
   report(0.45);
 
   // How wide the scan's edges are: a Gaussian edge of height c has slope c / (σ √2π) in its middle.
@@ -219,7 +230,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const glm::ivec3 p = grey.place(i);
     const glm::dvec3 n = normal_at(first, p);
     const double top = std::clamp(inward_peak(glm::dvec3(p), n, 4), levels.soft, levels.top());
-    const double slope = glm::length(sample_cubic(smooth, glm::dvec3(first.closest[i])).gradient);
+    const double slope = glm::length(sample_cubic(smooth, glm::dvec3(first.closest_to(i))).gradient);
     if (slope > 0) widths.push_back(static_cast<float>((top - levels.outside) / (std::sqrt(2 * M_PI) * slope)));
   }
   double edge = 1.2;  // voxels, of the smoothed greys
@@ -234,7 +245,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Grid<float> sum(size, 0), weight(size, 0);
   for (std::size_t i = 0; i < count; ++i) {
     if (first.distance.v[i] < shell) continue;
-    if (smooth.v[i] > levels.outside + 0.5 * rise) continue;  // other bodies
+    if (smooth.v[i] > levels.surface()) continue;  // other bodies
     sum.v[i] = static_cast<float>(grey.v[i] - levels.outside);
     weight.v[i] = 1;
   }
@@ -261,9 +272,16 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
           continue;
         }
         const glm::dvec3 n = normal_at(first, p);
-        const glm::dvec3 at = glm::dvec3(first.closest[i]);
+        const glm::dvec3 at = glm::dvec3(first.closest_to(i));
         const double top = std::clamp(inward_peak(at, n, shell), levels.soft, levels.top());
-        const double low = outside_near(i);
+        double low = outside_near(i);
+        if (levels.fixed_surround) {
+          // A thin layer of soft tissue on the bone is its surround, not the air behind it.
+          double brightest_near = low;
+          for (double t = 2 * edge; t <= shell; t += kStep)
+            brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
+          low = std::max(low, std::min(levels.outside, brightest_near));
+        }
         const auto share = [&](double g) { return (g - low) / (top - low); };
         double o = share(grey.v[i]);
         if (d < 0) {
@@ -276,6 +294,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   });
   report(0.65);
 
+  first = DistanceField();
+  sum = weight = Grid<float>();
+
   // At least so much smoothing that edges are told by several samples, and until the noise moves the surface by less
   // than 0.02 voxel.
   double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
@@ -285,7 +306,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     if (left / slope < 0.02) break;
   }
   s.phi = smooth_in_place(occupancy, sigma, s.blur);
-  for (float& v : s.phi.v) v -= 0.5F;
+  occupancy = Grid<float>();
+  for (float& v : s.phi.v) v -= static_cast<float>(levels.height);
 
   // One body, without holes that smoothing may have opened.
   {
@@ -321,7 +343,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
           filled.v[i] = static_cast<float>(levels.soft);
           continue;
         }
-        const glm::dvec3 from = d.v[i] > 0 ? glm::dvec3(surface.closest[i]) : glm::dvec3(p);
+        const glm::dvec3 from = d.v[i] > 0 ? glm::dvec3(surface.closest_to(i)) : glm::dvec3(p);
         filled.v[i] = static_cast<float>(inward_peak(from, normal_at(surface, p), skin));
       }
     }
@@ -347,7 +369,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
     // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
     // clearly brighter than the softer tissue.
-    const Grid<float> peak = ball_max(bright, 2);
+    Mask skin_mask(size, 0);
+    for (std::size_t i = 0; i < count; ++i) skin_mask.v[i] = d.v[i] <= 0 && d.v[i] > static_cast<float>(-skin);
+    const Grid<float> peak = ball_max(bright, 2, skin_mask);
     const double faintest =
         levels.fixed_dense ? kInfinity : levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
     for (std::size_t i = 0; i < count; ++i) {
@@ -392,7 +416,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   for (std::size_t i = 0; i < count; ++i) {
     if (d.v[i] < 0 && (cavity.v[i] || d.v[i] < -shell)) deep.v[i] = dark.v[i];
   }
-  const Grid<float> darkest = ball_min(deep, std::clamp(2 * edge, 2.0, 5.0));
+  const Grid<float> darkest =
+      tooth ? ball_min(deep, std::clamp(2 * edge, 2.0, 5.0), where_below(deep, kNothing)) : Grid<float>();
   const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // contrast of a canal
   Mask pulp(size, 0);
   for (std::size_t i = 0; i < count; ++i) {
@@ -463,7 +488,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         const std::size_t i = grey.index(x, y, z);
         if (!(d.v[i] > 0) || d.v[i] > 3) continue;
         const glm::ivec3 p(x, y, z);
-        const glm::dvec3 c = glm::dvec3(surface.closest[i]) - 0.75 * normal_at(surface, p);
+        const glm::dvec3 c = glm::dvec3(surface.closest_to(i)) - 0.75 * normal_at(surface, p);
         const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(c)), glm::ivec3(0), size - 1);
         s.dense.v[i] = dense_inside[near];
         s.cavity.v[i] = cavity_inside[near];

@@ -12,7 +12,8 @@ namespace typodont::haptics::importing {
 
 /// All on the working grid: isotropic, about as fine as the scan, the body with a margin of surround on all sides.
 struct Segmentation {
-  Grid<float> phi;     // occupancy − ½: positive in the body (cavities included), 0 on its outer surface
+  Grid<float>
+      phi;  // occupancy − the surface's height: positive in the body (cavities included), 0 on its outer surface
   Grid<float> dense;   // positive where the denser tissue is; told also some voxels outside the surface
   Grid<float> cavity;  // positive in pulp or marrow spaces
   Grid<float> grey;    // the scan's, without the dim outer edge: there, and outside, the brightest on the way inwards

@@ -57,7 +57,8 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-constinit thread_local std::uint64_t t_voxels_cut = 0;
+// The model: in a shared library (libtypodont.so) the default one calls a function at each access.
+[[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }

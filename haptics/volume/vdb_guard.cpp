@@ -1,15 +1,11 @@
 #include "haptics/volume/vdb_guard.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -22,7 +18,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/fnv.h"
-#include "engine/base/own_file.h"
+#include "engine/base/guarded_process.h"
 
 namespace typodont::haptics {
 
@@ -65,50 +61,15 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// The guarded process's program: as the environment says, beside this one, where it was installed, or where it was
-/// built.
-std::filesystem::path reader_program() {
-  const std::filesystem::path own = own_file().parent_path();
-  const char* const set = std::getenv("TYPODONT_VOLUME_READER");
-  for (const std::filesystem::path& file :
-       {std::filesystem::path(set ? set : ""), own / "typodont-volume-reader",
-        own / "../libexec/typodont/typodont-volume-reader", own / "../../libexec/typodont/typodont-volume-reader",
-        std::filesystem::path(TYPODONT_VOLUME_READER)}) {
-    if (access(file.c_str(), X_OK) == 0) return file;
-  }
-  throw Error((own / "typodont-volume-reader").string(), "", "no such program", "the one that reads volume files");
-}
-
-/// Runs it as a fresh process, which shares nothing with this one. Its exit status; -1 where a signal ended it.
+/// The guarded process. Its exit status; -1 where a signal ended it.
 int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
                    std::span<const std::string> grids) {
-  std::vector<std::string> words = {reader_program().string(), file.string(), flat.string()};
+  std::vector<std::string> words = {companion_program("TYPODONT_VOLUME_READER", "typodont-volume-reader",
+                                                      TYPODONT_VOLUME_READER, "the one that reads volume files")
+                                        .string(),
+                                    file.string(), flat.string()};
   words.insert(words.end(), grids.begin(), grids.end());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  // What the program does about signals is not the child's; and nothing of its surroundings, which may hold secrets.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t all, none;
-  sigfillset(&all), sigemptyset(&none);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // Its complaints about its heap are no message to a user.
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int fd : {0, 1, 2}) posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_RDWR, 0);
-  char* const no_environment[] = {nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, arguments[0], &actions, &attributes, arguments.data(), no_environment);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  if (failed) throw Error(words[0], "", std::strerror(failed), "a program that can be started");
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return run_guarded(words);
 }
 
 /// Walks the header, the metadata and the grid descriptors (format 218 to 224, as OpenVDB 4 and later write it).

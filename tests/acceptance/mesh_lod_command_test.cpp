@@ -90,17 +90,46 @@ TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
   EXPECT_EQ(levels.back(), "0");
 }
 
+TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHardAndDoesNot) {
+  // Down on the tooth, 1 mm and more deep, and up again.
+  const auto pushes = [&](const std::string& place, double& most, double& least) {
+    folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0," + place + ",23,1,0,0,0,0\n0.5," + place +
+                                 ",19.5,1,0,0,0,0\n1.5," + place + ",17.5,1,0,0,0,0\n1.9," + place +
+                                 ",17.5,1,0,0,0,0\n3," + place + ",20.5,1,0,0,0,0\n");
+    const auto ran = folder.run("servo assets/scenes/explore-caries.json --model mesh_lod --hand " +
+                                folder / "hand.csv" + " --out " + folder / "t.csv");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    most = least = 0;
+    for (const std::string& force : column(test::read_text(folder / "t.csv"), "force_z_N")) {
+      most = std::max(most, std::stod(force)), least = std::min(least, std::stod(force));
+    }
+  };
+  double most = 0, least = 0;
+  pushes("7.0,6.0", most, least);
+  EXPECT_GT(most, 0.2);
+  EXPECT_LT(most, 0.5);
+  EXPECT_LT(least, -0.15) << "the tip is held when it is drawn out";
+  pushes("7.0,4.6", most, least);
+  EXPECT_GT(most, 1.2);
+  EXPECT_GT(least, -0.01);
+}
+
 TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
   write_block();
-  folder.write("hand.csv",
-               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1.5,1,0,0,0,1\n0.3,0,0,0.4,1,0,0,0,1\n"
-               "0.8,0.3,0.1,0.1,1,0,0,0,1\n1.0,0,0,2,1,0,0,0,0\n");
-  const std::string s = scene(R"("model": "mesh_lod", "tool": "round_012", "spindle_krpm": 300)");
-  const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "s.h5");
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  EXPECT_GT(Json::parse(ran.out, "summary")["cuts"].number(), 50);
-  const auto check = folder.run("replay " + folder / "s.h5" + " --check");
-  EXPECT_EQ(check.status, 0) << check.out << check.err;
+  const std::vector<std::pair<std::string, double>> tools{
+      {"round_012", 0.6}, {"cylinder_010", 2.0}, {"flame_012", 2.0}};  // mm from the centre to the tip
+  for (const auto& [tool, tip] : tools) {
+    const auto z = [&](double above) { return std::to_string(tip + above); };
+    folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0," + z(0.9) + ",1,0,0,0,1\n0.3,0,0," +
+                                 z(-0.2) + ",1,0,0,0,1\n0.8,0.3,0.1," + z(-0.5) + ",1,0,0,0,1\n1.0,0,0," + z(1.4) +
+                                 ",1,0,0,0,0\n");
+    const std::string s = scene(R"("model": "mesh_lod", "spindle_krpm": 300, "tool": ")" + tool + "\"");
+    const auto ran = folder.run("servo " + s + " --hand " + folder / "hand.csv" + " --json --out " + folder / "s.h5");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+    EXPECT_GT(Json::parse(ran.out, "summary")["cuts"].number(), 50) << tool;
+    const auto check = folder.run("replay " + folder / "s.h5" + " --check");
+    EXPECT_EQ(check.status, 0) << tool << check.out << check.err;
+  }
 }
 
 TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {

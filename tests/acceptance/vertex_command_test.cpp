@@ -2,8 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
 #include <string>
 
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/review/player.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
 
@@ -29,6 +35,25 @@ std::string sheet() {
   return text + "endsolid scan\n";
 }
 
+TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedToTheBit) {
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+  // Onto the highest cusp, into it, and along.
+  folder.write(
+      "hand.csv",
+      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,29.49,-17.39,34.16,1,0,0,0,0\n0.3,29.49,-17.39,32.86,1,0,0,0,0\n"
+      "0.4,29.49,-17.39,32.81,1,0,0,0,1\n0.8,29.49,-17.39,32.46,1,0,0,0,1\n1.6,29.89,-17.39,32.36,1,0,0,0,1\n"
+      "1.9,29.49,-17.39,35.16,1,0,0,0,0\n");
+  const auto ran = folder.run("servo assets/scenes/arch-carve.json --hand " + folder / "hand.csv" + " --json --out " +
+                              folder / "s.h5");
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json told = Json::parse(ran.out, "servo");
+  EXPECT_GT(told["elements"].number(), 13'288) << "refined where it was carved";
+  EXPECT_GT(told["removed_mm3"]["enamel"].number(0, 10), 0.01);
+  EXPECT_GE(told["energy_min_J"].number(-1, 1), -1e-9);
+  const auto replayed = folder.run("replay " + folder / "s.h5" + " --check");
+  EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
+}
+
 TEST(VertexCommand, AnOpenStlIsCarvedRecordedAndReplayedToTheBit) {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   folder.write("scan.stl", sheet());
@@ -47,6 +72,104 @@ TEST(VertexCommand, AnOpenStlIsCarvedRecordedAndReplayedToTheBit) {
   const auto replayed = folder.run("replay " + folder / "s.h5" + " --check --json");
   EXPECT_EQ(replayed.status, 0) << replayed.err;
   EXPECT_TRUE(Json::parse(replayed.out, "replay")["identical"].boolean());
+}
+
+struct CarvedScan : testing::Test {
+  test::ProgramFolder folder{TYPODONT_PROGRAM};
+  std::string scene, hand;
+  void SetUp() override {
+    folder.write("scan.stl", sheet());
+    scene = folder.write("scene.json",
+                         R"({"name": "scan", "tissue": {"mesh": {"file": "scan.stl", "unit_mm": 1, "tissue": "dentin"}},
+            "model": {"vertex": {"edge_mm": 0.15}}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
+    // Two strokes: down, across and up; then once more beside it.
+    hand = folder.write("hand.csv",
+                        "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.3,0.2,1.5,1,0,0,0,0\n0.2,0.3,0.2,0.8,1,0,0,0,1\n"
+                        "0.4,0.3,0.2,0.1,1,0,0,0,1\n0.7,1.0,0.2,0.1,1,0,0,0,1\n0.8,1.0,0.2,2,1,0,0,0,1\n"
+                        "1.3,0.3,1.6,2,1,0,0,0,1\n1.4,0.3,1.6,0.1,1,0,0,0,1\n1.7,1.0,1.6,0.1,1,0,0,0,1\n"
+                        "1.8,1.0,1.6,2,1,0,0,0,0\n");
+    const auto ran = folder.run("servo " + scene + " --hand " + hand + " --out " + folder / "s.h5" + " --save " +
+                                folder / "left.vdb");
+    ASSERT_EQ(ran.status, 0) << ran.err;
+  }
+};
+
+/// What a picture has been given so far.
+using Shown = std::map<std::uint64_t, render::MeshUpdate>;
+void show(Shown& shown, std::vector<render::MeshUpdate> bricks) {
+  for (render::MeshUpdate& brick : bricks) {
+    if (brick.indices.empty()) {
+      shown.erase(brick.brick);
+    } else {
+      shown[brick.brick] = std::move(brick);
+    }
+  }
+}
+bool same(const Shown& a, const Shown& b) {
+  if (a.size() != b.size()) return false;
+  for (const auto& [key, brick] : a) {
+    const auto found = b.find(key);
+    if (found == b.end() || found->second.indices != brick.indices ||
+        found->second.vertices.size() != brick.vertices.size())
+      return false;
+    for (std::size_t i = 0; i < brick.vertices.size(); ++i)
+      if (found->second.vertices[i].p != brick.vertices[i].p || found->second.vertices[i].n != brick.vertices[i].n)
+        return false;
+  }
+  return true;
+}
+
+TEST_F(CarvedScan, IsSeenAsItsOwnMeshAtEveryMomentForwardAndBack) {
+  SessionPlayer player(folder.path() / "s.h5");
+  std::map<double, Shown> first;  // by the moment, each from a player of its own
+  for (const double t : {0.1, 0.5, 1.0, 1.75}) {
+    SessionPlayer fresh(folder.path() / "s.h5");
+    fresh.seek(t);
+    show(first[t], fresh.take_surface());
+  }
+  EXPECT_EQ(first[0.1].begin()->second.two_sided, true) << "the sheet is open";
+  EXPECT_FALSE(same(first[0.1], first[0.5]));
+  EXPECT_FALSE(same(first[0.5], first[1.0]));
+  EXPECT_FALSE(same(first[1.0], first[1.75]));
+  Shown shown;
+  for (const double t : {0.1, 0.5, 1.0, 1.75, 1.0, 0.5, 0.1, 1.75, 0.1}) {
+    player.seek(t);
+    show(shown, player.take_surface());
+    EXPECT_TRUE(same(shown, first[t])) << t;
+  }
+}
+
+TEST_F(CarvedScan, IsRenderedAtAMomentAndSavedAsTheMeshItIs) {
+  const auto triangles_at = [&](const char* options, const std::string& out) {
+    const auto ran = folder.run("render " + folder / "s.h5" + " --rig closeup --size 160x120 --quality bare " +
+                                options + " --json --out " + (folder / out));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.out, "render")["frame"]["triangles"].number();
+  };
+  const double before = triangles_at("--at 0.1", "before"), after = triangles_at("--at 1.8", "after");
+  EXPECT_EQ(before, 18);  // of the file
+  EXPECT_GT(after, 500);
+  EXPECT_GT(triangles_at("--at 1.8 --view section --plane 0,1,0,0.2", "section"), 100);
+  EXPECT_GT(triangles_at("--at 1.8 --view xray", "xray"), 100);
+  // An STL has 84 bytes and 50 a triangle.
+  const auto bytes = std::filesystem::file_size(folder / "left_surface.stl");
+  EXPECT_EQ((bytes - 84) % 50, 0u);
+  EXPECT_EQ(static_cast<double>((bytes - 84) / 50), after);
+}
+
+TEST(TissueView, OfAFieldShowsTheSameWhetherACarverOrAVolumeIsAsked) {
+  const Scene scene = parse_scene(Json::parse(R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [4, 4, 4]}}}]}, "tool": "round_012"})",
+                                              "b"),
+                                  "b");
+  haptics::TissueVolume volume = load_tissue(scene);
+  haptics::Carver carver(load_tissue(scene), scene.servo);
+  ASSERT_EQ(carver.surface(), nullptr);
+  Shown one, other;
+  show(one, TissueView().update(volume));
+  show(other, TissueView().update(carver));
+  EXPECT_TRUE(same(one, other));
+  EXPECT_FALSE(one.begin()->second.two_sided);
 }
 
 }  // namespace

@@ -35,6 +35,8 @@
 #include "haptics/devices/spacemouse.h"
 #include "haptics/devices/websocket.h"
 #include "haptics/import/import.h"
+#include "haptics/import/mesh_tissue.h"
+#include "haptics/mesh/editable_mesh.h"
 #include "haptics/scripted_hand.h"
 #include "haptics/spindle.h"
 #include "haptics/tissue_volume.h"
@@ -95,8 +97,21 @@ void import_as(Bytes bytes) {
   if (bytes.size() > 64 << 10) return;
   attempt([&] { (void)haptics::import_tissue(as_file(bytes, kName), coarse()); });
 }
+/// As the tissue of a scene: read, made a mesh that can be carved, and, where it is small, a volume.
+template <const char* kName>
+void tissue_as(Bytes bytes) {
+  constexpr double kSmall = 30e-3;  // m
+  if (bytes.size() > 64 << 10) return;
+  attempt([&] {
+    const haptics::TissueMesh mesh = haptics::read_tissue_mesh(as_file(bytes, kName), 1e-3, Tissue::kEnamel).mesh;
+    const haptics::mesh::EditableMesh editable(mesh, 1e-3, 16);
+    dvec3 lo(1e300), hi(-1e300);
+    for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
+    if (glm::all(glm::lessThan(hi - lo, dvec3(kSmall)))) (void)haptics::rasterize(mesh, {.voxel = 1e-3});
+  });
+}
 constexpr char kNrrd[] = "in.nrrd", kNifti[] = "in.nii", kMeta[] = "in.mha", kStl[] = "in.stl", kPly[] = "in.ply",
-               kObj[] = "in.obj";
+               kObj[] = "in.obj", kGltf[] = "in.gltf", kGlb[] = "in.glb", kDicom[] = "in.dcm", kZip[] = "in.zip";
 
 void json(Bytes bytes) {
   attempt([&] { (void)Json::parse(text_of(bytes), "fuzz").text(); });
@@ -262,9 +277,14 @@ constexpr FuzzTarget kTargets[] = {{"json", json},
                                    {"scan_nrrd", import_as<kNrrd>},
                                    {"scan_nifti", import_as<kNifti>},
                                    {"scan_metaimage", import_as<kMeta>},
+                                   {"scan_dicom", import_as<kDicom>},
+                                   {"scan_zip", import_as<kZip>},
                                    {"mesh_stl", import_as<kStl>},
                                    {"mesh_ply", import_as<kPly>},
                                    {"mesh_obj", import_as<kObj>},
+                                   {"tissue_stl", tissue_as<kStl>},
+                                   {"tissue_gltf", tissue_as<kGltf>},
+                                   {"tissue_glb", tissue_as<kGlb>},
                                    {"opentrack", opentrack},
                                    {"device_reports", device_reports},
                                    {"hid_descriptor", hid_descriptor},

@@ -1,6 +1,7 @@
 // Bodies whose surface, volumes and layers are known exactly, scanned with blur, partial volume and noise.
 #include "tests/support/import_phantom.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "engine/base/units.h"
@@ -262,6 +263,91 @@ TEST(ImportPhantom, BoneHasACorticalShellOverCancellousBone) {
   EXPECT_NEAR(volume(i, Tissue::kCorticalBone) / (ball(6) - ball(4.5)), 1, 0.03);
   EXPECT_NEAR(volume(i, Tissue::kCancellousBone) / ball(4.5), 1, 0.03);
   EXPECT_NEAR(i.report.height, 12.0_mm, 0.1_mm);
+}
+
+// A head: a skull of three layers around a brain, open below, in Hounsfield units plus `offset`.
+constexpr double kOpening = 0.866;  // cosine of half its angle
+Phantom head_phantom(double offset) {
+  Phantom p;
+  p.size = glm::ivec3(64);
+  p.spacing = dvec3(0.9);
+  p.blur = 0.4;
+  p.noise = 12;
+  p.fine = 4;
+  p.grey = [offset](const dvec3& q) {
+    const dvec3 off = q - dvec3(28.9, 28.6, 29.2);
+    const double r = glm::length(off);
+    const bool open = r < 22.5 && -off.z > kOpening * r;
+    const double hu = open       ? 35
+                      : r < 17   ? 35
+                      : r < 18.5 ? 1100
+                      : r < 21   ? 420
+                      : r < 22.5 ? 1250
+                      : r < 25   ? 30
+                      : r < 26.5 ? -90
+                                 : -1000;
+    return hu + offset;
+  };
+  return p;
+}
+Imported head(double offset, const ImportOptions& more = {}) {
+  const Phantom p = head_phantom(offset);
+  ImportOptions options = more;
+  options.preset = ImportPreset::kBone;
+  return import_tissue(write_nrrd(fmt::format("head{}.nrrd", offset), p, test::bytes_as<float>(p.scan()), "float"),
+                       options);
+}
+const double kSkull = (ball(22.5) - ball(17)) * (1 + kOpening) / 2;
+
+TEST(ImportPhantom, ThresholdsInHounsfieldUnitsCutTheSkullOutOfAHead) {
+  const Phantom p = head_phantom(0);
+  const std::vector<double> greys = p.scan();
+  for (const auto& [surface, dense] : {std::pair{226.0, 1200.0}, {226.0, 850.0}, {300.0, 900.0}, {400.0, 1000.0}}) {
+    SCOPED_TRACE(fmt::format("{},{}", surface, dense));
+    ImportOptions options;
+    options.surface_grey = surface;
+    options.dense_grey = dense;
+    const Imported i = head(0, options);
+    const double above = static_cast<double>(std::ranges::count_if(greys, [&](double g) { return g > surface; }));
+    const double bone = volume(i, Tissue::kCorticalBone) + volume(i, Tissue::kCancellousBone);
+    EXPECT_NEAR(bone / (above * 0.9 * 0.9 * 0.9), 1, 0.08);
+    EXPECT_NEAR(i.report.surface_grey, surface, 1e-6);
+  }
+}
+
+TEST(ImportPhantom, HounsfieldUnitsAreFoundWhateverTheyAreStoredWith) {
+  const Imported plain = head(0);
+  const double bone = volume(plain, Tissue::kCorticalBone) + volume(plain, Tissue::kCancellousBone);
+  EXPECT_NEAR(bone / kSkull, 1, 0.1);
+  for (const double offset : {1024.0, 1000.0, 31768.0}) {
+    SCOPED_TRACE(offset);
+    const Imported i = head(offset);
+    EXPECT_THAT(i.report.notes, testing::Contains(testing::HasSubstr("Hounsfield units +")));
+    EXPECT_NEAR(volume(i, Tissue::kCorticalBone) / volume(plain, Tissue::kCorticalBone), 1, 0.1);
+    EXPECT_NEAR(volume(i, Tissue::kCancellousBone) / volume(plain, Tissue::kCancellousBone), 1, 0.05);
+  }
+}
+
+TEST(ImportPhantom, AScaleThatIsNotKnownIsSaidAndCanBeGiven) {
+  // A cone beam's greys: air and soft tissue are 600 apart.
+  Phantom p;
+  p.size = glm::ivec3(48);
+  p.spacing = dvec3(0.5);
+  p.fine = 4;
+  p.noise = 5;
+  p.grey = [](const dvec3& q) {
+    const double r = glm::length(q - 12.1);
+    return r < 6 ? 1500.0 : r < 10 ? 800.0 : 200.0;
+  };
+  ImportOptions options;
+  options.preset = ImportPreset::kBone;
+  const auto file = write_nrrd("cone.nrrd", p, test::bytes_as<float>(p.scan()), "float");
+  EXPECT_THAT(import_tissue(file, options).report.notes,
+              testing::Contains(testing::AllOf(testing::HasSubstr("scale of the greys is not known"),
+                                               testing::HasSubstr("--hounsfield"))));
+  options.hounsfield = 780;
+  const Imported i = import_tissue(file, options);
+  EXPECT_NEAR((volume(i, Tissue::kCorticalBone) + volume(i, Tissue::kCancellousBone)) / ball(6), 1, 0.05);
 }
 
 std::string box_stl() {

@@ -182,6 +182,78 @@ TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
   EXPECT_NEAR(lost, removed, 0.05 * removed);
 }
 
+TEST(VertexModel, AHandThatLeapsThroughThinTissueStaysInFront) {
+  HapticBench bench(R"({"voxel_mm": 0.2, "solids": [
+    {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})",
+                    probe_settings(R"({"vertex": {}})"));
+  for (int i = 0; i < 200; ++i) {
+    bench.tick({{0, 0, i % 2 ? -7.0_mm : 5.0_mm}});
+    ASSERT_GT(bench.last.X_WG.p.z, 0.4_mm) << i;
+  }
+}
+
+constexpr std::string_view kBlock = R"({"voxel_mm": 0.2, "solids": [
+  {"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, -2], "size_mm": [8, 8, 4]}}}]})";
+
+class VertexHeads : public testing::TestWithParam<haptics::HeadShape> {};
+
+TEST_P(VertexHeads, PressedItIsFeltWithTheTissuesStiffnessAndNoStepIsFeltWhenItComesOutOfItsCut) {
+  haptics::ServoSettings settings = drill(R"({"vertex": {}})");
+  settings.tool.shape = GetParam();
+  settings.tool.diameter = 1.0_mm;
+  settings.tool.length = GetParam() == haptics::HeadShape::kSphere ? 1.0_mm : 2.0_mm;
+  HapticBench bench(kBlock, settings);
+  const double tip = settings.tool.length / 2;
+  double most_step = 0, least_energy = 0;
+  dvec3 before(0);
+  const auto tick = [&](const dvec3& p) {
+    bench.tick({p}, 1);
+    most_step = std::max(most_step, glm::distance(bench.last.f_T_W, before));
+    before = bench.last.f_T_W;
+    least_energy = std::min(least_energy, bench.last.energy);
+  };
+  for (int i = 0; i < 600; ++i) tick({0, 0, tip + 0.1_mm - i * 1e-6});
+  const double lag = bench.last.X_WG.p.z - (tip + 0.1_mm - 599e-6);
+  EXPECT_GT(lag, 0.05_mm);
+  EXPECT_NEAR(bench.last.f_model_W.z, 500 * lag, 0.05 * 500 * lag) << "dentin, 0.5 N/mm";
+  for (int i = 0; i < 600; ++i) tick({i * 1e-6, 0, tip - 0.5_mm});
+  // Up and to the side: it lies below what is left of the surface there.
+  for (int i = 0; i < 400; ++i) tick({0.6_mm + i * 1e-6, i * 2e-6, tip - 0.5_mm + i * 6e-6});
+  EXPECT_GT(total(bench.last.removed), 0.02e-9);
+  EXPECT_EQ(bench.last.X_WG.p, dvec3(0.6_mm + 399e-6, 399 * 2e-6, tip - 0.5_mm + 399 * 6e-6)) << "it came out";
+  EXPECT_EQ(bench.last.f_T_W, dvec3(0));
+  EXPECT_LE(most_step, 0.025);
+  EXPECT_GE(least_energy, -1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
+                         testing::Values(haptics::HeadShape::kSphere, haptics::HeadShape::kCylinder,
+                                         haptics::HeadShape::kRoundEndCylinder, haptics::HeadShape::kCone,
+                                         haptics::HeadShape::kPear, haptics::HeadShape::kFlame),
+                         [](const auto& each) { return std::string(haptics::name_of(each.param)); });
+
+TEST(DrawnEdges, WithEitherMeshModelASpoonRemovesWhatItDoesFromTheField) {
+  MaterialTable materials = test::plain_materials();
+  materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 1e9;
+  const auto removed = [&](const char* model) {
+    haptics::ServoSettings settings = probe_settings(model);
+    settings.cutting = true;
+    settings.tool.shape = haptics::HeadShape::kPear;
+    settings.tool.diameter = 1.5_mm, settings.tool.length = 1.8_mm;
+    settings.tool.scrapes = 1.5;
+    HapticBench bench(haptics::TissueVolume(haptics::read_solids(Json::parse(std::string(kBlock), "tissue"))), settings,
+                      materials);
+    for (int i = 0; i < 400; ++i) bench.tick({{-1.5_mm, 0, 1.2_mm - i * 2e-6}});
+    for (int i = 0; i < 2400; ++i) bench.tick({{-1.5_mm * std::cos(kPi * i / 600), 0, 0.4_mm}});  // to and fro
+    return total(bench.last.removed);
+  };
+  const double from_field = removed("offset");
+  ASSERT_GT(from_field, 1e-12);
+  for (const char* model : {"vertex", "mesh_lod"}) {
+    EXPECT_NEAR(removed(model), from_field, 0.2 * from_field) << model;
+  }
+}
+
 TEST(VertexModel, EqualHandsGiveEqualBits) {
   std::uint64_t hash = 0;
   dvec3 force(0);

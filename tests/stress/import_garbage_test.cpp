@@ -6,6 +6,9 @@
 #include "engine/base/error.h"
 #include "haptics/import/import.h"
 #include "tests/support/import_phantom.h"
+#ifdef TYPODONT_DICOM
+#include "tests/support/dicom_files.h"
+#endif
 
 namespace typodont::haptics {
 namespace {
@@ -77,11 +80,24 @@ TEST(ImportGarbage, DamagedFilesAreReadOrRefusedWithAMessage) {
        "uchar int vertex_indices\nend_header\n0 0 0\n5 0 0\n0 5 0\n0 0 5\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"},
       {"s.obj", "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"},
   };
+  std::vector<std::pair<std::string, std::string>> all = seeds;
+#ifdef TYPODONT_DICOM
+  {
+    test::DicomImage image;
+    image.columns = 14, image.rows = 15, image.frames = 16;
+    image.orientation = {{1, 0, 0}, {0, 1, 0}};
+    image.spacing = {0.5, 0.5};
+    for (const char c : data) image.pixels.push_back(static_cast<unsigned char>(c));
+    for (int k = 0; k < 16; ++k) image.frame_positions.emplace_back(0, 0, 0.5 * k);
+    all.emplace_back("s.dcm", test::dicom_bytes(image));
+    all.emplace_back("s.zip", test::zip_bytes({{"a", test::dicom_bytes(image)}}));
+  }
+#endif
   ImportOptions options;
   options.voxel = 0.5e-3;
   std::mt19937 random(5);
   int refused = 0, read = 0;
-  for (const auto& [name, good] : seeds) {
+  for (const auto& [name, good] : all) {
     test::write(test::scratch(name), good);
     EXPECT_NO_THROW(import_tissue(test::scratch(name), options)) << name;
     for (int k = 0; k < 60; ++k) {

@@ -302,7 +302,7 @@ TEST(CarverThread, WhatIsPaintedInTheAirIsNoStrokeAndNoPartOfAnExercise) {
   EXPECT_EQ(s.wiring.tissue_to_render.front().strokes.done, 2u);
   s.wiring.stop = true;
   carved.carver.join();
-  EXPECT_EQ(s.book.paint(s.carver.volume()).size(), 2u);
+  EXPECT_EQ(s.book.paint(s.carver.strokes()).size(), 2u);
 }
 
 TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {

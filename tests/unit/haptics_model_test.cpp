@@ -59,7 +59,7 @@ TEST(ContactMethods, AnUnknownNameNamesThoseThereAre) {
     FAIL();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("nonsense"));
-    EXPECT_THAT(error.what(), HasSubstr("offset, mesh_lod, packing, vertex, voxel_penalty"));
+    EXPECT_THAT(error.what(), HasSubstr("offset, implant, mesh_lod, packing, vertex, voxel_penalty"));
   }
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"offset": {}, "ball": {}})", "scene")), Error);
   EXPECT_THROW(haptics::read_contact_method(Json::parse(R"({"voxel_penalty": {"samples": 4}})", "scene")), Error);

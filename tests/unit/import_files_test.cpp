@@ -15,7 +15,9 @@ using test::bytes_as;
 using test::scratch;
 using test::write;
 using test::write_nrrd;
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 // A small tooth-like ball, off the middle in all axes so that swapped or mirrored axes show.
 test::Phantom small_ball() {
@@ -166,6 +168,102 @@ TEST(ImportSpacing, MissingOrAbsurdSpacingAsksForTheTrueOne) {
   EXPECT_THAT(message_of(scratch("ones.nii")), AllOf(HasSubstr("pixdim"), HasSubstr("--spacing-mm")));
 }
 
+TEST(ImportSpacing, AFileThatSaysItsVoxelAndUnitIsNotAskedForThem) {
+  test::Phantom p = small_ball();
+  p.spacing = dvec3(0.9);
+  const auto file = write_nrrd("coarse.nrrd", p, bytes_as<std::uint16_t>(greys()), "ushort",
+                               "units: \"mm\" \"mm\" \"mm\"\nendian: little\nencoding: raw\n");
+  EXPECT_THAT(message_of(file), AllOf(HasSubstr("0.9 0.9 0.9 mm"), HasSubstr("fine enough for a tooth"),
+                                      HasSubstr("--preset bone"), Not(HasSubstr("true voxel"))));
+  // As far as the body goes, too: 60 mm of tooth.
+  p.spacing = dvec3(0.65);
+  p.size = {150, 26, 28};
+  p.grey = [](const dvec3& q) {
+    return std::abs(q.y - 8) < 4 && std::abs(q.z - 9) < 4 && q.x > 5 && q.x < 90 ? 200.0 : 9.0;
+  };
+  p.fine = 1;
+  EXPECT_THAT(message_of(write_nrrd("long.nrrd", p, bytes_as<std::uint16_t>(p.scan()))),
+              AllOf(HasSubstr("a body 8"), HasSubstr("--preset bone"), Not(HasSubstr("true voxel"))));
+}
+
+TEST(ImportSpacing, SpacingsBesideASpaceWithoutDirectionsCount) {
+  const std::string data = bytes_as<std::uint16_t>(greys());
+  write(scratch("space.nrrd"),
+        "NRRD0004\ntype: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 30 26 28\nspacings: 0.25 0.25 "
+        "0.25\nendian: little\nencoding: raw\n\n" +
+            data);
+  expect_reference(import_tissue(scratch("space.nrrd"), {}));
+}
+
+TEST(ImportFiles, VoxelsThatAreNoNumberBecomeTheGreyThatIsGiven) {
+  std::vector<double> with_nan = greys();
+  with_nan[0] = with_nan[77] = std::nan("");
+  const auto file = write_nrrd("nans.nrrd", small_ball(), bytes_as<float>(with_nan), "float");
+  ImportOptions options;
+  options.nan_grey = 60;
+  const Imported i = import_tissue(file, options);
+  expect_reference(i);
+  EXPECT_THAT(i.report.notes, testing::Contains(HasSubstr("2 of 21840 voxels were no number")));
+}
+
+TEST(ImportOrientation, AnObliqueScanKeepsItsPlaceInTheWorld) {
+  // The same ball, its axes turned by 25 degrees about z and then 10 about x.
+  const double a = 25 * kPi / 180, b = 10 * kPi / 180;
+  const glm::dmat3 rz(dvec3(std::cos(a), std::sin(a), 0), dvec3(-std::sin(a), std::cos(a), 0), dvec3(0, 0, 1));
+  const glm::dmat3 rx(dvec3(1, 0, 0), dvec3(0, std::cos(b), std::sin(b)), dvec3(0, -std::sin(b), std::cos(b)));
+  const glm::dmat3 r = rx * rz;
+  const dvec3 origin(12, -7, 30);
+  std::string directions;
+  for (int k = 0; k < 3; ++k) directions += fmt::format(" ({},{},{})", 0.25 * r[k].x, 0.25 * r[k].y, 0.25 * r[k].z);
+  write(scratch("oblique.nrrd"),
+        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 30 26 28\nspace "
+                    "directions:{}\nspace origin: ({},{},{})\nendian: little\nencoding: raw\n\n",
+                    directions, origin.x, origin.y, origin.z) +
+            bytes_as<std::uint16_t>(greys()));
+  const Imported i = import_tissue(scratch("oblique.nrrd"), {});
+  EXPECT_EQ(i.report.space, "LPS");
+  ASSERT_EQ(i.tissue.size, reference().tissue.size);
+  EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
+  // The middle of the volume, in the world.
+  const dvec3 middle = reference().tissue.frame.to_world(dvec3(10, 11, 12)) / kMillimetre;
+  const dvec3 world = i.report.world_rotation * i.tissue.frame.to_world(dvec3(10, 11, 12)) / kMillimetre;
+  EXPECT_LT(glm::length(world - (origin + r * middle)), 1e-6);
+}
+
+TEST(ImportOrientation, ASlantedStackIsMadeStraight) {
+  // A ball in slices that are shifted against each other, as a tilted gantry stacks them.
+  constexpr double kTilt = 18.5 * kPi / 180;
+  test::Phantom p;
+  p.size = {44, 60, 40};
+  p.spacing = dvec3(0.25);
+  const dvec3 step(0, -0.25 * std::tan(kTilt), 0.25), center(5.5, 5.5, 5);
+  p.fine = 4;
+  p.blur = 0;
+  p.grey = [&](const dvec3& q) {  // q.z / 0.25 is the slice
+    const dvec3 world = dvec3(q.x, q.y, 0) + q.z / 0.25 * step;
+    return glm::length(world - center) < 3.5 ? 200.0 : 20.0;
+  };
+  write(scratch("tilted.nrrd"),
+        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 44 60 40\nspace "
+                    "directions: (0.25,0,0) (0,0.25,0) (0,{},0.25)\nspace origin: (0,0,0)\nendian: little\nencoding: "
+                    "raw\n\n",
+                    step.y) +
+            bytes_as<std::uint16_t>(p.scan()));
+  const Imported i = import_tissue(scratch("tilted.nrrd"), {});
+  EXPECT_THAT(i.report.notes, testing::Contains(HasSubstr("18.5 degrees")));
+  double worst = 0;
+  const DenseTissue& t = i.tissue;
+  for (int x = 0; x < t.size.x; ++x) {
+    for (int y = 0; y < t.size.y; ++y) {
+      for (int z = 0; z < t.size.z; ++z) {
+        const double exact = glm::length(t.frame.to_world(dvec3(x, y, z)) / kMillimetre - center) - 3.5;
+        if (std::abs(exact) < 1.2) worst = std::max(worst, std::abs(t.distance[t.at(x, y, z)] / kMillimetre - exact));
+      }
+    }
+  }
+  EXPECT_LT(worst, 0.25 * 0.3);
+}
+
 TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
   // The same ball stored from right to left: the same tissue at the same places.
   const auto p = small_ball();
@@ -207,12 +305,23 @@ TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
        {"sizes", "2 axes", "a scan of 3 axes"}},
       {"nan.nrrd",
        test::nrrd_header(p, "float", raw) + bytes_as<float>(with_nan),
-       {"voxel (3, 4, 5)", "nan", "a finite grey value"}},
+       {"voxel (3, 4, 5)", "nan", "as in 1 of 21840 voxels", "a finite grey value", "--nan-as GREY"}},
       {"garbage.nrrd", "What is this?\n" + data, {"line 1", "What is this?", "NRRD0001"}},
       {"absent.nhdr", test::nrrd_header(p, "ushort", raw + "data file: not_there.raw"), {"data file", "not_there.raw"}},
       {"packed.nrrd",
        test::nrrd_header(p, "ushort", "endian: little\nencoding: gzip\n") + packed(data, 31).substr(0, 3000),
-       {"packed.nrrd"}},
+       {"packed.nrrd: data", "43680 bytes of voxels (30 x 26 x 28), encoded as gzip"}},
+      {"few.nrrd",
+       test::nrrd_header(p, "ushort", "encoding: ascii\n") + std::string(50000, '7'),
+       {"few.nrrd: data", "a number of more than 100 digits"}},
+      {"fewer.nrrd",
+       test::nrrd_header(p, "ushort", "encoding: ascii\n") +
+           [] {
+             std::string text;
+             for (int k = 0; k < 21839; ++k) text += "7\n";
+             return text + "\n";
+           }(),
+       {"fewer.nrrd: data", "43680 bytes of voxels"}},
       {"flat_grey.nrrd",
        test::nrrd_header(p, "ushort", raw) + std::string(data.size(), '\1'),
        {"the same value", "tissue"}},
@@ -230,8 +339,8 @@ TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
       {"empty.nrrd", "", {"empty.nrrd", "an empty file"}},
       {"picture.png", "\x89PNG....", {"picture.png", "NRRD"}},
       {"open.obj",
-       "v 0 0 0\nv 5 0 0\nv 0 5 0\nv 0 0 5\nf 1 3 2\nf 1 2 4\nf 2 3 4\n",
-       {"open edges", "a closed surface"}},
+       "v 0 0 0\nv 9 0 0\nv 12 8 0\nv 5 14 0\nv -3 8 0\nv 4 5 9\nf 1 2 6\nf 2 3 6\nf 3 4 6\nf 4 5 6\nf 5 1 6\n",
+       {"5 open edges", "a closed surface"}},
       {"index.ply",
        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement face "
        "1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 1 2\n",

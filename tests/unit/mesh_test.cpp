@@ -1,8 +1,14 @@
 // The editable mesh: what its edits keep, against counting and brute force.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
 #include <random>
+#include <set>
+#include <tuple>
 
+#include "haptics/mesh/near_points.h"
+#include "haptics/mesh/spatial_order.h"
 #include "tests/support/mesh_shapes.h"
 #include "tests/support/no_alloc.h"
 
@@ -152,6 +158,66 @@ TEST(EditableMesh, EditsDoNotAllocate) {
   test::NoAlloc guard;
   edit(mesh, random, 3000);
   EXPECT_EQ(guard.count(), 0u);
+}
+
+TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndPutsNearOnesTogether) {
+  haptics::TissueMesh mesh = test::ball(dvec3(3e-3), 0.3e-3);
+  std::mt19937 random(4);
+  std::vector<std::size_t> shuffled(mesh.triangles.size());
+  std::iota(shuffled.begin(), shuffled.end(), 0);
+  std::shuffle(shuffled.begin(), shuffled.end(), random);
+  haptics::TissueMesh mixed = mesh;
+  for (std::size_t i = 0; i < shuffled.size(); ++i) {
+    mixed.triangles[i] = mesh.triangles[shuffled[i]];
+    mixed.tissue[i] = i % 3 ? Tissue::kEnamel : Tissue::kDentin;
+  }
+  const haptics::TissueMesh sorted = haptics::mesh::in_spatial_order(mixed);
+  const auto content = [](const haptics::TissueMesh& m) {
+    std::multiset<std::tuple<unsigned, unsigned, unsigned, Tissue>> all;
+    for (std::size_t i = 0; i < m.triangles.size(); ++i) {
+      all.emplace(m.triangles[i].x, m.triangles[i].y, m.triangles[i].z, m.tissue[i]);
+    }
+    return all;
+  };
+  EXPECT_EQ(content(sorted), content(mixed));
+  EXPECT_EQ(sorted.vertices, mixed.vertices);
+  const auto mean_leap = [](const haptics::TissueMesh& m) {
+    double sum = 0;
+    for (std::size_t i = 1; i < m.triangles.size(); ++i) {
+      sum += glm::distance(m.vertices[m.triangles[i].x], m.vertices[m.triangles[i - 1].x]);
+    }
+    return sum / static_cast<double>(m.triangles.size() - 1);
+  };
+  EXPECT_LT(mean_leap(sorted), 0.2 * mean_leap(mixed));
+}
+
+TEST(NearPoints, FindsEveryPointWithinReachAndNoneFarBeyond) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  haptics::mesh::NearPoints points(1000);
+  for (const int count : {0, 1, 7, 8, 9, 500, 1000}) {
+    const dvec3 center(0.04, -0.02, 0.03);
+    points.clear(center);
+    for (int i = 0; i < count; ++i) {
+      ASSERT_TRUE(points.add(center + 2e-3 * dvec3(unit(random), unit(random), unit(random))));
+    }
+    for (int look = 0; look < 20; ++look) {
+      const dvec3 p = center + 1e-3 * dvec3(unit(random), unit(random), unit(random));
+      const double reach = 1e-3 * std::abs(unit(random));
+      const auto found = points.within(p, reach);
+      std::size_t next = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const double distance = glm::distance(points[i], p);
+        const bool listed = next < found.size() && found[next] == i;
+        next += listed;
+        ASSERT_TRUE(listed || distance > reach) << i;
+        ASSERT_TRUE(!listed || distance < reach + 1e-7) << i;
+      }
+      ASSERT_EQ(next, found.size());
+    }
+  }
+  EXPECT_TRUE(points.full());
+  EXPECT_FALSE(points.add(dvec3(0)));
 }
 
 TEST(EditableMesh, WithoutRoomNothingIsSplit) {

@@ -330,6 +330,80 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
   }
 }
 
+/// An open sheet of 12 × 8 units at z = 0, its face up, as an OBJ; each coordinate times `scale`.
+std::string open_sheet(double scale) {
+  std::string obj;
+  for (int x = 0; x < 4; ++x)
+    for (int y = 0; y < 3; ++y) obj += fmt::format("v {} {} 0\n", 4 * x * scale, 4 * y * scale);
+  for (int x = 0; x < 3; ++x)
+    for (int y = 0; y < 2; ++y) {
+      const int a = 1 + 3 * x + y;
+      obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, a + 3, a + 4, a, a + 4, a + 1);
+    }
+  return obj;
+}
+
+TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
+  folder.write("sheet.obj", open_sheet(1));
+  NewTooth tooth{.input = folder / "sheet.obj", .name = "My scan", .as_scanned = true, .crown = Crown::kDown};
+  Progress progress;
+  const Scene scene = read_scene(bring_in(tooth, progress));
+  EXPECT_EQ(progress.share(), 1);
+  EXPECT_EQ(model_name(scene), "vertex");
+  const haptics::TissueVolume volume = load_tissue(scene);
+  EXPECT_FALSE(volume.exact_outside()) << "it is open";
+  ASSERT_TRUE(volume.mesh());
+  const haptics::TissueMesh& mesh = *volume.mesh();
+  ASSERT_EQ(mesh.vertices.size(), 12u);
+  ASSERT_EQ(mesh.triangles.size(), 12u);
+  dvec3 lo(mesh.vertices.front()), hi(lo);
+  for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
+  const dvec3 size = (hi - lo) / kMillimetre, top = dvec3((lo.x + hi.x) / 2, (lo.y + hi.y) / 2, hi.z) / kMillimetre;
+  EXPECT_LT(glm::length(size - dvec3(12, 8, 0)), 1e-4);
+  EXPECT_LT(glm::length(top - dvec3(6.8, 6, 20.2)), 1e-4) << "where the rigs look";
+  const glm::uvec3& t = mesh.triangles.front();
+  const dvec3 a = mesh.vertices[t.x];
+  EXPECT_LT(glm::cross(mesh.vertices[t.y] - a, mesh.vertices[t.z] - a).z, 0) << "upside down, not a mirror image";
+}
+
+TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
+  folder.write("metres.obj", open_sheet(1e-3));
+  const auto extent = [&](double unit) {
+    NewTooth tooth{.input = folder / "metres.obj", .name = "Metres", .as_scanned = true};
+    tooth.options.mesh_unit = unit;
+    Progress progress;
+    const haptics::TissueVolume volume = load_tissue(read_scene(bring_in(tooth, progress)));
+    double lo = 1, hi = -1;
+    for (const dvec3& p : volume.mesh()->vertices) lo = std::min(lo, p.x), hi = std::max(hi, p.x);
+    return (hi - lo) / kMillimetre;
+  };
+  EXPECT_NEAR(extent(kMillimetre), 12, 1e-4);
+  EXPECT_NEAR(extent(2), 24, 1e-4);
+  EXPECT_THROW(extent(1e-4), Error) << "too small in the unit that was given";
+}
+
+TEST_F(Exercise, AScannedSurfaceThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
+  folder.write("sheet.obj", open_sheet(1));
+  NewTooth tooth{.input = folder / "sheet.obj", .name = "Scan", .as_scanned = true};
+  Progress progress;
+  bring_in(tooth, progress);
+  folder.write("scenes/Scan.json", "a note of the user, which is no scene");
+  const auto files = [&] {
+    return std::pair(test::read_text(folder / "scenes/Scan.json"), test::read_text(folder / "scenes/Scan.stl"));
+  };
+  const auto before = files();
+  EXPECT_EQ(before.second.size(), 84u + 12 * 50);
+  folder.write("sheet.obj", open_sheet(1.5));
+  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_EQ(files(), before);
+  Progress cancelled;
+  cancelled.cancel();
+  tooth.name = "Another";
+  EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.stl"));
+}
+
 TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty) {
   std::filesystem::create_directories(folder / "scans/old");
   for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"})

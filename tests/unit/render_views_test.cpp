@@ -82,5 +82,33 @@ TEST_F(Views, DifferenceIsBlueWhereTissueIsToGoAndRedWhereItShouldHaveStayed) {
   EXPECT_LT(std::abs(right.r - right.b), 40);
 }
 
+TEST_F(Views, TheBackOfAnOpenSurfaceIsDullAndBlueGreyAndThatOfAClosedOneIsNotDrawn) {
+  frame.background = render::Background::kBlack;
+  stage.renderer->remove(render::kInsidePulp);
+  // A bowl whose inside is seen: a sheet that faces away from the eye.
+  render::MeshUpdate sheet;
+  sheet.brick = 1;
+  for (const glm::vec3 p : {glm::vec3(-4e-3f, -4e-3f, 0), {4e-3f, -4e-3f, 0}, {4e-3f, 4e-3f, 0}, {-4e-3f, 4e-3f, 0}}) {
+    render::Vertex v;
+    v.p = p, v.n = {0, 0, -1};
+    sheet.vertices.push_back(v);
+  }
+  sheet.indices = {0, 2, 1, 0, 3, 2};
+  const auto drawn = [&](bool two_sided) {
+    sheet.two_sided = two_sided;
+    stage.renderer->update(render::kWorkingTooth, std::span(&sheet, 1));
+    stage.draw(frame);
+    return middle();
+  };
+  const glm::ivec3 hidden = drawn(false), back = drawn(true);
+  EXPECT_EQ(hidden, glm::ivec3(0));
+  EXPECT_GT(back.b, back.r + 5);
+  EXPECT_GT(back.r, 30);
+  EXPECT_LT(back.b, 200);
+  frame.view = render::View::kDifference;
+  EXPECT_EQ(drawn(true), back);
+  EXPECT_EQ(stage.device.validation_messages(), 0);
+}
+
 }  // namespace
 }  // namespace typodont::test

@@ -27,18 +27,18 @@ TEST(StrokeBook, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
   haptics::TissueVolume volume = block();
   StrokeBook book;
   const auto removed = [&] {
-    return book.state(volume).removed[static_cast<std::size_t>(Tissue::kEnamel)] / kCubicMillimetre;
+    return book.state(volume.strokes()).removed[static_cast<std::size_t>(Tissue::kEnamel)] / kCubicMillimetre;
   };
   const PaintStroke stroke{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3};
   const auto brush = [&] {
     paint(volume, {stroke});
-    book.painted(stroke, volume);
+    book.painted(stroke, volume.strokes());
   };
   const auto cut = [&](double mm3) {
     paint(
         volume,
         {{Tissue::kDentin, {mm3 * 1e-4, 0, 0}, {mm3 * 1e-4, 0, 0}, 0.5e-3}});  // a stroke that changes nothing is none
-    book.cut(cut_of(mm3), volume);
+    book.cut(cut_of(mm3), volume.strokes());
   };
   volume.begin_stroke();
   cut(1);
@@ -49,23 +49,23 @@ TEST(StrokeBook, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
   volume.begin_stroke();
   cut(4);
   EXPECT_NEAR(removed(), 7, 1e-9);
-  EXPECT_EQ(book.paint(volume).size(), 2u);
+  EXPECT_EQ(book.paint(volume.strokes()).size(), 2u);
 
-  const std::uint64_t version = book.state(volume).version;
+  const std::uint64_t version = book.state(volume.strokes()).version;
   ASSERT_TRUE(volume.undo());
-  book.edited(false, volume);
+  book.edited(false, volume.strokes());
   EXPECT_NEAR(removed(), 3, 1e-9);
   ASSERT_TRUE(volume.undo());
-  book.edited(false, volume);
-  EXPECT_TRUE(book.paint(volume).empty());
-  EXPECT_EQ(book.state(volume).painted, 0u);
+  book.edited(false, volume.strokes());
+  EXPECT_TRUE(book.paint(volume.strokes()).empty());
+  EXPECT_EQ(book.state(volume.strokes()).painted, 0u);
   ASSERT_TRUE(volume.redo());
-  book.edited(true, volume);
-  EXPECT_EQ(book.paint(volume).size(), 2u);
+  book.edited(true, volume.strokes());
+  EXPECT_EQ(book.paint(volume.strokes()).size(), 2u);
   EXPECT_NEAR(removed(), 3, 1e-9);
-  EXPECT_EQ(book.state(volume).undone, 2u);
-  EXPECT_EQ(book.state(volume).redone, 1u);
-  EXPECT_GT(book.state(volume).version, version);
+  EXPECT_EQ(book.state(volume.strokes()).undone, 2u);
+  EXPECT_EQ(book.state(volume.strokes()).redone, 1u);
+  EXPECT_GT(book.state(volume.strokes()).version, version);
 
   // Another stroke forgets what was taken back.
   volume.begin_stroke();

@@ -91,6 +91,10 @@ constexpr BenchPart kParts[] = {
     {"implant", "Implant surgery",
      "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",
      [](const BenchRun& run) { return haptics::bench_implant(run.quick); }},
+    {"mesh_picture", "Picture of a carved mesh",
+     "A round bur carves the arch; 60 times a second what changed of its mesh is made ready for the picture and "
+     "uploaded.",
+     bench_mesh_picture},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
      "and what hands on the molar feel while the carver stands still, beside other laws for that.",
@@ -120,6 +124,10 @@ constexpr BenchPart kParts[] = {
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
      "Wall clock.",
      bench_latency},
+    {"import", "Import",
+     "Scans and meshes in the sizes that clinics have: processor time per voxel, the most memory at a time beside the "
+     "estimate that is made before the work begins.",
+     bench_import},
     {"undo", "Undo",
      "A stroke taken back and brought again, and the memory it takes: on the CT molar, and by several burs in a block "
      "of 0.05 mm voxels.",

@@ -29,7 +29,9 @@ struct BenchPart {
 std::span<const BenchPart> bench_parts();
 
 // Measured in the files beside this one.
+std::vector<BenchRow> bench_mesh_picture(const BenchRun& run);
 std::vector<BenchRow> bench_render(const BenchRun& run);
+std::vector<BenchRow> bench_import(const BenchRun& run);
 std::vector<BenchRow> bench_recording(const BenchRun& run);
 std::vector<BenchRow> bench_latency(const BenchRun& run);
 std::vector<BenchRow> bench_length(const BenchRun& run);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <memory>
@@ -23,8 +24,10 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview;
-  std::optional<double> voxel_mm, shell_mm;
+  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn;
+  std::vector<std::string> parts;
+  std::optional<int> series;
+  std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
   double band_mm = 1.5, unit_mm = 1;
   bool json = false;
 };
@@ -48,7 +51,10 @@ std::vector<double> numbers(const std::string& text, const char* option, std::si
 
 haptics::ImportOptions options_of(const Arguments& a) {
   haptics::ImportOptions o;
-  o.preset = a.preset == "bone" ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
+  o.preset = a.preset == "bone"   ? haptics::ImportPreset::kBone
+             : a.preset == "arch" ? haptics::ImportPreset::kArch
+                                  : haptics::ImportPreset::kTooth;
+  if (a.crown_mm) o.crown = *a.crown_mm * kMillimetre;
   if (a.voxel_mm) o.voxel = *a.voxel_mm * kMillimetre;
   if (a.shell_mm) o.shell = *a.shell_mm * kMillimetre;
   o.band = a.band_mm * kMillimetre;
@@ -65,6 +71,19 @@ haptics::ImportOptions options_of(const Arguments& a) {
     if (t.size() == 2 && t[1] <= t[0]) throw Error("--thresholds", "", '"' + a.thresholds + '"', expected);
     o.surface_grey = t[0];
     if (t.size() == 2) o.dense_grey = t[1];
+  }
+  o.hounsfield = a.hounsfield;
+  o.series = a.series;
+  if (a.memory_mb) o.memory = *a.memory_mb * 1e6;
+  o.estimated = [](double bytes) { log::info("about {:.0f} MB of memory are needed", bytes * 1e-6); };
+  o.nan_grey = a.nan_grey;
+  if (!a.turn.empty()) o.turn = haptics::quarter_turns(a.turn);
+  for (const std::string& part : a.parts) {
+    const std::size_t equals = part.find('=');
+    const auto tissue = equals == std::string::npos ? std::nullopt : tissue_named(part.substr(0, equals));
+    if (!tissue || *tissue == Tissue::kAir || equals + 1 == part.size())
+      throw Error("--part", "", '"' + part + '"', "TISSUE=FILE, e.g. enamel=enamel.stl");
+    o.parts.push_back({*tissue, part.substr(equals + 1)});
   }
   if (!a.hardness.empty()) {
     const char* expected = "ZERO,OWN or ZERO,OWN,DENSE: greys, the first the least, e.g. 400,830,1190";
@@ -90,7 +109,9 @@ nlohmann::ordered_json vec(const dvec3& v, double unit) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  j["input"] = a.input;
+  // The names of DICOM folders are often those of persons.
+  if (a.parts.empty()) j["input"] = r.format == "DICOM" ? r.format : a.input;
+  for (const std::string& part : a.parts) j["parts"].push_back(part);
   j["out"] = a.out;
   j["format"] = r.format;
   j["preset"] = a.preset;
@@ -122,6 +143,11 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     if (r.dense_grey) j["thresholds"]["dense"] = *r.dense_grey;
     j["blur_mm"] = r.blur / kMillimetre;
   }
+  j["memory_mb"] = r.memory * 1e-6;
+  if (!r.space.empty()) j["space"] = r.space;
+  for (int row = 0; row < 3; ++row)
+    j["world_rotation"].push_back({r.world_rotation[0][row], r.world_rotation[1][row], r.world_rotation[2][row]});
+  j["repairs"] = r.repairs;
   j["notes"] = r.notes;
   j["preview"] = nlohmann::ordered_json::array();
   for (const auto& p : pictures) j["preview"].push_back(p.string());
@@ -164,6 +190,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
   if (r.false_dentin) line("false dentin on crown", fmt::format("{:.2f} %", 100 * *r.false_dentin));
   line("result",
        fmt::format("{}: {} x {} x {} voxels of {:.4g} mm", a.out, r.size.x, r.size.y, r.size.z, r.voxel / kMillimetre));
+  for (const std::string& repair : r.repairs) line("repaired", repair);
   if (!pictures.empty()) line("preview", fmt::format("{} pictures in {}", pictures.size(), a.preview));
   return s;
 }
@@ -171,13 +198,11 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
   // Say at once what would only show after the work.
+  if (a.input.empty() == a.parts.empty())
+    throw Error("INPUT", "", a.input.empty() ? "nothing to import" : "both INPUT and --part",
+                "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");
   std::error_code code;
-  if (std::filesystem::is_directory(a.input, code)) {
-    throw Error(
-        a.input, "", "a folder",
-        "a scan or a mesh; of a folder of DICOM slices one file is made by: dcm2niix -o OUT_FOLDER SLICES_FOLDER");
-  }
-  require_input(a.input, InputKind::kScan);
+  if (a.parts.empty() && !std::filesystem::is_directory(a.input, code)) require_input(a.input, InputKind::kScan);
   require_output(a.out, FileKind::kVolume);
   Progress progress("import");
   options.progress = [&](double done) { progress.at(0.9 * done); };
@@ -188,7 +213,9 @@ void run(const Arguments& a) {
   progress.at(1);
   for (const std::string& note : imported.report.notes) log::info("note: {}", note);
   const std::string text =
-      a.json ? as_json(imported.report, a, pictures).dump(2) + "\n" : as_text(imported.report, a, pictures);
+      a.json
+          ? as_json(imported.report, a, pictures).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
+          : as_text(imported.report, a, pictures);
   fmt::print("{}", text);
 }
 
@@ -197,13 +224,14 @@ void run(const Arguments& a) {
 void add_import_command(cli::Command& app) {
   const auto a = std::make_shared<Arguments>();
   cli::Command* command = app.add_command("import", "Make a tissue volume (.vdb) from a scan or a closed mesh");
-  command
-      ->add_option("INPUT", a->input,
-                   fmt::format("scan ({}) or closed mesh ({})", fmt::join(haptics::scan_endings(), " "),
-                               fmt::join(haptics::mesh_endings(), " ")))
-      ->required();
+  command->add_option("INPUT", a->input,
+                      fmt::format("scan ({}), folder of DICOM files, or closed mesh ({})",
+                                  fmt::join(haptics::scan_endings(), " "), fmt::join(haptics::mesh_endings(), " ")));
   command->add_option("--out", a->out, "volume to write (.vdb)")->required()->check(cli::writes({FileKind::kVolume}));
-  command->add_option("--preset", a->preset, "what is in it")->check(cli::one_of({"tooth", "bone"}))->show_default();
+  command->add_option("--preset", a->preset, "what is in it; arch: an intraoral scan's open mesh")
+      ->check(cli::one_of({"tooth", "bone", "arch"}))
+      ->show_default();
+  command->add_option("--series", a->series, "of several in DICOM files, as the message without it numbers them");
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
   command->add_option("--spacing-mm", a->spacing,
                       "X,Y,Z: the scan's true voxel, instead of the file's; one number for all three");
@@ -213,18 +241,37 @@ void add_import_command(cli::Command& app) {
   command->add_option("--hardness-greys", a->hardness,
                       "ZERO,OWN[,DENSE]: hardness from a scan's greys, linear from 0 at ZERO to 1 at OWN in the softer "
                       "tissue and at DENSE in the denser; default: every tissue has its own");
+  command->add_option(
+      "--hounsfield", a->hounsfield,
+      "the greys are Hounsfield units plus this (0, 1024 …); default: from the histogram, with --preset "
+      "bone");
+  command->add_option("--nan-as", a->nan_grey, "grey that stands for voxels that are no number; default: an error");
+  command->add_option("--turn", a->turn, "quarter turns of the result about its axes, e.g. x180 or x90,z-90");
+  command->add_option(
+      "--part", a->parts,
+      "TISSUE=FILE: a closed mesh of one tissue, instead of INPUT; once for each, from the outermost to "
+      "the innermost (where they overlap the later one counts)");
   command->add_option("--band-mm", a->band_mm, "how far from the surface distances are kept")->show_default();
   command->add_option("--unit-mm", a->unit_mm, "a mesh: millimetres per unit of its file")->show_default();
   command->add_option("--shell-mm", a->shell_mm, "a mesh: thickness of enamel (default 1.3) or cortical bone (1.5)");
+  command->add_option("--crown-mm", a->crown_mm,
+                      "an arch without colours: how far below its cusps the gum begins (default 7)");
+  command->add_option("--memory-mb", a->memory_mb, "memory that the work may take; default: what is free")
+      ->check(cli::more_than_zero());
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
   command->footer(
       "Example: typodont import tooth.nhdr --preset tooth --spacing-mm 0.134 --out molar.vdb --preview slices");
   command->callback([a, command] {
     const std::string ending = lower_extension(a->input);
-    const bool mesh = ending == ".stl" || ending == ".ply" || ending == ".obj";
-    command->refuse_without({"--unit-mm", "--shell-mm"}, mesh, "a mesh (.stl .ply .obj)");
-    command->refuse_without({"--spacing-mm", "--thresholds"}, !mesh, "a scan");
+    const auto& meshes = haptics::mesh_endings();
+    const bool mesh = std::find(meshes.begin(), meshes.end(), ending) != meshes.end();
+    command->refuse_without({"--unit-mm"}, mesh || !a->parts.empty(),
+                            fmt::format("a mesh ({})", fmt::join(meshes, " ")));
+    command->refuse_without({"--crown-mm"}, a->preset == "arch", "--preset arch");
+    command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
+    command->refuse_without({"--spacing-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
+                            !mesh && a->parts.empty(), "a scan");
     run(*a);
   });
 }

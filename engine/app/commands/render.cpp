@@ -181,18 +181,22 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  std::vector<render::Particle> spheres;
-  if (options.view == "spheres") {
+  // A carver where what is shown is not the volume as it was read: a moment of a session, or a body of another form.
+  std::unique_ptr<haptics::Carver> carver;
+  const bool spheres_wanted = options.view == "spheres";
+  if (session) {
+    carver = carver_at(*session, scene, std::move(volume), from_seconds(options.at));
+  } else if (spheres_wanted || (options.volume.empty() && draws_own_surface(scene))) {
     const haptics::ServoSettings settings = servo_settings(scene, volume, 1000);
-    const auto carver = session ? carver_at(*session, scene, std::move(volume), from_seconds(options.at))
-                                : std::make_unique<haptics::Carver>(std::move(volume), settings);
-    spheres = sphere_particles(*carver, settings, rig.head.eye_center);
+    carver = std::make_unique<haptics::Carver>(std::move(volume), settings);
+  }
+  std::vector<render::Particle> spheres;
+  if (spheres_wanted) {
+    spheres = sphere_particles(*carver, servo_settings(scene, carver->volume(), 1000), rig.head.eye_center);
     if (spheres.empty())
       throw Error(options.scene, "model", std::string(model_name(scene)), "packing, whose spheres are shown");
-    volume = std::move(carver->volume());
-  } else if (session) {
-    volume = tissue_at(*session, scene, std::move(volume), from_seconds(options.at));
   }
+  haptics::TissueVolume& shown = carver ? carver->volume() : volume;
   PictureStage::Options stage_options;
   for (const render::Quality& step : render::kQualityLadder)
     if (step.name == options.quality) stage_options.quality = step;
@@ -202,12 +206,12 @@ void run(const Options& options) {
   PictureStage stage(rig, scene.servo, stage_options);
   stage.surround(make_surroundings(scene.surroundings));
   stage.hold_mirror(scene.mouth_mirror);
-  TissueView view(surface_tolerance(rig, volume.frame().voxel, stage_options.quality), scene.drawn_as);
+  TissueView view(surface_tolerance(rig, shown.frame().voxel, stage_options.quality), scene.drawn_as);
   if (spheres.empty()) {
-    std::vector<render::MeshUpdate> surface = view.update(volume);
-    if (ideal) mark_difference(*ideal, volume.frame().origin, surface);
-    stage.show(surface, volume.frame().origin);
-    add_view(stage, options, scene, volume);
+    std::vector<render::MeshUpdate> surface = carver ? view.update(*carver) : view.update(shown);
+    if (ideal) mark_difference(*ideal, shown.frame().origin, surface);
+    stage.show(surface, shown.frame().origin);
+    add_view(stage, options, scene, shown);
   }
   const render::FrameStats drawn = stage.draw(tick, spheres, 0);
   const render::FrameStats again = stage.draw(tick, spheres, 0);

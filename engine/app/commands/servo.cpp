@@ -14,6 +14,7 @@
 #include "engine/app/hands/implant_expert.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/offline.h"
+#include "engine/app/picture/tissue_view.h"
 #include "engine/app/recording/resume.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
@@ -154,7 +155,7 @@ void run(const Options& options) {
     throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
   const std::uint64_t field_hash = sink.finish(loop.carver().volume());
   progress.at(1);
-  if (!options.save.empty()) loop.carver().volume().save(options.save);
+  if (!options.save.empty()) save_tissue(copy_of(loop.carver()), options.save);
 
   const auto percentile = [&](double p) { return times.quantile(p) * 1e-3; };
   double removed = 0;

@@ -1,18 +1,12 @@
 #include "engine/app/field/brick_update.h"
 
-#include <cstdint>
-
 namespace typodont {
-
-namespace {
 
 /// 21 bits an axis: bricks of any volume that fits into memory.
 std::uint64_t brick_number(const glm::ivec3& key) {
   const auto part = [](int v) { return static_cast<std::uint64_t>(v + (1 << 20)) & 0x1fffff; };
   return part(key.x) << 42 | part(key.y) << 21 | part(key.z);
 }
-
-}  // namespace
 
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel) {
   render::MeshUpdate update;

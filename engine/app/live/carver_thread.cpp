@@ -25,7 +25,7 @@ class TissueSaver {
  public:
   explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
 
-  void start(const haptics::TissueVolume& tissue, const std::filesystem::path& file) {
+  void start(haptics::Carver& carver, const std::filesystem::path& file) {
     if (file.empty()) return log::warn("nowhere to save to: start with --save VOLUME.vdb");
     const auto try_to = [&wiring = wiring_](const auto& part) {
       try {
@@ -38,10 +38,10 @@ class TissueSaver {
     // A later one waits for an earlier one, and the carver for neither.
     try_to([&] {
       thread_ = std::jthread(
-          [&wiring = wiring_, try_to, tissue = tissue.clone(), file, earlier = std::move(thread_)]() mutable {
+          [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
             if (earlier.joinable()) earlier.join();
             try_to([&] {
-              tissue.save(file);
+              save_tissue(tissue, file);
               log::info("saved {}", file.string());
               ++wiring.saved;
             });
@@ -76,13 +76,13 @@ class Outbox {
 bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
   if (command == TissueCommand::kSave) {
-    saver.start(s.carver.volume(), s.save);
+    saver.start(s.carver, s.save);
     return false;
   }
   const bool redo = command == TissueCommand::kRedo;
   const StrokeEdit edit{t, redo, s.carver.cuts(), s.carver.snapshots()};
   if (!(redo ? s.carver.redo() : s.carver.undo())) return false;
-  s.book.edited(redo, s.carver.volume());
+  s.book.edited(redo, s.carver.strokes());
   if (s.record) wiring.edits_to_recorder.push(edit);
   return true;
 }
@@ -95,7 +95,7 @@ bool brush(LiveSession& s, const BrushMove& move) {
     s.carver.volume().begin_stroke();
   }
   if (!paint(s.carver.volume(), {move.stroke})) return false;
-  s.book.painted(move.stroke, s.carver.volume());
+  s.book.painted(move.stroke, s.carver.strokes());
   return true;
 }
 
@@ -125,7 +125,7 @@ bool CarverTurns::Impl::repeat_cuts() {
   while (s.wiring.cuts_to_carver.pop(cut)) {
     if (cut.index != s.carver.cuts() + 1) throw RunFailure("the carver was so late that a cut was lost");
     s.carver.apply(cut);
-    if (s.operated) s.book.cut(cut, s.carver.volume());
+    if (s.operated) s.book.cut(cut, s.carver.strokes());
     any = true;
   }
   return any;
@@ -161,7 +161,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     painted |= brush(s, move);
   }
   if (done.worked || painted) {
-    const TissueState state = s.book.state(s.carver.volume());
+    const TissueState state = s.book.state(s.carver.strokes());
     wiring.tissue_to_render.publish(state);
     wiring.tissue_version.store(state.version, std::memory_order_relaxed);
   }
@@ -195,7 +195,7 @@ void CarverTurns::Impl::mesh() {
   meshed = now();
   first = false;
   view.set_tolerance(s.wiring.tolerance);
-  MeshBatch bricks = view.update(s.carver.volume());
+  MeshBatch bricks = view.update(s.carver);
   s.bricks_meshed += bricks.size();
   for (const render::MeshUpdate& brick : bricks) s.triangles_made += brick.indices.size() / 3;
   if (s.watched) to_watch.send(bricks);

@@ -20,6 +20,7 @@
 #include "engine/session/report.h"
 #include "engine/session/session_file.h"
 #include "engine/surface/mesh_export.h"
+#include "haptics/import/mesh_tissue.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -30,49 +31,30 @@ namespace fs = std::filesystem;
 
 constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};  // m: the middle of a crown's top, where the shipped rigs look
 
-/// The arrays turned so that the crown points along +z; by whole quarters, so no sample is made up.
-haptics::DenseTissue stood_up(haptics::DenseTissue in, Crown crown) {
-  if (crown == Crown::kUp) return in;
-  // Which axis of the file becomes which, right-handed: new i runs along old axis[i], turned round where sign is −1.
-  glm::ivec3 axis(0, 1, 2), sign(1);
+/// The turn that makes the crown point along +z.
+const char* turn_up(Crown crown) {
   switch (crown) {
     case Crown::kUp:
-      return in;
+      break;
     case Crown::kDown:
-      axis = {0, 1, 2}, sign = {1, -1, -1};
-      break;
+      return "x180";
     case Crown::kRight:
-      axis = {1, 2, 0};
-      break;
+      return "y-90";
     case Crown::kLeft:
-      axis = {2, 1, 0}, sign = {1, 1, -1};
-      break;
+      return "y90";
     case Crown::kBack:
-      axis = {2, 0, 1};
-      break;
+      return "x90";
     case Crown::kFront:
-      axis = {0, 2, 1}, sign = {1, 1, -1};
-      break;
+      return "x-90";
   }
-  haptics::DenseTissue out;
-  out.frame = in.frame;
-  out.band = in.band;
-  out.exact_outside = in.exact_outside;
-  for (int i = 0; i < 3; ++i) out.size[i] = in.size[axis[i]];
-  out.distance.resize(in.distance.size());
-  out.tissue.resize(in.tissue.size());
-  out.hardness.resize(in.hardness.size());
-  glm::ivec3 to, from;
-  for (to.x = 0; to.x < out.size.x; ++to.x)
-    for (to.y = 0; to.y < out.size.y; ++to.y)
-      for (to.z = 0; to.z < out.size.z; ++to.z) {
-        for (int i = 0; i < 3; ++i) from[axis[i]] = sign[i] > 0 ? to[i] : out.size[i] - 1 - to[i];
-        const std::size_t at = out.at(to.x, to.y, to.z), was = in.at(from.x, from.y, from.z);
-        out.distance[at] = in.distance[was];
-        out.tissue[at] = in.tissue[was];
-        if (!in.hardness.empty()) out.hardness[at] = in.hardness[was];
-      }
-  return out;
+  return "";
+}
+
+void stand_up(haptics::TissueMesh& mesh, Crown crown) {
+  const std::string turn = turn_up(crown);
+  if (turn.empty()) return;
+  const glm::dmat3 by = haptics::quarter_turns(turn);
+  for (dvec3& p : mesh.vertices) p = by * p;
 }
 
 /// Moved so that the top of the tissue stands where the rigs look.
@@ -85,6 +67,71 @@ void put_in_place(haptics::DenseTissue& tissue) {
   if (hi.x < 0) return;
   const dvec3 top((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z);
   tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
+}
+
+/// The same of a mesh.
+void put_in_place(haptics::TissueMesh& mesh) {
+  dvec3 lo(mesh.vertices.front()), hi(lo);
+  for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
+  const dvec3 move = kStandsAt - dvec3((lo.x + hi.x) / 2, (lo.y + hi.y) / 2, hi.z);
+  for (dvec3& p : mesh.vertices) p += move;
+}
+
+/// In the unit that was given. At the usual one, millimetres, a mesh too small for a tooth is taken as one in metres,
+/// as some scanners write them.
+haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
+  constexpr Tissue kTissue = Tissue::kEnamel;
+  try {
+    return haptics::read_tissue_mesh(tooth.input, tooth.options.mesh_unit, kTissue);
+  } catch (const Error& e) {
+    if (tooth.options.mesh_unit != kMillimetre) throw;
+    try {
+      haptics::ReadTissueMesh read = haptics::read_tissue_mesh(tooth.input, 1, kTissue);
+      read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
+      return read;
+    } catch (const Error&) {
+      throw e;  // nor that: what was asked for is what is told of
+    }
+  }
+}
+
+/// The folder of the user's own exercises, made.
+fs::path own_scenes() {
+  const fs::path folder = user_folder() / "scenes";
+  std::error_code code;
+  fs::create_directories(folder, code);
+  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  return folder;
+}
+
+/// A scene whose tissue is the mesh itself.
+fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
+  progress.stage("op.importing", 0, 1);
+  haptics::ReadTissueMesh read = read_scanned(tooth);
+  progress.at(0.5);
+  stand_up(read.mesh, tooth.crown);
+  put_in_place(read.mesh);
+  std::string description = tooth.input.filename().string();
+  for (const std::string& repair : read.repairs) description += fmt::format("; {}", repair);
+  const fs::path folder = own_scenes();
+  const std::string stem = file_name_of(tooth.name);
+  const nlohmann::ordered_json scene = {
+      {"name", tooth.name},
+      {"description", description},
+      {"tissue", {{"mesh", {{"file", stem + ".stl"}, {"unit_mm", 1}, {"tissue", "enamel"}}}}},
+      {"model", "vertex"},
+      {"tools", {"round_012", "round_014", "round_006", "explorer"}},  // mesh_lod cuts with balls alone
+      {"spindle", "air_turbine"},
+      {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
+  PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
+  write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
+                        FileKind::kJson);
+  progress.at(1);  // from here on nothing is cancelled: both files take their places
+  const VoxelFrame in_place{dvec3(0), kMillimetre};
+  surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
+                      Over::kItsInput);
+  file.keep();
+  return file.file();
 }
 
 }  // namespace
@@ -132,16 +179,16 @@ void make_expert(const fs::path& session) {
 }
 
 fs::path bring_in(const NewTooth& tooth, Progress& progress) {
+  if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double share) { progress.at(share); };
-  haptics::DenseTissue tissue = stood_up(haptics::import_tissue(tooth.input, options).tissue, tooth.crown);
+  if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
+  haptics::Imported imported = haptics::import_tissue(tooth.input, options);
+  haptics::DenseTissue& tissue = imported.tissue;
   put_in_place(tissue);
   progress.stage("op.importing", 0.9, 1);
-  const fs::path folder = user_folder() / "scenes";
-  std::error_code code;
-  fs::create_directories(folder, code);
-  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+  const fs::path folder = own_scenes();
   const std::string stem = file_name_of(tooth.name);
   // Nothing takes an older one's place before all is there.
   PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume, Over::kItsInput),
@@ -149,7 +196,8 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
-      {"description", tooth.input.filename().string()},
+      // The names of DICOM files are often those of persons.
+      {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
       {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
       {"spindle", "air_turbine"},
@@ -166,15 +214,19 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
   MaterialTable materials = load_materials();
+  bool draws_own = false;  // then the mesh that was carved is written, triangle by triangle
   const haptics::TissueVolume tissue = [&] {
     if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
     const session::SessionReader reader(session);
     const Scene scene = scene_of(reader);
     materials = scene.servo.materials;
+    draws_own = draws_own_surface(scene);
     progress.at(0.1);
     return tissue_at_end(reader, scene, load_tissue(scene));
   }();
-  const surface::WholeMesh whole = whole_surface(tissue, 0.1f, [&](double share) { progress.at(0.3 + 0.6 * share); });
+  const surface::WholeMesh whole =
+      draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
+                : whole_surface(tissue, 0.1f, [&](double share) { progress.at(0.3 + 0.6 * share); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
   surface::write_mesh(mesh, whole, tissue.frame(), materials);

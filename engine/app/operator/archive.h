@@ -37,13 +37,15 @@ void make_expert(const std::filesystem::path& session);
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y
 
 struct NewTooth {
-  std::filesystem::path input;  // scan or closed mesh
+  std::filesystem::path input;  // scan or closed mesh; as_scanned: any mesh
   std::string name;
+  bool as_scanned = false;  // the mesh itself is carved, by the contact model vertex; open ones too
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Makes a volume of it, stood upright where the shipped rigs look, and a scene to practise on; both in the user's
-/// folder, in the place of any of that name. Returns the scene. Throws Error, Cancelled: then nothing has changed.
+/// Makes a volume of it, or a mesh of millimetres, stood upright where the shipped rigs look, and a scene to practise
+/// on; both in the user's folder, in the place of any of that name. Returns the scene. Throws Error, Cancelled: then
+/// nothing has changed.
 std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
 
 /// The tissue as a session left it, or as it was saved, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.

@@ -6,6 +6,7 @@
 
 #include "engine/app/operator/widgets.h"
 #include "engine/display/keys.h"
+#include "haptics/import/import.h"
 
 namespace typodont {
 
@@ -98,11 +99,14 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::PopFont();
   ImportForm& f = s.import;
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
-  file_field("file", s.text("op.import_file"), f.file, f.chooser, tooth_endings(), s, w);
+  const bool as_scanned = f.preset == kScannedSurface;
+  file_field("file", s.text("op.import_file"), f.file, f.chooser,
+             as_scanned ? haptics::mesh_endings() : tooth_endings(), s, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-  const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_bone")};
+  const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_arch"), s.text("op.preset_bone"),
+                              s.text("op.preset_surface")};
   ImGui::SetNextItemWidth(half);
   ImGui::Combo("##preset", &f.preset, presets.data(), static_cast<int>(presets.size()));
   ImGui::SameLine();
@@ -115,14 +119,23 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
                       ImGuiInputTextFlags_AutoSelectAll);
   };
+  ImGui::BeginDisabled(as_scanned);  // they are of what becomes a volume
   length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
   length("##shell", f.shell_mm, "op.shell", "op.shell_usual");
+  ImGui::EndDisabled();
   ImGui::SetNextItemWidth(half);
   unit_field(f.unit_mm);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.text("op.unit_help"));
   ImGui::SameLine();
+  ImGui::BeginDisabled(as_scanned);
   length("##spacing", f.spacing_mm, "op.spacing", "op.spacing_of_file");
+  ImGui::SetNextItemWidth(half);
+  const std::string series = f.series > 0 ? fmt::format("{} %d", s.text("op.series")) : s.text("op.series_only");
+  ImGui::InputScalar("##series", ImGuiDataType_S32, &f.series, nullptr, nullptr, series.c_str(),
+                     ImGuiInputTextFlags_AutoSelectAll);
+  f.series = std::max(f.series, 0);
+  ImGui::EndDisabled();
   ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
              !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
   end_panel();

@@ -5,6 +5,7 @@
 
 #include "engine/app/operator/library.h"
 #include "engine/base/realtime.h"
+#include "haptics/contact_method.h"
 
 namespace typodont {
 
@@ -36,6 +37,9 @@ Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pict
   for (std::size_t i = 0; i < s_.rigs.size(); ++i)
     if (s_.rigs[i].title == r.rig) s_.rig = static_cast<int>(i);
   if (!r.hand.empty()) choose_hand(r.hand);
+  s_.models = haptics::contact_method_names();
+  for (std::size_t i = 0; i < s_.models.size(); ++i)
+    if (s_.models[i] == r.model) s_.model = static_cast<int>(i);
 }
 
 void Choices::set_language(session::Language language) {
@@ -100,6 +104,7 @@ void Choices::remember() const {
   r.monitor = s_.monitor;
   if (!s_.scenes.empty()) r.scene = s_.scenes[static_cast<std::size_t>(s_.scene)].file.string();
   if (!s_.hands.empty()) r.hand = s_.hands[static_cast<std::size_t>(s_.hand)].address;
+  if (s_.model >= 0) r.model = s_.models[static_cast<std::size_t>(s_.model)];
   if (!s_.rigs.empty()) r.rig = s_.rigs[static_cast<std::size_t>(s_.rig)].title;
   typodont::remember(r);
 }

@@ -90,7 +90,7 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
           if (!task.title.empty()) choice.title = task.title.in(s.language);
           choice.description = task.goal.in(s.language);
         }
-        read_scene(file);
+        choice.model = model_name(read_scene(file));
       } catch (const std::exception& e) {
         choice.fault = e.what();
       }
@@ -191,6 +191,7 @@ Remembered remembered() {
     r.rig = json.string_or("rig", "");
     r.record = json.boolean_or("record", true);
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
+    r.model = json.string_or("model", "");
     r.any = true;
   } catch (const Error&) {  // of another version, or spoilt: as if it were the first run
   }
@@ -200,7 +201,7 @@ Remembered remembered() {
 void remember(const Remembered& r) {
   const nlohmann::ordered_json json = {{"language", r.language}, {"trainee", r.trainee}, {"scene", r.scene},
                                        {"hand", r.hand},         {"rig", r.rig},         {"record", r.record},
-                                       {"monitor", r.monitor}};
+                                       {"monitor", r.monitor},   {"model", r.model}};
   try {
     std::error_code code;
     fs::create_directories(user_folder(), code);

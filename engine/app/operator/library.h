@@ -44,7 +44,8 @@ struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
-  int monitor = -1;  // full screen there; −1: a window
+  int monitor = -1;   // full screen there; −1: a window
+  std::string model;  // contact model; empty: the exercise's own
 };
 Remembered remembered();
 void remember(const Remembered& r);

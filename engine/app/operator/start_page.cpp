@@ -111,6 +111,33 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
+/// How tissue is felt and cut: the exercise's own model, or another one.
+void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
+  ImGui::Spacing();
+  ImGui::TextUnformatted(s.text("op.model"));
+  const auto title = [&](int i) {
+    return i < 0 ? fmt::format("{} ({})", s.text("op.model_of_exercise"), scene.model)
+                 : s.models[static_cast<std::size_t>(i)];
+  };
+  const auto about = [&](const std::string& name) {
+    const std::string key = fmt::format("op.model.{}", name);
+    return session::has_text(key) ? s.text(key) : "";  // of a model from outside nothing is known
+  };
+  ImGui::SetNextItemWidth(-1);
+  const int count = static_cast<int>(s.models.size());
+  if (ImGui::BeginCombo("##model", title(s.model).c_str())) {
+    for (int i = -1; i < count; ++i) {
+      if (ImGui::Selectable(title(i).c_str(), i == s.model)) s.model = i;
+      if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", about(i < 0 ? scene.model : s.models[static_cast<std::size_t>(i)]));
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(about(s.model < 0 ? scene.model : s.models[static_cast<std::size_t>(s.model)]));
+  ImGui::PopFont();
+}
+
 void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("details", s.text("op.goal"), size, w);
   if (s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size())) {
@@ -129,6 +156,7 @@ void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     } else {
       ImGui::TextWrapped("%s", scene.description.c_str());
     }
+    draw_model(s, w, scene);
   }
   end_panel();
 }
@@ -208,6 +236,7 @@ void follow_keys(OperatorState& s) {
   if (key('D', true)) s.hand = next(s.hand, s.hands.size());
   if (key('P', true)) s.rig = next(s.rig, s.rigs.size());
   if (key('M', true)) s.monitor = next(s.monitor + 1, s.monitors.size() + 1) - 1;
+  if (key('G', true)) s.model = next(s.model + 1, s.models.size() + 1) - 1;
   if (key('R', true)) s.record = !s.record;
   if (key('E', true)) s.author = !s.author;
   if (key('L', true)) {

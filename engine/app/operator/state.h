@@ -62,6 +62,7 @@ enum class Ask {
   kExportMesh,       // the tissue as it left it
   kGoOnFrom,         // a session from there
   kImport,           // a scan or mesh, as ImportForm says
+  kDropped,          // the file or folder OperatorState::dropped was let fall on the window
   kTutorial,         // chosen and started
   kWelcomed,         // the first look around is over
   kCancel,           // the long work that is under way
@@ -81,6 +82,7 @@ struct SceneChoice {
   std::string title, description;
   std::string fault;  // why it cannot be used; empty: it can
   int picture = -1;   // place in OperatorState::pictures
+  std::string model;  // the contact model it names, or the usual one
   bool own = false;   // the user's, not shipped
 };
 struct HandEntry {
@@ -115,11 +117,13 @@ struct ExerciseForm {
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
+constexpr int kScannedSurface = 3;  // ImportForm::preset: the mesh itself is carved
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
-  int preset = 0;                    // 0 tooth, 1 bone
+  int preset = 0;                    // ImportPreset, or kScannedSurface
+  int series = 0;                    // of several in a folder of DICOM files; 0: there is one
   int crown = 0;                     // Crown
   float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
   float unit_mm = 1;                 // of a mesh
@@ -156,6 +160,8 @@ struct OperatorState {
   std::vector<SceneChoice> scenes;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
+  std::vector<std::string> models;  // contact models by name
+  int model = -1;                   // of them; -1: the exercise's own
   std::vector<std::string> monitors;
   int scene_shown = -1;  // the page scrolled to it
   int scene = 0, hand = 0, rig = 0, monitor = -1;
@@ -215,6 +221,7 @@ struct OperatorState {
   std::vector<SessionEntry> sessions;
   int session = 0, mesh_format = 0;
   ImportForm import;
+  std::string dropped;
 
   // Doctor.
   std::vector<DoctorFinding> findings;

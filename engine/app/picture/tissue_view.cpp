@@ -26,6 +26,42 @@ surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tole
   return mesh;
 }
 
+surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame) {
+  surface::WholeMesh whole;
+  whole.vertices.resize(mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    whole.vertices[v].position = glm::vec3(frame.to_voxels(mesh.vertices[v]));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const glm::uvec3& c = mesh.triangles[t];
+    whole.triangles.push_back({c.x, c.y, c.z});
+    const dvec3& a = mesh.vertices[c.x];
+    const glm::vec3 normal(glm::cross(mesh.vertices[c.y] - a, mesh.vertices[c.z] - a) / (frame.voxel * frame.voxel));
+    for (int k = 0; k < 3; ++k) {
+      surface::WholeMesh::Vertex& vertex = whole.vertices[c[k]];
+      vertex.normal += normal;
+      vertex.tissue = mesh.tissue[t];
+    }
+  }
+  for (surface::WholeMesh::Vertex& vertex : whole.vertices)
+    vertex.normal = glm::length(vertex.normal) > 0 ? glm::normalize(vertex.normal) : glm::vec3(0, 0, 1);
+  return whole;
+}
+
+TissueCopy copy_of(haptics::Carver& carver) {
+  TissueCopy copy{carver.volume().clone(), std::nullopt};
+  if (const haptics::TissueSurface* own = carver.surface()) copy.own = own->mesh();
+  return copy;
+}
+
+void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
+  tissue.volume.save(file);
+  if (!tissue.own) return;
+  std::filesystem::path beside = file;
+  beside.replace_filename(file.stem().string() + "_surface.stl");
+  const VoxelFrame& frame = tissue.volume.frame();
+  surface::write_mesh(beside, whole_surface(*tissue.own, frame), frame, {});
+}
+
 namespace {
 
 constexpr int kLook = 14;        // voxels under a corner, at most
@@ -147,6 +183,30 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
     look_beneath(volume, updates.back());
   }
   return updates;
+}
+
+std::vector<render::MeshUpdate> TissueView::update(haptics::TissueSurface& surface) {
+  const haptics::TissueVolume& labels = surface.labels();
+  std::vector<render::MeshUpdate> updates;
+  for (const haptics::SurfacePiece& piece : surface.take_changed()) {
+    render::MeshUpdate& update = updates.emplace_back();
+    update.brick = brick_number(piece.cell);
+    update.two_sided = surface.open();
+    update.indices = piece.indices;
+    update.vertices.reserve(piece.corners.size());
+    for (const haptics::SurfaceCorner& corner : piece.corners) {
+      render::Vertex& v = update.vertices.emplace_back();
+      v.p = corner.p, v.n = corner.n, v.second = corner.second;
+      v.tissue = {drawn_as_(corner.tissue[0]), drawn_as_(corner.tissue[1])};
+    }
+    look_beneath(labels, update);
+  }
+  return updates;
+}
+
+std::vector<render::MeshUpdate> TissueView::update(haptics::Carver& carver) {
+  haptics::TissueSurface* const own = carver.surface();
+  return own ? update(*own) : update(carver.volume());
 }
 
 }  // namespace typodont

@@ -117,7 +117,7 @@ std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session
 
 haptics::TissueVolume tissue_at(const session::SessionReader& session, const Scene& scene, haptics::TissueVolume start,
                                 Nanos t) {
-  return std::move(carver_at(session, scene, std::move(start), t)->volume());
+  return carver_at(session, scene, std::move(start), t)->take_tissue();
 }
 
 haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const Scene& scene,

@@ -50,7 +50,7 @@ void SessionPlayer::smooth_to(float tolerance) {
 
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
-  return view_->update(carver_->volume());
+  return view_->update(*carver_);
 }
 
 void SessionPlayer::go_on(Nanos t) {
@@ -62,8 +62,8 @@ void SessionPlayer::go_on(Nanos t) {
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
-        carver.volume().end_stroke();
-        const auto before = carver.volume().strokes();
+        carver.end_stroke();
+        const auto before = carver.strokes();
         done_.push_back({Done::Kind::kStroke, next_, before.done + 1, before.undone > 0});
       }
       carver.apply(cut);
@@ -84,8 +84,7 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      carver.volume().end_stroke();
-      if (carver.volume().strokes().done == last.strokes) carver.undo();  // else it changed nothing
+      if (carver.strokes().done == last.strokes) carver.undo();  // else it changed nothing
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();
     } else {

@@ -33,9 +33,16 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// `ideal`: redistanced; empty: every point is where it should be.
-session::ResultModel model_of(const haptics::TissueVolume& volume, const DenseCopy* ideal) {
-  const surface::WholeMesh mesh = whole_surface(volume, kTolerance);
+/// A page of that many is some ten megabytes; of a finer mesh it shows the field's surface.
+constexpr std::size_t kMostOwnTriangles = 200'000;
+
+/// `own`: the tissue's triangles are those of volume.mesh(), not the field's. `ideal`: redistanced; empty: every point
+/// is where it should be.
+session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
+  const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
+  const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
+                                      ? whole_surface(*triangles, volume.frame())
+                                      : whole_surface(volume, kTolerance);
   session::ResultModel model;
   for (const surface::WholeMesh::Vertex& v : mesh.vertices) {
     const dvec3 p_W = volume.frame().to_world(dvec3(v.position));
@@ -47,15 +54,17 @@ session::ResultModel model_of(const haptics::TissueVolume& volume, const DenseCo
   return model;
 }
 
-void show(const haptics::TissueVolume& after, const haptics::TissueVolume* ideal, session::ReportOptions& report) {
+void show(const Scene& scene, const haptics::TissueVolume& after, const haptics::TissueVolume* ideal,
+          session::ReportOptions& report) {
+  const bool own = draws_own_surface(scene);
   if (!ideal) {
-    report.result = model_of(after, nullptr);
+    report.result = model_of(after, own, nullptr);
     return;
   }
   DenseCopy copy = dense_copy(*ideal);
   copy.field = session::redistanced(copy.field);
-  report.result = model_of(after, &copy);
-  report.ideal = model_of(*ideal, nullptr);
+  report.result = model_of(after, own, &copy);
+  report.ideal = model_of(*ideal, false, nullptr);
 }
 
 }  // namespace
@@ -63,7 +72,7 @@ void show(const haptics::TissueVolume& after, const haptics::TissueVolume* ideal
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after) {
   session::ReportOptions report;
   const auto ideal = ideal_tissue(scene, load_untouched(scene));
-  show(after, ideal ? &*ideal : nullptr, report);
+  show(scene, after, ideal ? &*ideal : nullptr, report);
   return report;
 }
 
@@ -71,7 +80,9 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     JudgedSession judged = judge_session(session);
-    show(judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
+    // Its field was closed by a cap, or made a shell of a sheet.
+    report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
+    show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);
     report.score = std::move(judged.score);
     report.input = std::move(judged.input);

@@ -1,4 +1,4 @@
-// What each stroke took away or painted, beside the volume that can take it back: so that what is shown while a session
+// What each stroke took away or painted, beside the tissue that can take it back: so that what is shown while a session
 // runs goes back too. Carver's thread.
 #pragma once
 
@@ -21,23 +21,25 @@ struct TissueState {
 
 class StrokeBook {
  public:
-  /// After the volume did it.
-  void cut(const Cut& cut, const haptics::TissueVolume& volume) {
-    PerTissue& sum = entry(volume).removed;
+  using Strokes = haptics::TissueVolume::Strokes;
+
+  // Each is told the strokes that the tissue has once it was done.
+  void cut(const Cut& cut, const Strokes& strokes) {
+    PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
     for (std::size_t i = 0; i < sum.size(); ++i) state_.removed[i] += cut.removed[i];
     ++state_.version;
   }
-  void painted(const PaintStroke& stroke, const haptics::TissueVolume& volume) {
-    entry(volume).paint.push_back(stroke);
+  void painted(const PaintStroke& stroke, const Strokes& strokes) {
+    entry(strokes).paint.push_back(stroke);
     ++state_.painted;
     ++state_.version;
   }
   /// A stroke was taken back, or brought again.
-  void edited(bool redo, const haptics::TissueVolume& volume) {
+  void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
-    const std::size_t done = volume.strokes().done;
+    const std::size_t done = strokes.done;
     if (entries_.size() < done) entries_.resize(done);
     state_.removed = {};
     state_.painted = 0;
@@ -46,15 +48,15 @@ class StrokeBook {
       state_.painted += entries_[k].paint.size();
     }
   }
-  TissueState state(const haptics::TissueVolume& volume) const {
+  TissueState state(const Strokes& strokes) const {
     TissueState state = state_;
-    state.strokes = volume.strokes();
+    state.strokes = strokes;
     return state;
   }
   /// What was painted and not taken back, in its order.
-  std::vector<PaintStroke> paint(const haptics::TissueVolume& volume) const {
+  std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
-    for (std::size_t k = 0; k < std::min(volume.strokes().done, entries_.size()); ++k)
+    for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)
       all.insert(all.end(), entries_[k].paint.begin(), entries_[k].paint.end());
     return all;
   }
@@ -65,8 +67,8 @@ class StrokeBook {
     std::vector<PaintStroke> paint;
   };
   /// Of the stroke that is being made; those that were undone before it are forgotten.
-  Entry& entry(const haptics::TissueVolume& volume) {
-    entries_.resize(std::max<std::size_t>(volume.strokes().done, 1));
+  Entry& entry(const Strokes& strokes) {
+    entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();
   }
 

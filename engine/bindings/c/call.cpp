@@ -40,7 +40,8 @@ std::recursive_mutex& SessionFiles::mutex() {
   return one;
 }
 
-void put(const ServoTick& from, typodont_tick& out) noexcept {
+// A host's struct is never the servo's own: told so, the compiler copies 16 bytes at a time.
+void put(const ServoTick& __restrict from, typodont_tick& __restrict out) noexcept {
   out.faults = from.faults;
   out.index = from.index;
   out.t_ns = from.t;

@@ -51,10 +51,11 @@ void measure(Brick& brick, const MeshUpdate& u) {
     const glm::vec3 n = face(i);
     if (n != glm::vec3(0)) least = std::min(least, glm::dot(n, brick.cone_axis));
   }
-  if (least > 0.05f) brick.cone_cutoff = std::sqrt(1 - least * least);
+  if (least > 0.05f && !u.two_sided) brick.cone_cutoff = std::sqrt(1 - least * least);
 }
 
 BrickKind kind_of(const MeshUpdate& u) {
+  if (u.two_sided) return BrickKind::kTwoSided;
   bool gum = true, enamel = true, sound = true;
   for (const Vertex& v : u.vertices)
     for (const Tissue t : v.tissue) {
@@ -357,8 +358,10 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // Views for teaching look at everything with the same code.
-        const auto kind = static_cast<std::size_t>(frame.view == View::kLook ? b.kind : BrickKind::kAny);
+        // Views for teaching look at everything with the same code; only the difference shows backs.
+        const bool own_code =
+            frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
+        const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);
         lists[static_cast<std::size_t>(b.block) * kBrickKinds + kind].push_back(
             {b.indices, 1, b.first_index, static_cast<std::int32_t>(b.first_vertex), 0});
       }

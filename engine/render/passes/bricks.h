@@ -21,11 +21,11 @@ static_assert(sizeof(GpuVertex) == 24);
 inline constexpr float kDifferenceRange = 2e-3f;  // m
 
 /// What a brick holds decides which code its pixels need.
-enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound };
-inline constexpr std::size_t kBrickKinds = 4;
+enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
+inline constexpr std::size_t kBrickKinds = 5;
 /// The bits of kHolds in frame.glsl.
 constexpr std::uint32_t holds(BrickKind kind) {
-  constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5};
+  constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
 }
 

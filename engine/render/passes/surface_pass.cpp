@@ -38,7 +38,8 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
                       {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
       o.blend = glass;
       o.depth_write = !glass;
-      if (view == View::kSection) o.cull = VK_CULL_MODE_NONE;   // where a body is cut open, its insides close it
+      // Where a body is cut open, its insides close it; an open surface has a back.
+      if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
       o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
       o.constants.push_back(glass ? 1u : 0u);                   // kGlass
       o.constants.push_back(holds(kind));                       // kHolds

@@ -358,6 +358,8 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
+  // An open surface has no inside: what lies between it and a cap that closes it is nobody's volume.
+  const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     const double before = input_.before[i] * 1e9, after = input_.after[i] * 1e9;
@@ -369,23 +371,25 @@ void Page::volumes() {
     put("<tr{}><th scope=\"row\"><span class=\"swatch s-{}\" "
         "aria-hidden=\"true\"></span>{}</th><td>{}</td><td>{}</td><td>{}</td>",
         static_cast<Tissue>(i) == Tissue::kCaries ? " class=\"key\"" : "", name_of(static_cast<Tissue>(i)),
-        tissue_text(i), number(before, 2), number(before - after, 2), number(after, 2));
+        tissue_text(i), whole(before), number(before - after, 2), whole(after));
     if (input_.ideal) put("<td>{}</td>", number(ideal, 2));
     if (input_.removed_hardness) {
       const double hardness = (*input_.removed_hardness)[i];
       put("<td>{}</td>", hardness > 0 ? number(100 * hardness, 0) + " %" : "–");
     }
-    if (before > 0) {
+    if (before > 0 && !options_.encloses_nothing) {
       put("<td>{} %</td></tr>\n", number(100 * (before - after) / before, 1));
     } else {
       put("<td></td></tr>\n");
     }
   }
-  put("</tbody>\n<tfoot><tr><th scope=\"row\">Σ</th><td>{}</td><td>{}</td><td>{}</td>", number(before_sum, 2),
-      number(before_sum - after_sum, 2), number(after_sum, 2));
+  put("</tbody>\n<tfoot><tr><th scope=\"row\">Σ</th><td>{}</td><td>{}</td><td>{}</td>", whole(before_sum),
+      number(before_sum - after_sum, 2), whole(after_sum));
   if (input_.ideal) put("<td>{}</td>", number(ideal_sum, 2));
   if (input_.removed_hardness) put("<td></td>");
-  put("<td></td></tr></tfoot>\n</table></div>\n</section>\n");
+  put("<td></td></tr></tfoot>\n</table></div>\n");
+  if (options_.encloses_nothing) put("<p>{}</p>\n", say("encloses_nothing"));
+  put("</section>\n");
 }
 
 }  // namespace typodont::session

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/mesh/spatial_order.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -38,6 +39,49 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
               "a library that was built with meshoptimizer");
 #endif
 }
+
+/// A mesh as the simplifier reads it.
+class Simplifier {
+ public:
+  explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
+    // A vertex once for each tissue around it: the simplifier takes such copies for a seam, and keeps it.
+    std::unordered_map<std::uint64_t, unsigned> copies;
+    const dvec3 from = mesh.vertices[mesh.triangles.front().x];
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t v = mesh.triangles[i][k];
+        const auto [it, fresh] = copies.try_emplace(std::uint64_t{v} << 8 | static_cast<std::uint8_t>(mesh.tissue[i]),
+                                                    static_cast<unsigned>(original_.size()));
+        if (fresh) {
+          original_.push_back(v);
+          tissue_.push_back(mesh.tissue[i]);
+          for (int a = 0; a < 3; ++a) positions_.push_back(static_cast<float>(mesh.vertices[v][a] - from[a]));
+        }
+        indices_.push_back(it->second);
+      }
+    }
+  }
+  /// With at most about so many triangles, and all vertices of the mesh.
+  TissueMesh to(std::size_t triangles) const {
+    const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
+    TissueMesh result;
+    result.vertices = mesh_.vertices;
+    for (std::size_t i = 0; i + 2 < kept.size(); i += 3) {
+      const glm::uvec3 t(original_[kept[i]], original_[kept[i + 1]], original_[kept[i + 2]]);
+      if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
+      result.triangles.push_back(t);
+      result.tissue.push_back(tissue_[kept[i]]);
+    }
+    return result;
+  }
+
+ private:
+  const TissueMesh& mesh_;
+  std::vector<unsigned> indices_;
+  std::vector<std::uint32_t> original_;  // of each copy: its vertex …
+  std::vector<Tissue> tissue_;           // … and its tissue
+  std::vector<float> positions_;         // m from the first vertex
+};
 
 /// Leaves out vertices that no triangle uses.
 TissueMesh compact(TissueMesh mesh) {
@@ -85,48 +129,22 @@ TissueMesh subdivided(const TissueMesh& mesh) {
   return fine;
 }
 
+TissueMesh thinned(const TissueMesh& mesh, double part) {
+  const auto wanted = static_cast<double>(mesh.triangles.size()) * part;
+  return mesh.triangles.empty() ? mesh : compact(Simplifier(mesh).to(static_cast<std::size_t>(wanted)));
+}
+
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
-  // A vertex once for each tissue around it: the simplifier takes such copies for a seam, and keeps it.
-  std::unordered_map<std::uint64_t, unsigned> copies;
-  std::vector<unsigned> indices;
-  std::vector<std::uint32_t> original;
-  std::vector<Tissue> tissue;
-  std::vector<float> positions;
-  const dvec3 from = mesh.vertices[mesh.triangles.front().x];
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh.triangles[i][k];
-      const auto [it, fresh] = copies.try_emplace(std::uint64_t{v} << 8 | static_cast<std::uint8_t>(mesh.tissue[i]),
-                                                  static_cast<unsigned>(original.size()));
-      if (fresh) {
-        original.push_back(v);
-        tissue.push_back(mesh.tissue[i]);
-        for (int a = 0; a < 3; ++a) positions.push_back(static_cast<float>(mesh.vertices[v][a] - from[a]));
-      }
-      indices.push_back(it->second);
-    }
-  }
-  const auto with_triangles = [&](std::size_t triangles) {
-    const std::vector<unsigned> kept = simplified_indices(indices, positions, triangles);
-    TissueMesh result;
-    result.vertices = mesh.vertices;
-    for (std::size_t i = 0; i + 2 < kept.size(); i += 3) {
-      const glm::uvec3 t(original[kept[i]], original[kept[i + 1]], original[kept[i + 2]]);
-      if (t.x == t.y || t.y == t.z || t.z == t.x) continue;
-      result.triangles.push_back(t);
-      result.tissue.push_back(tissue[kept[i]]);
-    }
-    return result;
-  };
+  const Simplifier simplifier(mesh);
   // About two triangles a vertex, fewer along borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
   double least = 1e300;
   for (int i = 0; i < kTries; ++i) {
-    TissueMesh result = with_triangles(static_cast<std::size_t>(std::max(triangles, 1.0)));
+    TissueMesh result = simplifier.to(static_cast<std::size_t>(std::max(triangles, 1.0)));
     const double off = static_cast<double>(vertex_count(result)) - static_cast<double>(vertices);
     if (std::abs(off) < least) least = std::abs(off), best = std::move(result);
     if (least <= kNear * static_cast<double>(vertices)) break;
@@ -156,13 +174,11 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
   }
   auto levels = std::make_shared<Levels>();
   for (const std::size_t count : wanted) {
-    TissueMesh level = simplified(base, count);
+    TissueMesh level = mesh::in_spatial_order(simplified(base, count));
     levels->vertices.push_back(vertex_count(level));
     levels->grids.emplace_back(level);
     if (levels->finest.triangles.empty()) levels->finest = std::move(level);
   }
-  for (std::size_t i = 1; i < levels->grids.size(); ++i)
-    levels->hausdorff = std::max(levels->hausdorff, hausdorff_distance(levels->grids[0], levels->grids[i]));
   return levels;
 }
 

@@ -14,6 +14,9 @@ namespace typodont::haptics::mesh_lod {
 std::size_t vertex_count(const TissueMesh& mesh);
 /// Every triangle becomes four, by the midpoints of its edges: the surface stays where it is.
 TissueMesh subdivided(const TissueMesh& mesh);
+/// With about so many times as many triangles as it has, where borders allow it: one pass, for the geometry thread.
+/// Borders as below.
+TissueMesh thinned(const TissueMesh& mesh, double part);
 /// With about so many vertices (within 1 % where the mesh's form allows it). Open borders stay as they are; borders
 /// between tissues are only simplified along themselves. No vertex moves.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
@@ -29,7 +32,6 @@ struct Levels {
   std::vector<TriangleGrid> grids;
   std::vector<std::size_t> vertices;  // of each
   TissueMesh finest;                  // the mesh of the first
-  double hausdorff = 0;               // m, the greatest distance between the finest level and any other, sampled
 };
 /// Throws Error where the options ask for more vertices than can be made (levels in rising order, or none at all).
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);

@@ -62,7 +62,12 @@ void MeshLodBody::cut_out(Snapshot& snapshot) {
     local.triangles.push_back(corners);
     local.tissue.push_back(all.face(f).tissue);
   });
-  out.local = TriangleGrid(local, true);
+  out.local.clear();
+  out.local.emplace_back(local, true);
+  for (std::size_t i = 1; i < levels_->vertices.size(); ++i) {
+    const double part = static_cast<double>(levels_->vertices[i]) / static_cast<double>(levels_->vertices[0]);
+    out.local.emplace_back(thinned(local, part), true);
+  }
 }
 
 }  // namespace typodont::haptics::mesh_lod

@@ -14,15 +14,15 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kSpeedTime = 20e-3;    // s, time constant of the hand's speed
-constexpr double kLook = 1.5e-3;        // m, how far a free tool looks around itself
-constexpr double kNearby = 0.2e-3;      // m, within which a point belongs to the face nearest to it
-constexpr double kOnHead = 0.03;        // of the radius: a face whose middle is no farther from the head lies on it
-constexpr double kLeastStep = 1e-9;     // m that a cut advances
-constexpr double kMeasuredShare = 0.3;  // of a new ratio of volumes that counts, …
-constexpr double kLeastMeasured = 0.25, kMostMeasured = 4.0;  // … which lies in this range
+constexpr double kSpeedTime = 20e-3;               // s, time constant of the hand's speed
+constexpr double kLook = SurfacePoint::kFarthest;  // m, how far a free tool looks around itself
+constexpr double kNearby = 0.2e-3;                 // m, within which a point belongs to the face nearest to it
+constexpr double kLeastStep = 1e-9;                // m that a cut advances
+constexpr double kMeasuredShare = 0.3;             // of a new ratio of volumes that counts, …
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // … which lies in this range
 constexpr double kNoOffset = 1e-12;                           // m
 constexpr double kLeastStiffness = 1e-3;                      // over that of the settings
+constexpr double kEase = 15;  // N/s by which the force of a bur changes although the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -57,13 +57,14 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
     : settings_(settings), parameters_(parameters), by_speed_(parameters.switch_speed, parameters.hysteresis) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
-    const auto refuse = [&](std::string_view found) {
-      throw Error(tool.name, "model", found, "the model offset, or a tool that touches or a round bur");
-    };
-    if (tool.cuts && tool.shape != HeadShape::kSphere) refuse("mesh_lod with a tool that cuts and is not round");
-    if (tool.cuts && !tool.turns()) refuse("mesh_lod with an edge that the hand draws");
-    points_.emplace_back(options_for(settings, parameters, tool), stiffness_of(settings.materials));
-    ends_.push_back(tool.shape == HeadShape::kSphere ? dvec3(0) : dvec3(0, 0, -tool.half()));
+    if (whole_head(tool)) {
+      points_.push_back(std::make_unique<HeadContact>(tool));
+    } else {
+      points_.push_back(
+          std::make_unique<SurfacePoint>(options_for(settings, parameters, tool), stiffness_of(settings.materials)));
+    }
+    const bool touches_at_end = tool.shape != HeadShape::kSphere && !whole_head(tool);
+    ends_.push_back(touches_at_end ? dvec3(0, 0, -tool.half()) : dvec3(0));
   }
 }
 
@@ -98,6 +99,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   if (fresh.edits != snapshot_.edits) placed_ = flew_ = false;  // tissue may have come back around the tool
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
+  for (const auto& contact : points_) contact->mesh_changed();
 }
 
 bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {
@@ -106,12 +108,21 @@ bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {
          glm::all(glm::greaterThanEqual(snapshot_.hi, p + reach));
 }
 
+double MeshLodModel::room_for(std::uint32_t tool, const Pose& X) noexcept {
+  SurfaceContact& contact = *points_[tool];
+  const dvec3 p = X * ends_[tool];
+  if (!holds(p, contact.outlook())) return 0;
+  contact.turn_to(X.R);
+  double room = kLook;
+  for (std::size_t level = 0; level < level_count(tool) && room > 0; ++level) {
+    room = std::min(room, contact.clearance(grids()[level], p, kLook));
+  }
+  return room;
+}
+
 double MeshLodModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
-  // Any level may be the next one.
-  const dvec3 p = X_WG * ends_[tool_];
-  if (!holds(p, point().radius() + kLook)) return 0;
-  return point().clearance(finest(), p, kLook) - spread();
+  return room_for(tool_, X_WG);
 }
 
 void MeshLodModel::release() noexcept {
@@ -119,16 +130,13 @@ void MeshLodModel::release() noexcept {
   placed_ = false;
   offset_ = wall_normal_ = dvec3(0);
   wall_stiffness_ = 0;
+  eases_ = false;
   by_speed_.reset();
 }
 
 bool MeshLodModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return false;
-  const auto is_free = [&](std::uint32_t t) {
-    const dvec3 p = X_WG * ends_[t];
-    return holds(p, points_[t].radius() + kLook) && points_[t].clearance(finest(), p, kLook) > spread();
-  };
-  return is_free(tool_) && is_free(tool);
+  return room_for(tool_, X_WG) > 0 && room_for(tool, X_WG) > 0;
 }
 
 void MeshLodModel::take_up(std::uint32_t tool) noexcept {
@@ -137,10 +145,12 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  const std::size_t count = snapshot_.cut ? 1 : snapshot_.levels->grids.size();
+  // A cut wants the finest level.
+  const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
   level_ = next;
+  point().mesh_changed();
   return true;
 }
 
@@ -153,7 +163,7 @@ void MeshLodModel::take_over(bool anew) noexcept {
     return;
   }
   point().map_to(grid());
-  point().follow(grid(), hip_);
+  point().follow(grid(), hip_, false);
   if (parameters_.ramp > 0) offset_ += before - point().place();
 }
 
@@ -166,20 +176,22 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   const dvec3 hip = in.X_WT * ends_[tool_], end = in.X_WT.R * ends_[tool_];
-  if (!holds(in.X_WG * ends_[tool_], point().radius() + kNearby)) {
+  if (!holds(in.X_WG * ends_[tool_], point().reach() + kNearby)) {
     placed_ = flew_ = false;
     out.p_WG = in.X_WG.p;
     out.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
+  point().turn_to(in.X_WT.R);
   const bool was_touching = placed_ && point().touching();
   const bool give = in.cuts || behind();
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
   // The servo moves a free tool without asking, as far as clearance() allows: also through a hole of an open mesh.
-  if (!placed_) {
+  const bool fresh = !placed_;
+  if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
     if (flew_) {
       point().put_free(X_WG * ends_[tool_]);
@@ -194,10 +206,12 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   const dvec3 before = point().place();
   point().follow(grid(), hip, give);
+  out.leading_out = out.leading_out || point().leading_out();
   hip_ = hip;
   cutting_ = cutting_ && in.cuts;
   if (point().gave_way() && parameters_.ramp > 0) offset_ += before - point().place();
   fade_offset(in);
+  ease(in, give && !fresh);
   out.touching = point().touching();
   out.breaking_through = !out.touching && offset_ != dvec3(0);
   out.p_WG = point().place() + offset_ - end;
@@ -226,28 +240,27 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// Area of the faces that the head lies on, seen along `way`, m², by tissue.
-PerTissue MeshLodModel::engaged_area(const dvec3& way) const noexcept {
-  PerTissue area{};
-  const double reach = (1 + kOnHead) * point().radius();
-  const dvec3 c = point().place();
-  grid().for_near(c - reach, c + reach, [&](std::uint32_t i) {
-    const Face& face = grid().face(i);
-    const dvec3 off = (face.a + face.b + face.c) / 3.0 - c;
-    const double along = -glm::dot(face.normal(), way) / 2;
-    if (along > 0 && glm::dot(off, off) <= reach * reach) area[static_cast<std::size_t>(face.tissue)] += along;
-  });
-  return area;
+/// A bur that comes free far behind the hand, or that a fresh snapshot moves, follows no faster than the force may
+/// change.
+void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
+  eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
+  last_R_ = in.X_WT.R;
+  const double most = moved + kEase * in.dt / settings_.stiffness;
+  const dvec3 lag = point().place() + offset_ - hip_, change = lag - last_lag_;
+  const double size = glm::length(change);
+  if (eases_ && size > most) offset_ -= (1 - most / size) * change;
+  last_lag_ = point().place() + offset_ - hip_;
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  if (!(in.cuts && in.budget > 0 && contact.touching)) return false;
+  if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
   // The head sinks as far towards the hand as the energy pays for. The volume of a step s is that over the area that
   // the head lies on, and of what it newly touches: A s + π r s².
-  PerTissue area = engaged_area(way / left);
+  PerTissue area = point().engaged_area(grid(), way / left);
   double all = 0, work = 0;  // m², J/m
   for (std::size_t t = 1; t < area.size(); ++t) {
     area[t] *= measured_;
@@ -266,20 +279,22 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const auto under = static_cast<std::size_t>(point().hold(0).tissue);
   removed[under] += round * step * step;
   energy = work * step + round * step * step * u;
-  const Pose from{cutting_ ? end_ : c, in.X_WT.R}, end{to, in.X_WT.R};
+  const Pose end{to, in.X_WT.R}, from = cutting_ ? end_ : Pose{c, in.X_WT.R};
   made_.add(made_.last() + 1, removed);
   cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
   point().sink_to(to);
   cutting_ = true;
-  end_ = to;
+  end_ = end;
   contact.p_WG = to + offset_;
+  last_lag_ = contact.p_WG - in.X_WT.p;
   contact.area = all;
   return true;
 }
 
 void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
+  const bool whole = whole_head(tool_set(settings_)[tool_]);
   const dvec3 end = in.X_WT.R * ends_[tool_];
-  out.turns_tool = end != dvec3(0);
+  out.turns_tool = whole || end != dvec3(0);
   double total = 0, ground = 0;
   for (int i = 0; i < point().count(); ++i) {
     const Hold& hold = point().hold(i);
@@ -287,8 +302,9 @@ void MeshLodModel::feel(const ContactInput& in, Contact& out) noexcept {
     total += hold.push;
     out.on_head += hold.push * hold.n;
     if (out.turns_tool) {
-      out.lever += hold.push * end;
-      out.turn += hold.push * glm::cross(end, hold.n);
+      const dvec3 arm = whole ? hold.p - point().place() : end;
+      out.lever += hold.push * arm;
+      out.turn += hold.push * glm::cross(arm, hold.n);
     }
     if (hold.wall) continue;
     out.tissue[static_cast<std::size_t>(hold.tissue)] += hold.push;

@@ -1,9 +1,11 @@
 // The servo's half of "mesh_lod": surface contact point, level of detail by speed, walls between tissues.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "haptics/contact/cut_log.h"
+#include "haptics/contact/mesh_lod/head_contact.h"
 #include "haptics/contact/mesh_lod/mesh_lod_parts.h"
 #include "haptics/contact/mesh_lod/surface_point.h"
 #include "haptics/contact_model.h"
@@ -30,13 +32,14 @@ class LevelBySpeed {
 /// Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills, and for one that cuts and is no ball or does not turn.
+  /// Throws Error for a tool that fills.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
+  bool turns_matter() const noexcept override { return whole_head(tool_set(settings_)[tool_]); }
   void begin_anew() noexcept override { placed_ = flew_ = false; }
   void release() noexcept override;
   bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
@@ -47,37 +50,47 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
+  /// A bur that is no ball touches with its whole head; other tools with a ball, or the point at their free end.
+  static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
   /// As it is felt now, and as finely as it is known.
-  const TriangleGrid& grid() const noexcept {
-    return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[level_];
+  const std::vector<TriangleGrid>& grids() const noexcept {
+    return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
-  const TriangleGrid& finest() const noexcept { return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids[0]; }
-  /// m that all levels differ by at most.
-  double spread() const noexcept { return snapshot_.cut ? 0 : snapshot_.levels->hausdorff; }
+  const TriangleGrid& grid() const noexcept { return grids()[level_]; }
+  const TriangleGrid& finest() const noexcept { return grids()[0]; }
+  /// Levels that a tool may be held by: a whole head always feels the finest.
+  std::size_t level_count(std::uint32_t tool) const noexcept {
+    return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
+  }
+  /// m that a tool at X may move before it touches any of its levels.
+  double room_for(std::uint32_t tool, const Pose& X) noexcept;
   /// Whether the snapshot holds all faces within `reach` of p.
   bool holds(const dvec3& p, double reach) const noexcept;
   /// Cuts were made that the snapshot lacks: the faces that the head overlaps are cut away.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
-  SurfacePoint& point() noexcept { return points_[tool_]; }
-  const SurfacePoint& point() const noexcept { return points_[tool_]; }
+  SurfaceContact& point() noexcept { return *points_[tool_]; }
+  const SurfaceContact& point() const noexcept { return *points_[tool_]; }
   /// True where it is another one than before.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
-  PerTissue engaged_area(const dvec3& way) const noexcept;
   void fade_offset(const ContactInput& in) noexcept;
+  void ease(const ContactInput& in, bool give) noexcept;
 
   const ServoSettings& settings_;
   Parameters parameters_;
   MeshSnapshot snapshot_;
-  std::vector<SurfacePoint> points_;  // one a tool
-  std::vector<dvec3> ends_;           // m, of each tool: the centre of the ball that touches, in T
+  std::vector<std::unique_ptr<SurfaceContact>> points_;  // one a tool
+  std::vector<dvec3> ends_;                              // m, of each tool: the centre of what touches, in T
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // the contact point is where the tool is
-  bool flew_ = false;    // else the servo moved it, from where it was free to where it is
-  dvec3 hip_{0};         // m, in the last tick
-  dvec3 offset_{0};      // m, from the contact point to where the last level, or a wall, held the tool: fades
+  bool placed_ = false;       // the contact point is where the tool is
+  bool flew_ = false;         // else the servo moved it, from where it was free to where it is
+  dvec3 hip_{0};              // m, in the last tick
+  dvec3 offset_{0};           // m, from the contact point to where the last level, or a wall, held the tool: fades
+  bool eases_ = false;        // the bur has cut since it was last free
+  dvec3 last_lag_{0};         // m, from the hand to where it was told that the tool is, in the last tick
+  dquat last_R_{1, 0, 0, 0};  // the hand's orientation then
   // Of the wall that holds the tool, or did and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
@@ -85,7 +98,7 @@ class MeshLodModel final : public ContactModel {
   // Cutting.
   RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
   bool cutting_ = false;        // the last tick cut …
-  dvec3 end_{0};                // m, … to here
+  Pose end_;                    // … to here
   bool adopted_ = false;        // a snapshot came since the last tick
   double measured_ = 1;         // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
 };

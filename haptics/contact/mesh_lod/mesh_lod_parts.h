@@ -22,10 +22,11 @@ struct Parameters {
 /// The levels, which never change, and once something was cut the faces around the tool as they are now.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
-  bool cut = false;     // `local` counts, and the levels do not
-  TriangleGrid local;   // all faces that reach into the box lo .. hi
-  dvec3 lo{0}, hi{0};   // m
-  PerTissue removed{};  // m³ by the cuts that it contains, less what undo brought back
+  bool cut = false;                 // `local` counts, and `levels` do not
+  std::vector<TriangleGrid> local;  // all faces that reach into the box lo ..
+                                    // hi: as many levels, finest first
+  dvec3 lo{0}, hi{0};               // m
+  PerTissue removed{};              // m³ by the cuts that it contains, less what undo brought back
 };
 
 /// Of sessions with a tool that cuts.

@@ -19,7 +19,7 @@ struct Plane {
 
 class PlaneSet {
  public:
-  static constexpr int kMost = 256;
+  static constexpr int kMost = 1024;
 
   void clear() noexcept { count_ = 0; }
   /// False when it is full.

@@ -1,7 +1,12 @@
 #include "haptics/contact/mesh_lod/surface_point.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -11,13 +16,65 @@ constexpr int kMostLooks = 24;         // of one follow()
 constexpr double kStays = 1e-11;       // m: a step shorter than this ends the walk
 constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are collected, at least …
 constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
-constexpr double kAhead = 1.1;         // times the way to be gone that is collected at once
-constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding
+constexpr double kAhead = 1.1;         // times the way to be gone that one look is about
+constexpr double kMostKept = 0.3e-3;   // m of way, at most, for which collected faces serve; else a cell of the grid
+constexpr double kReachInCut = 0.5;    // of the radius: the most of either where a bur lies in its own cut …
+constexpr double kLeastInCut = 50e-6;  // m … but not less than this
+constexpr double kNextReach = 0.25;    // of the last step: how far the next look reaches, the next step is shorter
+constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding …
+constexpr float kClear = 2e-9f;        // … and of floats beside the ball
 constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
 constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
 constexpr int kMostLifts = 16;
 constexpr double kLeastAlong = 0.3;     // cosine
 constexpr double kNoDirection = 1e-13;  // m: nearer to a face than this, its normal counts
+
+/// Writes the places of boxes no farther than `far` from p to `at`; returns how many. The last batch may be filled up
+/// with others.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
+                       std::uint32_t* at) {
+  std::size_t found = 0;
+  const float square = far * far;
+  for (std::size_t k = 0; k < count; k += 8) {
+    F8 distance2 = {};
+    for (int axis = 0; axis < 3; ++axis) {
+      F8 low, high;
+      std::memcpy(&low, lo[axis] + k, sizeof low);
+      std::memcpy(&high, hi[axis] + k, sizeof high);
+      const F8 below = low - p[axis], above = p[axis] - high;
+      F8 off = below > above ? below : above;
+      off = off > 0.0f ? off : F8{};
+      distance2 += off * off;
+    }
+    for (unsigned bits = bits_of(distance2 <= square); bits; bits &= bits - 1) {
+      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+    }
+  }
+  while (found > 0 && at[found - 1] >= count) --found;
+  return found;
+}
+
+/// Writes the numbers of planes that q does not lie clearly above to `at`; returns how many. The planes are at normal ·
+/// q = -distance, all seen from where q is measured from.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
+                              float clear, std::uint32_t* at) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < count; k += 8) {
+    F8 height, n;
+    std::memcpy(&height, distance + k, sizeof height);
+    for (int axis = 0; axis < 3; ++axis) {
+      std::memcpy(&n, normal[axis] + k, sizeof n);
+      height += n * q[axis];
+    }
+    for (unsigned bits = bits_of(height <= clear); bits; bits &= bits - 1) {
+      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+    }
+  }
+  while (found > 0 && at[found - 1] >= count) --found;
+  return found;
+}
 
 dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
   const double size = glm::length(v);
@@ -26,7 +83,7 @@ dvec3 unit_or(const dvec3& v, const dvec3& other) noexcept {
 
 }  // namespace
 
-double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double most) const noexcept {
+double SurfacePoint::clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept {
   return grid.nearest(p, most + radius()).distance - radius();
 }
 
@@ -98,16 +155,31 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
     const double far = radius() + reach;
     grid.for_near(c_ - far, c_ + far, [&](std::uint32_t i) {
       if (!grid.box_within(i, c_, far)) return;
-      if (near_count_ < kMostNear)
-        near_[static_cast<std::size_t>(near_count_++)] = i;
-      else
+      if (near_count_ == kMostNear) {
         all = false;
+        return;
+      }
+      const auto at = static_cast<std::size_t>(near_count_++);
+      const TriangleGrid::Box& box = grid.box(i);
+      near_[at] = i;
+      boxes_.lo_x[at] = box.lo.x, boxes_.lo_y[at] = box.lo.y, boxes_.lo_z[at] = box.lo.z;
+      boxes_.hi_x[at] = box.hi.x, boxes_.hi_y[at] = box.hi.y, boxes_.hi_z[at] = box.hi.z;
     });
+    collected_ = &grid;
     near_from_ = c_;
     near_reach_ = reach;
     if (all || reach < kStays) return;
     reach /= 2;
   }
+}
+
+/// Those collected faces of which the box is within so many metres: their places in near_.
+std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
+  const glm::vec3 p(c_ - grid.origin());
+  const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
+  const float* const hi[3] = {boxes_.hi_x, boxes_.hi_y, boxes_.hi_z};
+  const float far = static_cast<float>(within) + TriangleGrid::kBoxRounding;
+  return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
 /// Planes of the walls on the edges of a face that border on softer tissue.
@@ -144,8 +216,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (give) free = std::max(free, 0.0);
     if (free <= reach) room = planes_.add({n, free, p, i, -1}) && room;
   };
-  for (int k = 0; k < near_count_; ++k) {
-    const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+  const std::span<const std::uint32_t> close = close_faces(grid, r + reach);
+  for (const std::uint32_t k : close) {
+    const std::uint32_t i = near_[k];
     const Face& face = grid.face(i);
     const OnFace at = nearest_on(face, c_);
     const dvec3 off = c_ - at.p;
@@ -156,20 +229,28 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
       continue;
     }
     const double distance = std::sqrt(square);
-    add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
+    const dvec3 n = distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1});
+    const auto j = static_cast<std::size_t>(planes_.count());
+    add(i, n, distance, at.p);
+    if (planes_.count() == static_cast<int>(j)) continue;
+    inner_.x[j] = static_cast<float>(n.x), inner_.y[j] = static_cast<float>(n.y), inner_.z[j] = static_cast<float>(n.z);
+    inner_.distance[j] = static_cast<float>(distance);
   }
   const int insides = planes_.count();
+  const float* const normals[3] = {inner_.x, inner_.y, inner_.z};
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
     // A face that lies below another one's plane cannot be met before that plane.
-    bool covered = false;
-    for (int j = 0; j < insides && !covered; ++j) {
-      const Plane& plane = planes_[j];
+    const glm::vec3 q(at.p - c_);
+    const std::size_t above =
+        list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
+    const bool covered = std::any_of(above_.begin(), above_.begin() + static_cast<std::ptrdiff_t>(above), [&](auto j) {
+      const Plane& plane = planes_[static_cast<int>(j)];
       const double most = std::max({glm::dot(plane.n, face.a - plane.p), glm::dot(plane.n, face.b - plane.p),
                                     glm::dot(plane.n, face.c - plane.p)});
-      covered = most <= kBelow;
-    }
+      return most <= kBelow;
+    });
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
@@ -178,18 +259,22 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
-      bool over_next = false;
-      for (int j = 0; j < insides; ++j) over_next |= planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)];
-      if ((hollow >> at.edge & 1) && over_next && std::abs(height) >= r - kBelow) {
+      const auto over_next = [&] {
+        for (int j = 0; j < insides; ++j) {
+          if (planes_[j].face == face.beyond[static_cast<std::size_t>(at.edge)]) return true;
+        }
+        return false;
+      };
+      if ((hollow >> at.edge & 1) && std::abs(height) >= r - kBelow && over_next()) {
         add(i, height >= 0 ? normal / size : -normal / size, std::max(std::abs(height), r), at.p);
         continue;
       }
     }
     add(i, distance > kNoDirection ? off / distance : unit_or(face.normal(), {0, 0, 1}), distance, at.p);
   }
-  if (options_.walls && ground_ != Tissue::kAir) {
-    for (int k = 0; k < near_count_; ++k) {
-      const std::uint32_t i = near_[static_cast<std::size_t>(k)];
+  if (options_.walls && !give && ground_ != Tissue::kAir) {
+    for (const std::uint32_t k : close) {
+      const std::uint32_t i = near_[k];
       if (grid.face(i).across != std::array<Tissue, 3>{}) add_walls(grid.face(i), i, reach, room);
     }
   }
@@ -222,13 +307,17 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
-  collect(grid, std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, kMostReach));
+  const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
+  const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
+  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);  // of the next look
+  if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostLooks; ++i) {
-    double left = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
-    if (left < kLeastReach / 2 && i > 0) {
-      collect(grid, std::clamp(kAhead * glm::distance(c_, near_from_), kLeastReach, kMostReach));
-      left = near_reach_;
+    double valid = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
+    if (valid < kLeastReach / 2 && i > 0) {
+      collect(grid, wanted + kept);
+      valid = near_reach_;
     }
+    double left = std::min(valid, wanted);
     while (!look(grid, left, give) && left > kStays) left /= 2;
     dvec3 step = planes_.nearest_allowed(hip - c_, active);
     if (!behind_) {
@@ -249,6 +338,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     const double size = glm::length(step);
     if (size > left) step *= left / size;
     c_ += step;
+    wanted = std::clamp(size > left ? size : kNextReach * size, kLeastReach, most_reach);
     if (std::min(size, left) <= kStays || (active.count == 0 && size <= left)) break;
   }
   count_ = 0;
@@ -266,6 +356,18 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;
+}
+
+PerTissue SurfacePoint::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
+  PerTissue area{};
+  const double within = (1 + kOnHead) * radius();
+  grid.for_near(c_ - within, c_ + within, [&](std::uint32_t i) {
+    const Face& face = grid.face(i);
+    const dvec3 off = (face.a + face.b + face.c) / 3.0 - c_;
+    const double across = -glm::dot(face.normal(), way) / 2;
+    if (across > 0 && glm::dot(off, off) <= within * within) area[static_cast<std::size_t>(face.tissue)] += across;
+  });
+  return area;
 }
 
 }  // namespace typodont::haptics::mesh_lod

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "haptics/contact/mesh_lod/plane_set.h"
-#include "haptics/contact/mesh_lod/triangle_grid.h"
+#include "haptics/contact/mesh_lod/surface_contact.h"
 
 namespace typodont::haptics::mesh_lod {
 
@@ -18,15 +19,6 @@ struct SurfaceOptions {
   double unit_force = 1000;  // N/m, a material's stiffness of 1 N/mm gives so much
 };
 
-/// One place at which the surface holds the point.
-struct Hold {
-  dvec3 p{0};                    // m, on the surface
-  dvec3 n{0};                    // unit, out of the tissue; of a wall toward the softer tissue
-  double push = 0;               // m
-  Tissue tissue = Tissue::kAir;  // of the face; of a wall the harder tissue
-  bool wall = false;
-};
-
 /// Wang et al. 2009, section 3.2. The paper walks from the active primitive to its neighbours while the distance to the
 /// HIP falls. Here every face near the point bounds it by a plane through its nearest primitive (vertex, edge or face);
 /// the point goes to where these planes come nearest to the HIP, and looks again from there until it stays. That is the
@@ -35,55 +27,52 @@ struct Hold {
 ///
 /// The point is the centre of a ball of the tool's radius; a point tool is a ball of `kSkin`. Servo thread; never
 /// allocates.
-class SurfacePoint {
+class SurfacePoint final : public SurfaceContact {
  public:
-  static constexpr double kSkin = 1e-8;  // m, the least distance that the point keeps from a face
+  static constexpr double kSkin = 1e-8;        // m, the least distance that the point keeps from a face
+  static constexpr double kFarthest = 1.5e-3;  // m, the largest `most` of clearance()
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
-  double radius() const noexcept { return options_.radius > kSkin ? options_.radius : kSkin; }
-  const dvec3& place() const noexcept { return c_; }
-  bool touching() const noexcept { return count_ > 0; }
-  int count() const noexcept { return count_; }
-  const Hold& hold(int i) const noexcept { return holds_[static_cast<std::size_t>(i)]; }
-  /// A wall gave way in the last follow(), and the point went on behind it.
-  bool gave_way() const noexcept { return gave_way_; }
+  double radius() const noexcept override { return options_.radius > kSkin ? options_.radius : kSkin; }
+  double reach() const noexcept override { return radius(); }
+  double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// Begins at p. False where p was inside the tissue or nearer to it than the radius: then the point was led out.
-  bool put(const TriangleGrid& grid, const dvec3& p) noexcept;
-  /// Goes on at p, which is known to be free.
-  void put_free(const dvec3& p) noexcept;
-  /// The point on another mesh: the place nearest to the old one that is outside it (SCP mapping, section 3.2).
-  void map_to(const TriangleGrid& grid) noexcept;
-  /// Follows the HIP. `give`: the faces that the ball overlaps are cut away as deep as it does.
-  void follow(const TriangleGrid& grid, const dvec3& hip, bool give = false) noexcept;
-  /// Moves into the tissue: what follow() with `give` takes for cut away.
-  void sink_to(const dvec3& c) noexcept { c_ = c; }
-
-  /// Distance from p to the surface less the radius, at most `most`.
-  double clearance(const TriangleGrid& grid, const dvec3& p, double most) const noexcept;
+  /// False where p was inside the tissue or nearer to it than the radius: then the point was led out.
+  bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
+  void put_free(const dvec3& p) noexcept override;
+  void map_to(const TriangleGrid& grid) noexcept override;
+  void follow(const TriangleGrid& grid, const dvec3& hip, bool give = false) noexcept override;
+  void mesh_changed() noexcept override { collected_ = nullptr; }
+  double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept override;
+  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
 
  private:
   bool lift(const TriangleGrid& grid, dvec3 n) noexcept;
   void collect(const TriangleGrid& grid, double reach) noexcept;
   void round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane, dvec3& step) const noexcept;
   bool look(const TriangleGrid& grid, double reach, bool give) noexcept;
+  std::span<const std::uint32_t> close_faces(const TriangleGrid& grid, double within) noexcept;
   void add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept;
   double stiffness_of(Tissue tissue) const noexcept { return stiffness_[static_cast<std::size_t>(tissue)]; }
 
   SurfaceOptions options_;
   Stiffness stiffness_;
-  dvec3 c_{0};
   Tissue ground_ = Tissue::kAir;  // under the point; air: it touches nothing
   bool behind_ = false;           // a wall gave way: walls are left out until the ground is the harder tissue
   Tissue beyond_ = Tissue::kAir;  // … which is this one
-  bool gave_way_ = false;
-  int count_ = 0;
-  std::array<Hold, 3> holds_;
-  // Faces near the place where they were collected.
-  static constexpr int kMostNear = 1024;
+  // Faces near the place where they were collected, with their boxes side by side.
+  static constexpr int kMostNear = 2048, kBatch = 8;
+  struct Boxes {
+    alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
+    alignas(32) float hi_x[kMostNear + kBatch], hi_y[kMostNear + kBatch], hi_z[kMostNear + kBatch];
+  };
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
+  Boxes boxes_{};
+  const TriangleGrid* collected_ = nullptr;  // the grid that they belong to; null: they must be collected anew
+  // Those of them that one look is about, as places in near_.
+  std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
   // Faces of which an edge or a corner is nearest, in one look.
@@ -93,6 +82,12 @@ class SurfacePoint {
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
+  // Of the first planes, those of faces of which the inside is nearest: normals, and distances from the centre.
+  struct Inner {
+    alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
+  };
+  Inner inner_{};
+  std::array<std::uint32_t, PlaneSet::kMost> above_{};
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -56,12 +56,21 @@ class TriangleGrid {
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
+  /// Around a face, m from origin().
+  struct Box {
+    glm::vec3 lo{0}, hi{0};
+  };
+  const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
+  const dvec3& origin() const noexcept { return origin_; }
+  static constexpr float kBoxRounding = 1e-7f;  // m, more than floats lose in such boxes
   /// False where all of the face's box is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
-    const auto far = static_cast<float>(most) + 1e-7f;
+    const float far = static_cast<float>(most) + kBoxRounding;
     return glm::dot(off, off) <= far * far;
   }
+  /// Edge of a cell, m: about one and a half mean edges of the faces.
+  double cell() const noexcept { return cell_; }
 
   struct Nearest {
     bool found = false;
@@ -78,9 +87,6 @@ class TriangleGrid {
   bool inside(const dvec3& p) const noexcept;
 
  private:
-  struct Box {
-    glm::vec3 lo{0}, hi{0};  // m from origin_
-  };
   glm::ivec3 cell_of(const glm::vec3& p) const noexcept {
     return glm::clamp(glm::ivec3(glm::floor(p * inverse_)), glm::ivec3(0), cells_ - 1);
   }

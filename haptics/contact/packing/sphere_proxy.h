@@ -45,14 +45,21 @@ class SphereProxy {
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Spheres may have grown or come back: what was known to be free no longer is.
-  void forget_free() noexcept;
+  /// Spheres may have grown or come back: the lists of near spheres are no longer right.
+  void forget_near() noexcept;
+  /// A cut has made this of a sphere. A cut sphere lies within the sphere that the cut began with, but it may stick out
+  /// of what an earlier tick of the same cut had left of it.
+  void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
-  /// touch, and how much of it they can go, 0 to 1.
-  double smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept;
+  /// touch, and how much of it they can go, 0 to 1. What lies beyond `most_way` (m) is not looked at: 1 then.
+  double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
   /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
+
+  /// As SphereTree::near_segment(), of the way of one of the tool's spheres from the proxy's pose to another one.
+  std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
+                       std::span<int> found) const noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -78,6 +85,26 @@ class SphereProxy {
   static constexpr double kGap = 1e-7;  // m that is left between proxy and sphere
 
  private:
+  /// From the proxy's pose to another one.
+  struct Motion {
+    Pose to;
+    double shift = 0, turn = 0;  // m of the frame's origin; rad, as a chord of the unit circle
+    /// A bound of how far the tool's sphere at this distance from the frame's origin moves, m.
+    double way(double arm) const { return shift + turn * arm; }
+  };
+  /// The tissue's spheres near one of the tool's, nearest first. It serves until the tool's sphere has moved by the
+  /// list's margin (a Verlet list, Verlet 1967): in a cavity the tree is asked once for many ticks.
+  struct NearList {
+    double margin = 0;  // m: a sphere that is not in the list was at least this far away
+    double moved = 0;   // m, bound of how far the tool's sphere has moved since
+    double free = 0;    // m, how far away the nearest sphere was; negative where it overlaps
+    std::size_t count = 0;
+    int refused = 0;  // searches until the list is tried again: it did not fit
+  };
+  struct Near {
+    double gap;  // m
+    int sphere;
+  };
   struct Constraint {
     dvec3 n{0}, turn{0};  // per metre of translation along it, and per metre of rotation × lever
     double gap = 0;       // m
@@ -86,8 +113,12 @@ class SphereProxy {
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                std::size_t first_sphere = 0) noexcept;
   FirstContact first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept;
-  SphereTree::Hit first_hit(const SphereTree& tree, std::size_t tool_sphere, const dvec3& from,
-                            const dvec3& m) noexcept;
+  SphereTree::Hit first_listed(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion, double until,
+                               bool& certain) noexcept;
+  FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
+                             double until) noexcept;
+  void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
+  Motion motion_to(const Pose& goal) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 
   ToolSpheres tool_;
@@ -97,10 +128,14 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> free_;        // m that each of the tool's spheres may certainly move before it touches anything
+  std::vector<double> arm_;         // m, of the tool's spheres from the frame's origin
+  std::vector<NearList> lists_;     // of each of the tool's spheres …
+  std::size_t room_;                // … how many spheres each has room for …
+  std::vector<Near> near_;          // … and these, list by list
+  std::vector<int> found_;          // of one search …
+  std::vector<Near> found_gaps_;    // … and how far away they are
   std::vector<SweptBall> swept_;    // of one look on the GPU …
   std::vector<std::size_t> asked_;  // … and which of the tool's spheres each is
-  std::vector<int> ask_next_;       // looks until that is worth finding out again
   double pushed_ = 0;               // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

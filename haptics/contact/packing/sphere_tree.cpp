@@ -186,6 +186,22 @@ SphereTree::Hit SphereTree::brute_force(const dvec3& p, double r, const dvec3& m
   return best;
 }
 
+SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& p, double r,
+                                     const dvec3& m) const noexcept {
+  Leaf leaf{};
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    const dvec3 c = center(spheres[k]);
+    leaf.x[k] = c.x, leaf.y[k] = c.y, leaf.z[k] = c.z, leaf.r[k] = radius(spheres[k]);
+  }
+  double t[kWide];
+  contact_times(leaf, p, r, m, t);
+  Hit best;
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    if (t[k] < best.t || (t[k] == best.t && t[k] != kNever && spheres[k] < best.sphere)) best = {t[k], spheres[k]};
+  }
+  return best;
+}
+
 SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) const noexcept {
   Hit best;
   Ray ray;
@@ -238,6 +254,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     }
   }
   return best;
+}
+
+bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept {
+  const double r = radius(i), near = r + reach;
+  const dvec3 c = center(i), off = c - nearest_on(a, b, c);
+  return r > 0 && glm::dot(off, off) < near * near;
 }
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,

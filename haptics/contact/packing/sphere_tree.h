@@ -42,11 +42,15 @@ class SphereTree {
   /// the least number. The same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
+  /// The first of these at most kWide spheres that it touches, with the same bits.
+  Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Numbers of the spheres that come nearer than `reach` to the segment from a to b, in an order that depends on the
   /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
+  /// Whether sphere i is one that near_segment() lists.
+  bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Where sphere i comes in the lists of near_segment(): by ascending rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "haptics/contact/proxy/active_set.h"
-
 namespace typodont::haptics::vertex {
 
 namespace {
@@ -37,12 +35,13 @@ class StepBounds {
 
 }  // namespace
 
-dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted) noexcept {
+dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept {
   dvec3 step;
   for (const bool only_no_deeper : {false, true}) {
-    ActivePlanes active;
+    active.count = 0;
     if (ActiveSet(StepBounds(bounds, only_no_deeper)).solve(wanted, step, active)) return step;
   }
+  active.count = 0;
   return dvec3(0);
 }
 

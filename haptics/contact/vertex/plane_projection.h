@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "engine/base/pose.h"
+#include "haptics/contact/proxy/active_set.h"
 
 namespace typodont::haptics::vertex {
 
@@ -14,7 +14,7 @@ struct StepBound {
 };
 
 /// The step nearest to `wanted` that keeps all bounds (dual active set: Goldfarb & Idnani 1983). Where none does, the
-/// bounds that overlap keep it only from going deeper.
-dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted) noexcept;
+/// bounds that overlap keep it only from going deeper. `active`: the bounds that hold the head there.
+dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

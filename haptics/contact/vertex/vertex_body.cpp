@@ -45,6 +45,7 @@ SharedLabels labels_of(const TissueVolume& volume) {
 VertexBody::VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools,
                        const Parameters& parameters)
     : volume_(std::move(tissue)),
+      strokes_before_(volume_.strokes().done),
       untouched_(volume_.clone()),
       parameters_(parameters),
       mesh_(mesh, finest_edge(tools, parameters), parameters.spare),
@@ -85,7 +86,21 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
+/// Strokes of the brush are the field's (rasterize()); they stand in the list between those of the mesh.
+void VertexBody::count_painted() {
+  const std::size_t kept = volume_.strokes().done - strokes_before_;
+  auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
+  if (kept > known) {
+    end_stroke();
+    undone_.clear();
+    for (; known < kept; ++known) done_.emplace_back().painted = true;
+  }
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // it met no tissue
+}
+
 void VertexBody::begin_stroke() {
+  count_painted();
+  volume_.end_stroke();
   end_stroke();
   undone_.clear();
   mesh_.record(&done_.emplace_back().record);
@@ -100,12 +115,17 @@ void VertexBody::end_stroke() {
 }
 
 void VertexBody::exchange(Stroke& stroke, double sign) {
+  if (stroke.painted) {
+    sign > 0 ? volume_.undo() : volume_.redo();
+    return;
+  }
   mesh_.exchange(stroke.record);
   for (std::size_t t = 0; t < taken_back_.size(); ++t) taken_back_[t] += sign * stroke.removed[t];
   unseen_.insert(stroke.blocks.begin(), stroke.blocks.end());
 }
 
 bool VertexBody::undo() {
+  count_painted();
   end_stroke();
   if (done_.empty()) return false;
   exchange(done_.back(), 1);
@@ -115,6 +135,7 @@ bool VertexBody::undo() {
 }
 
 bool VertexBody::redo() {
+  count_painted();
   end_stroke();
   if (undone_.empty()) return false;
   exchange(undone_.back(), -1);
@@ -124,6 +145,7 @@ bool VertexBody::redo() {
 }
 
 TissueVolume::Strokes VertexBody::strokes() {
+  count_painted();
   TissueVolume::Strokes strokes{done_.size(), undone_.size(), 0};
   for (const auto* list : {&done_, &undone_})
     for (const Stroke& stroke : *list)
@@ -162,6 +184,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
+  volume_.end_stroke();  // what cuts change is no part of a brush's
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();
   return volume_;

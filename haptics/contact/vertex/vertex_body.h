@@ -61,13 +61,17 @@ class VertexBody final : public TissueBody {
  private:
   struct Stroke {
     mesh::MeshRecord record;
-    PerTissue removed{};  // m³
-    FieldBlocks blocks;   // that it may have changed
+    PerTissue removed{};   // m³
+    FieldBlocks blocks;    // that it may have changed
+    bool painted = false;  // it is one of the brush's, which the field alone keeps
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
+  void count_painted();
 
-  TissueVolume volume_, untouched_;
+  TissueVolume volume_;
+  std::size_t strokes_before_;  // that the volume came with, which the mesh knows nothing of
+  TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
   std::vector<double> edges_;  // m, that each of them asks for

@@ -12,17 +12,6 @@ VertexHead::VertexHead(const Tool& tool)
       radius_(tool.radius()),
       reach_(tool.reach()) {}
 
-double VertexHead::distance(const dvec3& p, dvec3& n) const noexcept {
-  if (!ball_) return field_.distance(p, n);
-  const double length = glm::length(p);
-  n = length > 0 ? p / length : dvec3(0, 0, -1);
-  return length - radius_;
-}
-
-double VertexHead::distance(const dvec3& p) const noexcept {
-  return ball_ ? glm::length(p) - radius_ : field_.distance(p);
-}
-
 /// The distance is convex along a line, so Newton's steps from beyond the surface go down to it without passing it.
 double VertexHead::way_out(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {

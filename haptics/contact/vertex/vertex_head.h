@@ -16,8 +16,15 @@ class VertexHead {
   double reach() const noexcept { return reach_; }
 
   /// Signed distance to the surface, negative inside, and the unit direction in which it grows.
-  double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
-  double distance(const dvec3& p_TQ) const noexcept;
+  double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
+    if (!ball_) return field_.distance(p_TQ, n_T);
+    const double length = glm::length(p_TQ);
+    n_T = length > 0 ? p_TQ / length : dvec3(0, 0, -1);
+    return length - radius_;
+  }
+  double distance(const dvec3& p_TQ) const noexcept {
+    return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
+  }
   /// m from a point inside along a unit direction to the surface.
   double way_out(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
   /// Where the paper's rule puts a point inside: away from the centre of a ball (3.1) or of the lower half ball of a

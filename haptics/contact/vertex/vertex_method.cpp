@@ -4,7 +4,7 @@
 #include "engine/base/units.h"
 #include "haptics/contact/vertex/vertex_body.h"
 #include "haptics/contact/vertex/vertex_model.h"
-#include "haptics/tissue_mesh.h"
+#include "haptics/mesh/spatial_order.h"
 
 namespace typodont::haptics::vertex {
 
@@ -19,7 +19,7 @@ class VertexMethod final : public ContactMethod {
     return std::make_unique<VertexModel>(settings, parameters_);
   }
   std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
-    const TissueMesh mesh = surface_mesh(tissue);
+    const TissueMesh mesh = mesh::in_spatial_order(surface_mesh(tissue));
     return std::make_unique<VertexBody>(std::move(tissue), mesh, tools, parameters_);
   }
 

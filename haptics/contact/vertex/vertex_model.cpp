@@ -16,6 +16,7 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // near the head
+constexpr double kNextShell = 4;             // times as wide as the one before
 constexpr int kMostParts = 64;               // into which the edge of a face is divided
 
 /// Twice the area times the normal.
@@ -47,7 +48,6 @@ VertexModel::VertexModel(const ServoSettings& settings, const Parameters& parame
   }
   near_.reserve(kMostFaces);
   samples_.reserve(kMostSamples);
-  bounds_.reserve(kMostSamples);
 }
 
 double VertexModel::travel() const noexcept {
@@ -55,8 +55,8 @@ double VertexModel::travel() const noexcept {
 }
 
 void VertexModel::forget() noexcept {
-  found_ = false;
-  filtered_ = dvec3(0);
+  found_ = touching_ = eases_ = false;
+  filtered_ = eased_ = dvec3(0);
 }
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
@@ -74,14 +74,21 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     for (std::size_t t = 0; t < removed.size(); ++t) removed[t] -= fresh.taken_back[t] - snapshot_.taken_back[t];
   }
   std::swap(fresh, snapshot_);
-  found_ = false;
+  found_ = touching_ = false;
 }
 
-/// The vertices of the faces within reach of a place; of faces larger than the head asks for, those too that refining
-/// would give them.
-void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
+/// The vertices within `margin` of a head; of faces larger than it asks for, those too that refining would give them.
+void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
+  const dvec3& p = X.p;
+  const double reach = head.reach() + margin;
+  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X.R)));
+  const auto is_far = [&](const dvec3& at) {
+    const dvec3 off = at - p;
+    return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
+  };
   near_.clear();
+  points_.clear(p);
   samples_.clear();
   const glm::vec3 c(p);
   const auto most = static_cast<float>(reach);
@@ -93,8 +100,9 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
       if (mesh.vertex(v).face != f) continue;  // each vertex once, with the face that it names
+      if (is_far(mesh.vertex(v).p)) continue;
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
-      add({mesh.vertex(v).p, 0, v, mesh.face(f).tissue});
+      add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
     }
   }
   const std::size_t vertices = samples_.size();
@@ -113,8 +121,8 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
         if (i == n || j == n || k == n) continue;  // a vertex
         const dvec3 at = (static_cast<double>(i) * a + static_cast<double>(j) * b + static_cast<double>(k) * d) /
                          static_cast<double>(n);
-        if (glm::dot(at - p, at - p) > reach * reach) continue;
-        add({at, area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
+        if (is_far(at)) continue;
+        add(at, {area * (i == 0 || j == 0 || k == 0 ? 3 : 6), mesh::kNone, mesh.face(f).tissue});
       }
     }
   }
@@ -122,15 +130,46 @@ void VertexModel::gather(const dvec3& p, double reach, double edge) noexcept {
 
 bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) noexcept {
   found_ = false;
-  gather(X.p, head.reach(), edge);
+  gather(head, edge, X, 0);
   const dquat R_TW = glm::conjugate(X.R);
-  return std::all_of(samples_.begin(), samples_.end(),
-                     [&](const Sample& s) { return head.distance(R_TW * (s.p - X.p)) > 0; });
+  const std::span<const std::uint32_t> near = points_.within(X.p, head.reach());
+  return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
+}
+
+/// Metres that any point of the head moved since the points were listed.
+double VertexModel::moved_since_listing(const Pose& X) const noexcept {
+  return way_between(found_at_, X, head().is_ball() ? 0 : head().reach());
+}
+
+/// Lists the points near the head at X, where those that are listed do not reach.
+void VertexModel::list_where_needed(const Pose& X) noexcept {
+  const double radius = head().radius();
+  if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
+  gather(head(), edge(), X, (FollowParameters::margin + P::probe) * radius);
+  found_ = true, found_at_ = X;
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
+  if (touching_ && X_WG.p == touching_at_) return 0;
+  if (eases_ && eased_ != dvec3(0)) return 0;  // a force still fades
+  list_where_needed(X_WG);
   const double reach = head().reach();
+  if (!points_.empty()) {
+    const double listed = (FollowParameters::margin + P::probe) * head().radius() - moved_since_listing(X_WG);
+    const double touches = P::touches * head().radius();
+    const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
+    double room = listed;
+    // The nearest points first, then those of ever wider shells.
+    for (double within = touches;; within = std::min(kNextShell * within, listed)) {
+      for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
+        room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
+      }
+      if (room < touches) return 0;
+      if (room <= within || within >= listed) return room;
+    }
+  }
+  // Nothing is near: faces tell farther than the points that were looked for.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -150,75 +189,72 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The head's way from where it was held towards the hand. Distance is convex, so a step that keeps the bounds of all
-/// vertices overlaps none.
-dvec3 VertexModel::follow(const dvec3& from, const Pose& X_WT, bool& led_out) noexcept {
-  const double radius = head().radius();
-  const glm::dmat3 R_WT(glm::mat3_cast(X_WT.R)), R_TW = glm::transpose(R_WT);
-  const bool is_ball = head().is_ball();
-  dvec3 at = from;
-  for (int look = 0; look < P::looks; ++look) {
-    const dvec3 rest = X_WT.p - at;
-    const double left = glm::length(rest);
-    const double most = std::clamp(left, 0.01 * radius, P::step * radius), near = head().reach() + most;
-    bounds_.clear();
-    for (const Sample& sample : samples_) {
-      const dvec3 off = sample.p - at;
-      if (glm::dot(off, off) > near * near) continue;
-      dvec3 n;
-      const double d = head().distance(is_ball ? off : R_TW * off, n);
-      if (d > most) continue;
-      if (d < -P::led_out * radius) led_out = true;
-      bounds_.push_back({-(is_ball ? n : R_WT * n), d});
-    }
-    dvec3 step = nearest_step(bounds_, left > most ? most / left * rest : rest);
-    const double length = glm::length(step);
-    if (length > most) step *= most / length;
-    at += step;
-    if (left <= most || length < P::settled * most) break;
-  }
-  return at;
-}
-
 /// The springs of the vertices inside a head at X (S4, 4.2): each as long as its way to the head's surface.
-VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) const noexcept {
+VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
-  const double reach2 = head().reach() * head().reach(), stiffness = P::spring * settings_.stiffness / 1000;
+  const double reach2 = head().reach() * head().reach(), stiffness = settings_.stiffness / 1000;
   Springs sum;
-  for (const Sample& sample : samples_) {
-    const dvec3 off = sample.p - X.p;
-    if (glm::dot(off, off) >= reach2) continue;
+  for (const std::uint32_t i : points_.within(X.p, head().reach())) {
+    const Sample& sample = samples_[i];
+    const dvec3 off = points_[i] - X.p;
+    const double square = glm::dot(off, off);
+    if (square >= reach2) continue;
     dvec3 n;
-    const double d = head().distance(is_ball ? off : R_TW * off, n);
-    if (!(d < 0)) continue;
-    if (!is_ball) n = R_WT * n;
+    double d;
+    if (is_ball) {
+      // Its reach is its radius, so the point is inside; its push goes through the centre and turns nothing.
+      const double length = std::sqrt(square);
+      n = length > 0 ? off / length : dvec3(0, 0, -1);
+      d = length - head().radius();
+    } else {
+      d = head().distance(R_TW * off, n);
+      if (!(d < 0)) continue;
+      n = R_WT * n;
+    }
     const auto tissue = static_cast<std::size_t>(sample.tissue);
-    const dvec3 push = stiffness * settings_.materials[tissue].stiffness * d * sample.area * n;
+    const double depth = sample.area * d;  // negative
+    const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
-    sum.torque += glm::cross(off, push);
+    if (!is_ball) sum.torque += glm::cross(off, push);
+    sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
+    sum.weight -= depth;
     sum.area += sample.area;
     sum.across += sample.area * std::max(0.0, glm::dot(n, pull));
-    sum.tissue[tissue] -= sample.area * d;
+    sum.tissue[tissue] -= depth;
     ++sum.count;
   }
   return sum;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls.
-void VertexModel::give(const ContactInput& in, const Springs& springs, double scale, Contact& out) noexcept {
-  springs_ = springs;
+/// A bur that comes free far behind the hand, and one that holds on where the mesh could not give way, change the force
+/// no faster than the hand itself does, and a little.
+dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
+  eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
+  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
+  last_R_ = in.X_WT.R;
+  const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
+  const dvec3 change = force - eased_;
+  const double size = glm::length(change);
+  eased_ = eases_ && size > most ? eased_ + most / size * change : force;
+  return eased_;
+}
+
+/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls. `force`, `torque`: of the
+/// springs.
+void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
-  out.area = springs.area;
-  out.force = scale * springs.force;
-  out.torque = scale * springs.torque;
-  const double size = glm::length(out.force);
-  if (!(size > 0)) return;
+  out.area = springs_.area;
+  out.force = force;
+  out.torque = torque;
+  const double size = glm::length(force);
   out.stored = size * out.depth / 2;
-  const dvec3 n = out.force / size;
-  const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, n) / in.dt);
-  out.force = damped * n;
-  out.torque *= damped / size;
+  if (size > 0) {
+    const double damped = std::max(0.0, size - settings_.damping * glm::dot(in.moved, force / size) / in.dt);
+    out.force *= damped / size;
+    out.torque *= damped / size;
+  }
+  if (!parameters_.as_printed) out.force = eased(in, out.force);
   if (!parameters_.filter) return;
   const dvec3 filtered = filter_force(ForceFilter::kStroke, *parameters_.filter, out.force, filtered_);
   const double before = glm::length(out.force);
@@ -235,35 +271,58 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  const dvec3& from = in.X_WG.p;
-  const double radius = head().radius(), probe = P::probe * radius;
-  if (!found_ || glm::distance(from, found_at_) > P::kept * radius) {
-    gather(from, head().reach() + (P::kept + P::looks * P::step) * radius + probe, edge());
-    found_ = true, found_at_ = from;
-  }
-  out.p_WG = samples_.empty() ? in.X_WT.p : follow(from, in.X_WT, out.leading_out);
+  const double probe = P::probe * head().radius();
+  list_where_needed({in.X_WG.p, in.X_WT.R});
+  const dvec3 from = advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [&](const dvec3& p) {
+    list_where_needed({p, in.X_WT.R});
+  });
+  // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
+  // could not give way there, only keeps it from going deeper.
+  const double slack = head().is_ball() ? 0 : P::slack * head().radius();
+  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, slack, in.cuts);
+  out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
   constexpr double kNothing = 1e-10;  // m
-  out.touching = depth > kNothing && !bounds_.empty() && !samples_.empty();
+  out.touching = depth > kNothing && !points_.empty() && follower_.bounded();
   out.settled = !out.touching;
-  if (!out.touching) {
-    filtered_ = dvec3(0);
-    return;
-  }
+  touching_ = out.touching, touching_at_ = out.p_WG;
+  if (!out.touching) return come_free(in, out);
   out.depth = depth;
-  const Springs springs = springs_at({out.p_WG + probe / depth * pull, in.X_WT.R}, pull / depth);
-  give(in, springs, springs.area > 0 ? depth / probe / springs.area : 0, out);
+  const dvec3 way = pull / depth;
+  springs_ = springs_at({out.p_WG + probe * way, in.X_WT.R}, way);
+  // The springs tell how stiff the tissue is, and the direction. A head whose sides stand along the pull, as a cone's
+  // do, is pushed to all sides at once: the less of its springs' sum is real.
+  const double along = -glm::dot(springs_.force, way);
+  if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
+  const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
+  dvec3 aside = share / along * (springs_.force + along * way);
+  if (const double size = glm::length(aside); size > P::most_aside) aside *= P::most_aside / size;
+  give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
+}
+
+/// What is left of the last force fades, if it came from a bur.
+void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
+  filtered_ = dvec3(0);
+  if (parameters_.as_printed || eased_ == dvec3(0)) return;
+  const dvec3 rest = eased(in, dvec3(0));
+  const double size = glm::length(rest);
+  if (!(size > 0)) return;
+  out.touching = out.gives_force = true;
+  out.settled = false;
+  out.force = rest;
+  out.stored = size * size / (2 * settings_.stiffness);
 }
 
 /// The head is where the hand is; each vertex inside it pulls, all together.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
-  gather(in.X_WT.p, head().reach(), edge());
+  gather(head(), edge(), in.X_WT, 0);
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
-  for (const Sample& sample : samples_) {
-    const dvec3 off_T = R_TW * (sample.p - in.X_WT.p);
+  for (std::size_t i = 0; i < samples_.size(); ++i) {
+    const Sample& sample = samples_[i];
+    const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
     const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));  // last position less the updated one
     const auto tissue = static_cast<std::size_t>(sample.tissue);
@@ -278,7 +337,8 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
   out.touching = sum.count > 0;
   out.settled = !out.touching;
   if (out.touching) {
-    give(in, sum, 1, out);
+    springs_ = sum;
+    give(in, sum.force, sum.torque, out);
   } else {
     filtered_ = dvec3(0);
   }
@@ -292,7 +352,7 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
     const dvec3 pull = in.X_WT.p - from.p;
     const double depth = glm::length(pull), bought = in.budget / in.specific_energy / springs_.across;
     const double way = std::min({bought, depth, P::stride * edge()});
-    if (!(way >= P::sweep * edge())) return false;
+    if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);

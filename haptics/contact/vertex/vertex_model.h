@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "haptics/contact/cut_log.h"
-#include "haptics/contact/vertex/plane_projection.h"
+#include "haptics/contact/vertex/head_follow.h"
 #include "haptics/contact/vertex/vertex_body.h"
 #include "haptics/contact_model.h"
 #include "haptics/servo.h"
@@ -14,16 +14,13 @@ namespace typodont::haptics::vertex {
 /// The numbers of contact and force, most as shares of the head's radius.
 struct FeelParameters {
   static constexpr double probe = 0.2;  // depth at which the springs are counted: many vertices, none behind the centre
-  /// K_s over the coupling's stiffness. The mean way out of a ball that lies `probe` deep in a plane is (1 - probe) /
-  /// (2 - probe) of that depth; so a ball is felt as stiff as by the models with a coupling.
-  static constexpr double spring = (2 - probe) / (1 - probe);
-  static constexpr double step = 0.15;     // the head's way in one look at the vertices around it, …
-  static constexpr int looks = 2;          // … how many looks a tick has …
-  static constexpr double settled = 0.2;   // … and the share of that way below which no other is needed
-  static constexpr double kept = 0.15;     // way for which the vertices found around the head serve
-  static constexpr double led_out = 0.05;  // overlap above which the head was found in tissue
-  static constexpr double sweep = 0.04;  // of the edge: the least way that is cut at once, so that not every tick cuts
-  static constexpr double stride = 0.5;  // of the edge: the longest
+  static constexpr double slack = 0.01;       // that a head which is no ball may overlap
+  static constexpr double most_aside = 0.25;  // of the force along the pull: what the springs give across it
+  static constexpr double ease = 15;          // N/s by which the force of a bur changes although the hand rests
+  static constexpr double sweep = 0.04;   // of the edge: the least way that is cut at once, so that not every tick cuts
+  static constexpr double scrape = 2e-4;  // … and of an edge that the hand draws, which holds little energy
+  static constexpr double stride = 0.5;   // of the edge: the longest
+  static constexpr double touches = 0.01;       // a head that is nearer than this to a point has no room to move freely
   static constexpr double look_ahead = 0.5e-3;  // m that a free head looks around itself
 };
 
@@ -49,18 +46,19 @@ class VertexModel final : public ContactModel {
 
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
-  /// A vertex near the head, or one that refining a large face would give.
+  /// What a point near the head stands for: a vertex, or a point that refining a large face would give.
   struct Sample {
-    dvec3 p;        // m, W
     double area;    // m², that it stands for: a third of the triangles around it
     mesh::Index v;  // kNone: not of the mesh
     Tissue tissue;
   };
   /// What the vertices inside a head add up to.
   struct Springs {
-    dvec3 force{0}, torque{0};  // N and N·m times m², before division by the area
+    dvec3 force{0}, torque{0};  // N and N·m, each times the area that a vertex stands for, m²
     double area = 0;            // m², that the vertices stand for …
     double across = 0;          // m², … seen along the pull
+    double sum = 0;             // N·m², of the springs' forces without their directions
+    double weight = 0;          // m³, area × depth
     PerTissue tissue{};         // by area × depth
     int count = 0;
   };
@@ -69,14 +67,17 @@ class VertexModel final : public ContactModel {
   double edge() const noexcept { return edges_[tool_]; }
   void forget() noexcept;
   bool is_free(const VertexHead& head, double edge, const Pose& X_W) noexcept;
-  void gather(const dvec3& p_W, double reach, double edge) noexcept;
-  void add(const Sample& sample) noexcept {
-    if (samples_.size() < kMostSamples) samples_.push_back(sample);
+  double moved_since_listing(const Pose& X) const noexcept;
+  void list_where_needed(const Pose& X) noexcept;
+  void gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept;
+  void add(const dvec3& p_W, const Sample& sample) noexcept {
+    if (points_.add(p_W)) samples_.push_back(sample);
   }
-  dvec3 follow(const dvec3& from, const Pose& X_WT, bool& led_out) noexcept;
-  Springs springs_at(const Pose& X, const dvec3& pull) const noexcept;
+  Springs springs_at(const Pose& X, const dvec3& pull) noexcept;
   void constrain_as_printed(const ContactInput& in, Contact& out) noexcept;
-  void give(const ContactInput& in, const Springs& springs, double scale, Contact& out) noexcept;
+  dvec3 eased(const ContactInput& in, const dvec3& force) noexcept;
+  void give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept;
+  void come_free(const ContactInput& in, Contact& out) noexcept;
 
   const ServoSettings& settings_;
   Parameters parameters_;
@@ -85,12 +86,18 @@ class VertexModel final : public ContactModel {
   std::vector<double> edges_;      // m, that each of them asks for
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};  // N, the last force behind the filter
+  dvec3 filtered_{0};         // N, the last force behind the filter
+  bool eases_ = false;        // the bur has cut since it was last free
+  dvec3 eased_{0};            // N, the last force before the filter
+  dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
   std::vector<mesh::Index> near_;
-  std::vector<Sample> samples_;
-  bool found_ = false;  // samples_ are those around found_at_, and the mesh has not changed since
-  dvec3 found_at_{0};
-  std::vector<StepBound> bounds_;
+  mesh::NearPoints points_{kMostSamples};
+  std::vector<Sample> samples_;  // of each of these points
+  bool found_ = false;           // they are those around found_at_, and the mesh has not changed since
+  Pose found_at_;
+  bool touching_ = false;  // in the last constrain(), at touching_at_
+  dvec3 touching_at_{0};   // m
+  HeadFollower follower_{kMostSamples};
   RecentCuts<MadeCut> made_;
 };
 

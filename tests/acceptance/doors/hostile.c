@@ -49,7 +49,7 @@ static void* record(void* file) {
   EXPECT(TYPODONT_OK, typodont_core_new(scene, NULL, NULL, &core));
   EXPECT(TYPODONT_OK, typodont_core_record(core, file, NULL));
   for (int i = 0; i < 3000; ++i) {
-    sample.t_ns = i * INT64_C(1000000);
+    sample.t_ns = i * 1000000LL;
     if (i < 500) sample.X_WT.p[2] -= 1e-6;
     EXPECT(TYPODONT_OK, typodont_core_tick(core, &sample, &tick, NULL));
   }

@@ -1,8 +1,7 @@
-"""The package `typodont` as its users have it: installed from its wheel. TYPODONT_PROGRAM=build/release/typodont python_test.py
-runs all; each class says what holds. Where pandas or distributed is not installed, what needs it is skipped and said."""
+"""The package `typodont` as its users have it: installed from its wheel. python_test.py PROGRAM runs all; each class says
+what holds. It needs pandas and distributed, too."""
 
 import csv
-import importlib.util
 import inspect
 import json
 import os
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import typodont
 
-PROGRAM = os.environ["TYPODONT_PROGRAM"]  # worker processes import this file too: they have the environment
+PROGRAM = os.path.abspath(sys.argv[1])
 NOTEBOOKS = Path(__file__).resolve().parents[3] / "docs" / "notebooks"
 BALL = {
     "tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 2}}}]},
@@ -30,10 +29,6 @@ HAND = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,3,1,0,0,0,1\n0.3,0,0,2.3,1,0
 
 def path(depth_mm=0.3):
     return typodont.Path([0, 0.2, 0.4], [[0, 0, 2.8], [0, 0, 2.6 - depth_mm], [0, 0, 2.6 - depth_mm]])
-
-
-def missing(module):
-    return importlib.util.find_spec(module) is None
 
 
 def slow(ticks, core):
@@ -90,7 +85,6 @@ class Ticks(InFolder):
         with self.assertRaises(KeyError):
             ticks["force_z_kN"]
 
-    @unittest.skipIf(missing("pandas"), "pandas is not installed")
     def test_a_frame_has_the_columns_of_the_tables(self):
         with typodont.Scene(BALL) as scene:
             frame = scene.servo(path()).frame()
@@ -223,6 +217,35 @@ class Doors(unittest.TestCase):
                 self.assertIn("return", thing.__annotations__, name)
 
 
+class Pictures(InFolder):
+    def test_a_picture_shows_the_tissue_and_the_tool_as_they_are_now_and_a_sessions_moment_is_the_same_picture(self):
+        file, size = self.folder / "s.h5", (160, 120)
+        with typodont.Scene(BALL) as scene, typodont.Hand(scene, path()) as hand, scene.core(hand=hand) as core:
+            before = core.render(size=size, program=PROGRAM)
+            core.record(file)
+            core.run(hand)
+            core.finish()
+            after = core.render(size=size, program=PROGRAM)
+            above = core.render(size=size, towards=(0, 0, -1), zoom=2, eye="both", program=PROGRAM)
+        self.assertEqual((before.shape, before.dtype), ((120, 160, 3), np.uint8))
+        ball, wall = before[60, 80].mean(), before[5, 5].mean()
+        self.assertGreater(ball, wall + 80)
+        self.assertEqual(int(np.abs(after[100:].astype(int) - before[100:]).max()), 0, "below the ball nothing changed")
+        self.assertGreater(np.abs(after[:60].astype(int) - before[:60]).max(), 50, "the tool came from above")
+        self.assertEqual(above.shape, (2, 120, 160, 3))
+        self.assertTrue((above[0] != above[1]).any(), "two eyes see two pictures")
+        with typodont.Session(file) as session:
+            np.testing.assert_array_equal(session.render(1.0, size=size, program=PROGRAM), after)
+
+    def test_what_cannot_be_drawn_raises(self):
+        with typodont.Scene(BALL) as scene, scene.core() as core:
+            for wrong in ({"rig": "no such rig"}, {"eye": "middle"}, {"towards": (0, 0, 0)}, {"size": (0, 10)}):
+                with self.assertRaises(typodont.BadInput):
+                    core.render(program=PROGRAM, **wrong)
+            with self.assertRaisesRegex(typodont.Error, "no program"):
+                core.render(program="/no/such/program")
+
+
 def rows_of(table):
     return table if isinstance(table, list) else json.loads(table.to_json(orient="records"))
 
@@ -257,7 +280,22 @@ class Sweeps(InFolder):
         self.assertEqual(told, [(3, 3)])
         self.assertEqual({file: file.stat().st_mtime_ns for file in kept}, kept)
 
-    @unittest.skipIf(missing("distributed"), "distributed (Dask) is not installed")
+    def test_a_run_is_done_again_where_a_file_that_its_scene_names_has_changed(self):
+        volume = self.folder / "ball.vdb"
+        scene = {**BALL, "tissue": {"volume": str(volume)}}
+        hashes = []
+        for radius in (2, 2.1, None):
+            if radius:
+                with typodont.Scene({**BALL, "tissue": {"voxel_mm": 0.1, "solids": [
+                        {"tissue": "enamel", "solid": {"sphere": {"radius_mm": radius}}}]}}) as made, made.core() as core:
+                    core.save(volume)
+            told = []
+            table = rows_of(typodont.sweep(scene, path(), folder=self.folder / "r", workers=1,
+                                           progress=lambda done, count: told.append(done)))
+            hashes.append((table[0]["field_hash"], len(told)))
+        self.assertNotEqual(hashes[0][0], hashes[1][0])
+        self.assertEqual(hashes[2], (hashes[1][0], 0))
+
     def test_on_a_cluster_a_dead_workers_runs_are_repeated(self):
         from distributed import Client
 
@@ -307,4 +345,4 @@ class Notebooks(InFolder):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])

@@ -17,7 +17,7 @@ static void* feel(void* unused) {
   typodont_sample sample = {.struct_size = sizeof sample, .X_WT = {{0, 0, 3.8e-3}, {1, 0, 0, 0}}, .pedal = 1};
   for (long i = 0; i < 4000; ++i) {
     while (i >= paced) sched_yield();
-    sample.t_ns = i * INT64_C(1000000);
+    sample.t_ns = i * 1000000;
     const long phase = i % 2000; /* down for half a second, along for one, up and away */
     sample.X_WT.p[2] = phase < 500 ? 3.8e-3 - phase * 1.4e-6 : phase < 1500 ? 3.1e-3 : 3.1e-3 + (phase - 1500) * 1.4e-6;
     sample.X_WT.p[0] = phase > 500 && phase < 1500 ? (phase - 500) * 4e-7 : phase < 1500 ? 0 : 4e-4;

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from pathlib import Path as _File
 from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import Handle, bytes_of, check, dtype, ffi, lib, made, struct, text
+from .pictures import draw, view_of, with_files
 from .ticks import TICK, TISSUES, Ticks
 
 _VERTEX = dtype("vertex")
@@ -72,8 +75,10 @@ class Scene(Handle):
         if isinstance(scene, Mapping):
             super().__init__(made("scene", lib.typodont_scene_parse, json.dumps(scene).encode(), bytes_of(folder),
                                   bytes_of(model)))
+            self._folder = _File(folder or ".").resolve()
         else:
             super().__init__(made("scene", lib.typodont_scene_open, bytes_of(scene), bytes_of(model)))
+            self._folder = _File(scene).resolve().parent
 
     def _text(self, function: Any, *arguments: Any) -> str | None:
         place = ffi.new("const char **")
@@ -81,7 +86,8 @@ class Scene(Handle):
 
     @property
     def json(self) -> dict[str, Any]:
-        return json.loads(self._text(lib.typodont_scene_text) or "{}")
+        found: dict[str, Any] = json.loads(self._text(lib.typodont_scene_text) or "{}")
+        return found
 
     @property
     def model(self) -> str:
@@ -97,7 +103,8 @@ class Scene(Handle):
     def core(self, rate: float = 1000, hand: Hand | None = None) -> "Core":
         """Loads the tissue: the haptic core, to be driven tick by tick or by a hand."""
         options = ffi.NULL if hand else struct("core_options", rate=rate)
-        return Core(made("core", lib.typodont_core_new, self._handle, hand._handle if hand else ffi.NULL, options))
+        handle = made("core", lib.typodont_core_new, self._handle, hand._handle if hand else ffi.NULL, options)
+        return Core(handle, with_files(self.json, self._folder))
 
     def servo(self, hand: "str | os.PathLike[str] | Path", rate: float = 1000,
               record: str | os.PathLike[str] | None = None, trainee: str | None = None) -> Ticks:
@@ -110,21 +117,26 @@ class Scene(Handle):
                 core.finish()
             return ticks
 
+    def render(self, *arguments: Any, **options: Any) -> NDArray[Any]:
+        """The scene as it begins, without a tool: Core.render."""
+        with self.core() as core:
+            return core.render(*arguments, **options)
+
 
 class Mesh(NamedTuple):
     """Triangles of one brick of the surface. Arrays are views of the library's memory, valid until the next mesh()."""
 
     brick: tuple[int, int, int]
-    vertices: np.ndarray  # position (m), normal, tissue (2), second
-    triangles: np.ndarray  # n × 3 places in `vertices`; none: the surface has left this brick
+    vertices: NDArray[Any]  # position (m), normal, tissue (2), second
+    triangles: NDArray[Any]  # n × 3 places in `vertices`; none: the surface has left this brick
 
 
 class Field(NamedTuple):
     """A box of voxels: signed distance in m (negative inside) and labels; voxel (0, 0, 0) lies at `origin` (m, W)."""
 
-    distance: np.ndarray
-    tissue: np.ndarray
-    origin: np.ndarray
+    distance: NDArray[Any]
+    tissue: NDArray[Any]
+    origin: NDArray[Any]
     voxel: float
 
 
@@ -133,13 +145,14 @@ class Core(Handle):
 
     _kind = "core"
 
-    def __init__(self, handle: Any) -> None:
+    def __init__(self, handle: Any, scene: Mapping[str, Any]) -> None:
         super().__init__(handle)
+        self._scene = scene
         self._sample = struct("sample")
         self._tick = np.zeros(1, TICK)
         self._tick["struct_size"] = TICK.itemsize
         self._tick_pointer = ffi.from_buffer("typodont_tick *", self._tick)
-        self._parts: Any = None
+        self._newest: np.void | None = None
 
     def tick(self, t_s: float, p_mm: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), pedal: float = 0,
              tool: int = 0) -> np.void:
@@ -150,7 +163,9 @@ class Core(Handle):
         sample.X_WT.q = [float(v) for v in q]
         sample.pedal, sample.tool = pedal, tool
         check(lib.typodont_core_tick(self._handle, sample, self._tick_pointer, ffi.NULL))
-        return self._tick[0]
+        self._newest = self._tick[0]
+        tick: np.void = self._tick[0]
+        return tick
 
     def run(self, hand: Hand) -> Ticks:
         """Follows the hand to its end."""
@@ -162,6 +177,8 @@ class Core(Handle):
             end = check(lib.typodont_core_run(self._handle, hand._handle, ffi.from_buffer("typodont_tick[]", chunk),
                                               _CHUNK, count)) == lib.TYPODONT_END
             chunks.append(chunk[: count[0]])
+            if count[0]:
+                self._newest = chunk[count[0] - 1]
             if end:
                 return Ticks(chunks[0] if len(chunks) == 1 else np.concatenate(chunks))
 
@@ -189,7 +206,7 @@ class Core(Handle):
         parts, count = ffi.new("const typodont_mesh_part **"), ffi.new("size_t *")
         check(lib.typodont_core_mesh(self._handle, parts, count))
 
-        def view(pointer: Any, n: int, kind: Any) -> np.ndarray:
+        def view(pointer: Any, n: int, kind: Any) -> NDArray[Any]:
             if not n:
                 return np.empty(0, kind)
             return np.frombuffer(ffi.buffer(pointer, n * kind.itemsize), kind)
@@ -197,7 +214,7 @@ class Core(Handle):
         meshes = []
         for i in range(count[0]):
             part = parts[0][i]
-            meshes.append(Mesh(tuple(part.brick), view(part.vertices, part.vertex_count, _VERTEX),
+            meshes.append(Mesh((part.brick[0], part.brick[1], part.brick[2]), view(part.vertices, part.vertex_count, _VERTEX),
                                view(part.indices, part.index_count, np.dtype("u4")).reshape(-1, 3)))
         return meshes
 
@@ -209,7 +226,7 @@ class Core(Handle):
     @property
     def elements(self) -> int:
         """Voxels, spheres or vertices of the contact model's tissue."""
-        return self._field().elements
+        return int(self._field().elements)
 
     def field(self) -> Field:
         """The whole distance field with its labels."""
@@ -222,7 +239,7 @@ class Core(Handle):
                                          ffi.from_buffer("uint8_t[]", tissue)))
         return Field(distance, tissue, np.array(list(about.origin)) + about.voxel * np.array(low), about.voxel)
 
-    def distance(self, p_mm: Any) -> tuple[np.ndarray, np.ndarray]:
+    def distance(self, p_mm: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Signed distance (mm) and tissue number at n × 3 points (mm, W)."""
         points = np.ascontiguousarray(np.atleast_2d(np.asarray(p_mm, float)) * 1e-3)
         distance, tissue = np.empty(len(points)), np.empty(len(points), np.uint8)
@@ -246,3 +263,34 @@ class Core(Handle):
     def save(self, file: str | os.PathLike[str]) -> None:
         """The tissue as a volume (.vdb)."""
         check(lib.typodont_core_save(self._handle, bytes_of(_File(file))))
+
+    def box_mm(self) -> tuple[NDArray[Any], NDArray[Any]]:
+        """The corners of a box around the tissue, W."""
+        about = self._field()
+        origin, voxel = np.array(list(about.origin)), about.voxel
+        low, high = ((origin + voxel * np.array(list(corner))) * 1e3 for corner in (about.low, about.high))
+        return low, high
+
+    def render(self, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None, size: tuple[int, int] = (640, 480),
+               *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1, eye: str = "left", view: str = "look",
+               quality: str = "high", program: str = "typodont") -> NDArray[Any]:
+        """A picture of the tissue as it is now, and of the tool as held in the newest tick: height × width × 3, uint8.
+
+        `rig`: a rig file, the name of a shipped one ("closeup"), or a dict of its keys; None: all of the tissue is seen,
+        along `towards` (W), `zoom` times larger. `eye`: "left", "right", or "both" for a pair of pictures. `view`: "look",
+        "section" or "xray". Drawn by the program `typodont`, which takes a second or so.
+        """
+        if rig is None:
+            rig = view_of(self.box_mm(), towards, size, zoom)
+        with tempfile.TemporaryDirectory() as name:
+            folder = _File(name)
+            (folder / "scene.json").write_text(json.dumps(self._scene))
+            self.save(folder / "tissue.vdb")
+            words: list[Any] = ["--volume", folder / "tissue.vdb", "--view", view, "--quality", quality]
+            if self._newest is not None:
+                held = self._newest["X_WG"]
+                row = [0, *(held["p"] * 1e3), *held["q"], self._newest["pedal"], self._newest["tool"]]
+                (folder / "hand.csv").write_text("t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal,tool\n" +
+                                                 ",".join(map(repr, map(float, row[:-1]))) + f",{row[-1]}\n")
+                words += ["--pose", folder / "hand.csv"]
+            return draw(program, folder / "scene.json", rig, size, eye, *words)

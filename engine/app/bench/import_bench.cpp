@@ -1,0 +1,161 @@
+// What it costs to import: processor time and the most memory at a time, per voxel, of scans and meshes in the sizes
+// that clinics have.
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "engine/app/bench/parts.h"
+#include "engine/base/units.h"
+#include "haptics/import/import.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of this process, bytes: what it holds now, and the most since the last start().
+class Memory {
+ public:
+  static void start() { std::ofstream("/proc/self/clear_refs") << "5"; }
+  static double most() { return field("VmHWM:"); }
+  static double now() { return field("VmRSS:"); }
+
+ private:
+  static double field(std::string_view key) {
+    std::ifstream in("/proc/self/status");
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with(key)) return 1024 * std::strtod(line.c_str() + key.size(), nullptr);
+    }
+    return BenchRow::kNone;
+  }
+};
+
+double processor_seconds() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+/// A head in Hounsfield units plus 1024: a skull with a lower jaw's arch in front, open below; noise of 20.
+void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel_mm) {
+  std::ofstream out(file, std::ios::binary);
+  out << fmt::format(
+      "NRRD0004\ntype: short\ndimension: 3\nsizes: {} {} {}\nspace: left-posterior-superior\nspace directions: "
+      "({},0,0) "
+      "(0,{},0) (0,0,{})\nendian: little\nencoding: raw\n\n",
+      size.x, size.y, size.z, voxel_mm.x, voxel_mm.y, voxel_mm.z);
+  std::minstd_rand random(1);
+  std::vector<std::int16_t> slice(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
+  const dvec3 half = 0.5 * dvec3(size) * voxel_mm;
+  const double scale = std::min(half.x, half.y);
+  for (int z = 0; z < size.z; ++z) {
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const dvec3 q = (dvec3(x, y, z) * voxel_mm - half) / scale;
+        const double r = std::sqrt(q.x * q.x * 1.4 + q.y * q.y + q.z * q.z * 0.6);
+        const double ripple = 0.01 * std::sin(25 * q.x) * std::sin(19 * q.y + 4 * q.z);
+        const double d = r + ripple;
+        const double hu = d > 0.85 ? -1000 : d > 0.74 ? 30 : d > 0.71 ? 1300 : d > 0.67 ? 500 : d > 0.64 ? 1200 : 40;
+        slice[static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x)] =
+            static_cast<std::int16_t>(hu + 1024 + static_cast<int>(random() % 70) - 35);
+      }
+    }
+    out.write(reinterpret_cast<const char*>(slice.data()),
+              static_cast<std::streamsize>(slice.size() * sizeof slice[0]));
+  }
+}
+
+/// A ball of the length of a bone, mm.
+void write_ball(const fs::path& file, double radius) {
+  constexpr int kRings = 100;
+  std::ofstream out(file);
+  for (int i = 0; i <= kRings; ++i) {
+    for (int j = 0; j < 2 * kRings; ++j) {
+      const double a = kPi * i / kRings, b = kPi * j / kRings;
+      out << fmt::format("v {} {} {}\n", radius * std::sin(a) * std::cos(b), radius * std::sin(a) * std::sin(b),
+                         radius * std::cos(a));
+    }
+  }
+  const auto at = [](int i, int j) { return 2 * kRings * i + j % (2 * kRings) + 1; };
+  for (int i = 0; i < kRings; ++i) {
+    for (int j = 0; j < 2 * kRings; ++j) {
+      out << fmt::format("f {} {} {}\nf {} {} {}\n", at(i, j), at(i + 1, j), at(i, j + 1), at(i, j + 1), at(i + 1, j),
+                         at(i + 1, j + 1));
+    }
+  }
+}
+
+void measure(std::vector<BenchRow>& rows, const std::string& name, const std::string& knob, const fs::path& file,
+             const haptics::ImportOptions& options, double voxels) {
+  const double before = Memory::now(), start = processor_seconds();
+  Memory::start();
+  double estimate = 0;
+  {
+    const haptics::Imported imported = haptics::import_tissue(file, options);
+    estimate = imported.report.memory;
+    if (voxels == 0) {
+      const glm::dvec3 size(imported.report.size);
+      voxels = size.x * size.y * size.z;
+    }
+  }
+  const double seconds = processor_seconds() - start, bytes = Memory::most() - before;
+  BenchRow row;
+  row.name = name;
+  row.knob = knob;
+  row.error = bytes * 1e-6;
+  row.error_unit = fmt::format("MB at most (estimated before: {:.0f})", estimate * 1e-6);
+  row.time_ns = seconds * 1e9 / voxels;
+  row.per = "voxel";
+  row.size = voxels;
+  row.size_unit = "voxels";
+  rows.push_back(row);
+}
+
+}  // namespace
+
+std::vector<BenchRow> bench_import(const BenchRun& run) {
+  std::vector<BenchRow> rows;
+  const fs::path folder = fs::temp_directory_path() / fmt::format("typodont_bench_import_{}", getpid());
+  fs::create_directories(folder);
+  struct Remove {
+    const fs::path& folder;
+    ~Remove() {
+      std::error_code code;
+      fs::remove_all(folder, code);
+    }
+  } const remove{folder};
+  haptics::ImportOptions bone;
+  bone.preset = haptics::ImportPreset::kBone;
+  const std::vector<glm::ivec3> heads =
+      run.quick ? std::vector<glm::ivec3>{{128, 128, 40}} : std::vector<glm::ivec3>{{256, 256, 140}, {512, 512, 140}};
+  for (const glm::ivec3& size : heads) {
+    const fs::path file = folder / "head.nrrd";
+    const dvec3 voxel(230.0 / size.x, 230.0 / size.y, 0.45 * 140 / size.z);
+    write_head(file, size, voxel);
+    const dvec3 count(size);
+    measure(rows, "scan of a head", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel.x), file, bone,
+            count.x * count.y * count.z);
+  }
+  const fs::path ball = folder / "ball.obj";
+  write_ball(ball, 40);
+  for (const double mm : run.quick ? std::vector<double>{1.0} : std::vector<double>{0.5, 0.3}) {
+    bone.voxel = mm * kMillimetre;
+    measure(rows, "mesh of 80 mm", fmt::format("voxel {:g} mm", mm), ball, bone, 0);
+  }
+  return rows;
+}
+
+}  // namespace typodont

@@ -1,0 +1,61 @@
+// Contact of a head that is no ball: points on the faces around it hold it off.
+#pragma once
+
+#include <vector>
+
+#include "haptics/contact/mesh_lod/surface_contact.h"
+#include "haptics/contact/vertex/head_follow.h"
+
+namespace typodont::haptics::mesh_lod {
+
+/// The corners of the faces near the head, and points between them on faces larger than the head's spacing, as in the
+/// model vertex (contact/vertex/README.md). Such points are few on a coarse mesh and lie as densely as the vertices
+/// where the mesh was cut.
+class HeadContact final : public SurfaceContact {
+ public:
+  explicit HeadContact(const Tool& tool);
+
+  double radius() const noexcept override { return head_.radius(); }
+  double reach() const noexcept override { return head_.reach(); }
+  double outlook() const noexcept override { return head_.reach() + vertex::FollowParameters::margin * head_.radius(); }
+  void turn_to(const dquat& R_WT) noexcept override { R_WT_ = R_WT; }
+  void mesh_changed() noexcept override { listed_ = false; }
+  bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
+  void put_free(const dvec3& p) noexcept override;
+  void map_to(const TriangleGrid& grid) noexcept override;
+  void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept override;
+  double clearance(const TriangleGrid& grid, const dvec3& p, double most) noexcept override;
+  PerTissue engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept override;
+
+ private:
+  static constexpr std::size_t kMostPoints = 1 << 14;
+  static constexpr int kSlotBits = 15;
+  static constexpr double kSpacing = 1.0 / 6;  // of the radius: the edge that a cut leaves, VertexMethod::edge_for
+  static constexpr int kMostParts = 64;        // into which the edge of a face is divided
+  static constexpr std::uint32_t kFree = ~0U;
+
+  /// What a point stands for.
+  struct Share {
+    dvec3 area{0};  // m², along the outward normal
+    std::uint32_t face = 0;
+  };
+
+  /// Metres that any point of the head moved since the points were listed.
+  double moved_since_listing(const dvec3& c) const noexcept;
+  void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
+  void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
+  void add_corner(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept;
+  void add(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept;
+  double least_distance(const dvec3& c) noexcept;
+
+  vertex::VertexHead head_;
+  dquat R_WT_{1, 0, 0, 0};
+  vertex::HeadFollower follower_{kMostPoints};
+  mesh::NearPoints points_{kMostPoints};
+  std::vector<Share> shares_;         // of each point
+  std::vector<std::uint32_t> slots_;  // hash table: point at a corner, by the corner's place
+  bool listed_ = false;
+  Pose listed_at_;
+};
+
+}  // namespace typodont::haptics::mesh_lod

@@ -1,0 +1,434 @@
+// DICOM: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads in a process of its own
+// (dicom_reader.cpp); here its slices are told apart, put in order and checked. Nothing about a person is asked for,
+// and no message names a file of the series: their names often hold a person's.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "engine/base/error.h"
+#include "engine/base/input_file.h"
+#include "engine/base/units.h"
+#include "haptics/import/dicom/dicom_process.h"
+#include "haptics/import/dicom/zip.h"
+#include "haptics/import/scan.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+
+namespace fs = std::filesystem;
+using glm::dvec3;
+
+constexpr std::size_t kMostFiles = 20000;
+constexpr int kDeepest = 8;              // folders within folders
+constexpr std::size_t kLeastSlices = 4;  // of a scan; fewer are an overview picture
+
+struct Slice {
+  std::size_t file = 0, frame = 0;
+  bool placed = false;
+  dvec3 position{0};  // mm
+  double slope = 1, intercept = 0;
+  int order = 0, acquisition = 0;
+  std::uint64_t instance = 0;
+};
+
+/// Slices that can be one scan: of one series, size and orientation.
+struct Stack {
+  DicomHeader head;  // of its first file; its frame 0 is the first slice's
+  std::vector<Slice> slices;
+};
+
+bool begins_dicom(std::string_view start) {
+  return start.size() >= 132 && start.substr(128, 4) == "DICM";
+}
+
+std::string first_bytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string start(132, '\0');
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(in.gcount()));
+  return start;
+}
+
+/// The files of a folder that begin as DICOM does. Links are not followed, so no loop of them leads round.
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::size_t seen = 0;
+  std::error_code code;
+  for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, code), end;
+       !code && it != end; it.increment(code)) {
+    if (it.depth() >= kDeepest) it.disable_recursion_pending();
+    if (it->is_symlink(code) || !it->is_regular_file(code)) continue;
+    if (++seen > kMostFiles)
+      throw Error(folder.string(), "", fmt::format("more than {} files", kMostFiles), "the folder of one scan");
+    if (begins_dicom(first_bytes(it->path()))) files.push_back(it->path());
+  }
+  if (code) throw Error(folder.string(), "", code.message(), "a folder that can be read");
+  std::ranges::sort(files);
+  return files;
+}
+
+/// A file that a DICOMDIR names, beside it; nothing for a name that leads out of there.
+std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
+  fs::path at = folder;
+  for (const fs::path& part : fs::path(name)) {
+    if (part == ".." || part == "." || part.has_root_path()) return std::nullopt;
+    std::string lower = part.string();
+    std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::error_code code;
+    // Discs are often mounted with small letters.
+    at = fs::exists(at / part, code) ? at / part : at / lower;
+    if (fs::is_symlink(at, code)) return std::nullopt;
+  }
+  std::error_code code;
+  return fs::is_regular_file(at, code) ? std::optional(at) : std::nullopt;
+}
+
+bool same_geometry(const DicomFrame& a, const DicomFrame& b) {
+  constexpr double kTurned = 1e-3, kStretched = 1e-3;
+  if (a.has_orientation != b.has_orientation || a.has_spacing != b.has_spacing) return false;
+  for (int k = 0; k < 6; ++k) {
+    if (std::abs(a.orientation[k] - b.orientation[k]) > kTurned) return false;
+  }
+  for (int k = 0; k < 2; ++k) {
+    if (std::abs(a.spacing[k] - b.spacing[k]) > kStretched * std::abs(a.spacing[k])) return false;
+  }
+  return true;
+}
+
+dvec3 vec(const double* p) {
+  return {p[0], p[1], p[2]};
+}
+
+/// Right, down and away from the viewer of a slice.
+struct Axes {
+  dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
+};
+Axes axes_of(const Stack& stack) {
+  Axes axes;
+  const DicomFrame& f = stack.head.frames[0];
+  const dvec3 r = vec(f.orientation), d = vec(f.orientation + 3);
+  if (f.has_orientation && glm::length(r) > 0.5 && glm::length(d) > 0.5)
+    axes = {glm::normalize(r), glm::normalize(d), dvec3(0)};
+  axes.normal = glm::cross(axes.right, axes.down);
+  return axes;
+}
+
+/// Slices of several acquisitions of the same place are several scans; copies of a slice are left out.
+std::vector<Stack> split(Stack stack, std::size_t& copies) {
+  const dvec3 normal = axes_of(stack).normal;
+  std::vector<Slice>& all = stack.slices;
+  const auto along = [&](const Slice& s) { return glm::dot(s.position, normal); };
+  std::set<std::pair<std::uint64_t, std::size_t>> known;
+  copies += std::erase_if(all, [&](const Slice& s) { return !known.insert({s.instance, s.frame}).second; });
+  std::ranges::stable_sort(all, [&](const Slice& a, const Slice& b) {
+    return a.placed && b.placed ? along(a) < along(b) : std::pair(a.order, a.frame) < std::pair(b.order, b.frame);
+  });
+  constexpr double kSamePlace = 1e-3;  // mm
+  bool twice = false;
+  std::set<int> acquisitions;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    acquisitions.insert(all[k].acquisition);
+    twice = twice || (k > 0 && all[k].placed && std::abs(along(all[k]) - along(all[k - 1])) < kSamePlace);
+  }
+  if (!twice || acquisitions.size() < 2) return {std::move(stack)};
+  std::vector<Stack> parts;
+  for (const int acquisition : acquisitions) {
+    Stack part{stack.head, {}};
+    std::ranges::copy_if(all, std::back_inserter(part.slices),
+                         [&](const Slice& s) { return s.acquisition == acquisition; });
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+std::vector<Stack> stacks_of(const std::vector<DicomHeader>& headers, std::size_t& copies) {
+  constexpr std::size_t kMostStacks = 1000;
+  std::vector<Stack> stacks;
+  for (std::size_t f = 0; f < headers.size(); ++f) {
+    const DicomHeader& h = headers[f];
+    if (h.file.kind != DicomKind::kImage || h.frames.size() != h.file.frames) continue;
+    for (std::size_t k = 0; k < h.frames.size(); ++k) {
+      const DicomFrame& frame = h.frames[k];
+      const auto found = std::ranges::find_if(stacks, [&](const Stack& s) {
+        const DicomFile& a = s.head.file;
+        return a.series == h.file.series && a.columns == h.file.columns && a.rows == h.file.rows &&
+               a.derived_view == h.file.derived_view && same_geometry(s.head.frames[0], frame);
+      });
+      if (found == stacks.end() && stacks.size() == kMostStacks) continue;
+      Stack& stack = found == stacks.end() ? stacks.emplace_back() : *found;
+      if (stack.slices.empty()) stack.head.file = h.file, stack.head.frames = {frame};
+      stack.slices.push_back({f, k, frame.has_position != 0, vec(frame.position), frame.slope, frame.intercept,
+                              h.file.order, h.file.acquisition, h.file.instance});
+    }
+  }
+  std::vector<Stack> all;
+  for (Stack& stack : stacks) {
+    for (Stack& part : split(std::move(stack), copies)) all.push_back(std::move(part));
+  }
+  std::ranges::stable_sort(all, std::greater(), [](const Stack& s) { return s.slices.size(); });
+  return all;
+}
+
+std::string in_words(const Stack& s) {
+  const DicomFrame& f = s.head.frames[0];
+  return fmt::format("{}, series {}, {} slices of {} x {}{}", s.head.file.modality[0] ? s.head.file.modality : "?",
+                     s.head.file.series_number, s.slices.size(), s.head.file.columns, s.head.file.rows,
+                     f.has_spacing ? fmt::format(", {:.3g} mm a voxel", f.spacing[1]) : "");
+}
+
+const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request, std::vector<std::string>& notes) {
+  const std::string name = request.file.string();
+  const auto scans = static_cast<std::size_t>(
+      std::ranges::count_if(stacks, [](const Stack& s) { return s.slices.size() >= kLeastSlices; }));
+  if (stacks.empty() || scans == 0) {
+    throw Error(
+        name, "",
+        stacks.empty() ? "no DICOM images of grey values"
+                       : fmt::format("at most {} slices of one series", stacks[0].slices.size()),
+        fmt::format("a DICOM series of at least {} slices: its folder, a ZIP of it, a DICOMDIR or one file with "
+                    "all slices",
+                    kLeastSlices));
+  }
+  std::string list;
+  for (std::size_t k = 0; k < scans; ++k) list += fmt::format("{}{}: {}", k ? "; " : "", k + 1, in_words(stacks[k]));
+  if (request.series) {
+    const int n = *request.series;
+    if (n >= 1 && static_cast<std::size_t>(n) <= scans) return stacks[static_cast<std::size_t>(n - 1)];
+    throw Error(name, "--series", fmt::format("{}", n), fmt::format("one of {}", list));
+  }
+  if (scans > 1) throw Error(name, "", fmt::format("{} series", scans), fmt::format("one, by --series N of {}", list));
+  notes.push_back(in_words(stacks[0]));
+  return stacks[0];
+}
+
+/// Where the slices of a scan are wanted: their place in the stack, in slices, and the step between them.
+struct SliceLevels {
+  std::vector<double> at;
+  dvec3 step{0}, origin{0};  // mm
+};
+
+/// The rule for gaps: those that differ by at most a fiftieth are even; up to one and a half times the usual gap the
+/// slices are interpolated to even ones; beyond, slices are missing, and that is an error.
+SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
+  constexpr double kEven = 0.02, kMissing = 1.5;
+  const std::vector<Slice>& s = stack.slices;
+  const dvec3 normal = axes_of(stack).normal;
+  std::vector<double> t, gaps;
+  for (const Slice& slice : s) t.push_back(glm::dot(slice.position, normal));
+  for (std::size_t k = 1; k < t.size(); ++k) gaps.push_back(t[k] - t[k - 1]);
+  std::vector<double> sorted = gaps;
+  std::ranges::sort(sorted);
+  const double usual = sorted[sorted.size() / 2];
+  if (!(sorted.front() > 0.05 * usual) || !(usual > 0)) {
+    const auto at = static_cast<std::size_t>(std::ranges::min_element(gaps) - gaps.begin());
+    throw Error(name, fmt::format("slices {} and {}", at + 1, at + 2),
+                fmt::format("{:.3g} mm apart, where {:.3g} mm is usual", gaps[at], usual),
+                "slices at places of their own: one phase or one acquisition of a series");
+  }
+  std::size_t missing = 0;
+  for (const double g : gaps)
+    missing += g > kMissing * usual ? static_cast<std::size_t>(std::lround(g / usual)) - 1 : 0;
+  if (missing > 0) {
+    const auto at = static_cast<std::size_t>(std::ranges::max_element(gaps) - gaps.begin());
+    throw Error(name, fmt::format("slices {} and {} of {}", at + 1, at + 2, s.size()),
+                fmt::format("{:.3g} mm apart, where {:.3g} mm is usual: {} slices are missing in all", gaps[at], usual,
+                            missing),
+                fmt::format("a whole series: no gap beyond {:g} times the usual", kMissing));
+  }
+  SliceLevels levels;
+  levels.origin = s.front().position;
+  const dvec3 whole = s.back().position - s.front().position;
+  const auto last = static_cast<double>(s.size() - 1);
+  double worst = 0, aside = 0;
+  for (std::size_t k = 0; k < s.size(); ++k) {
+    worst = std::max(worst, std::abs(t[k] - t[0] - (t.back() - t[0]) * static_cast<double>(k) / last));
+    const double share = (t[k] - t[0]) / (t.back() - t[0]);
+    aside = std::max(aside, glm::length(s[k].position - levels.origin - share * whole));
+  }
+  const double pixel = std::min(stack.head.frames[0].spacing[0], stack.head.frames[0].spacing[1]);
+  if (aside > std::max(0.5 * pixel, 1e-3)) {
+    throw Error(name, "positions of the slices", fmt::format("slices up to {:.3g} mm beside a straight line", aside),
+                "slices stacked along a line, at most half a voxel beside it");
+  }
+  const bool even = sorted.back() - sorted.front() <= kEven * usual && worst <= 0.1 * usual;
+  const std::size_t count = even ? s.size() : static_cast<std::size_t>(std::lround((t.back() - t[0]) / usual)) + 1;
+  levels.step = whole / static_cast<double>(count - 1);
+  std::size_t below = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (even) {
+      levels.at.push_back(static_cast<double>(k));
+      continue;
+    }
+    const double want = t[0] + (t.back() - t[0]) * static_cast<double>(k) / static_cast<double>(count - 1);
+    while (below + 2 < t.size() && t[below + 1] <= want) ++below;
+    levels.at.push_back(static_cast<double>(below) + std::clamp((want - t[below]) / gaps[below], 0.0, 1.0));
+  }
+  if (!even) {
+    notes.push_back(fmt::format("uneven slices ({:.3g} to {:.3g} mm apart) interpolated to {} of {:.3g} mm",
+                                sorted.front(), sorted.back(), count, glm::length(levels.step)));
+  }
+  return levels;
+}
+
+RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, const std::vector<DicomHeader>& headers,
+                   const Stack& stack) {
+  RawScan scan;
+  const DicomFile& file = stack.head.file;
+  const DicomFrame& first = stack.head.frames[0];
+  scan.format = "DICOM";
+  scan.has_unit = true;
+  scan.spacing_place = "Pixel Spacing (0028,0030)";
+  check_sizes(name, "size", {file.columns, file.rows, static_cast<long long>(stack.slices.size())});
+
+  // Where the slices lie.
+  const Axes axes = axes_of(stack);
+  const bool placed =
+      first.has_orientation && std::ranges::all_of(stack.slices, [](const Slice& s) { return s.placed; });
+  scan.has_spacing = first.has_spacing && first.spacing[0] > 0 && first.spacing[1] > 0;
+  SliceLevels levels;
+  if (placed) {
+    levels = levels_of(name, stack, scan.notes);
+    scan.space = "LPS";
+  } else {
+    // One position for all frames of a file, or none: in the order of the file, as far apart as it says.
+    for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
+    levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
+    if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
+    scan.has_spacing = scan.has_spacing && first.has_gap;
+    scan.notes.emplace_back(
+        "the slices do not say where they lie: taken in their order; left and right may be exchanged");
+  }
+  scan.step[0] = axes.right * (scan.has_spacing ? first.spacing[1] : 1.0);
+  scan.step[1] = axes.down * (scan.has_spacing ? first.spacing[0] : 1.0);
+  scan.step[2] = levels.step;
+  scan.origin = levels.origin;
+  if (placed && std::abs(file.tilt) > 0.5) {
+    const double lean =
+        std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
+    constexpr double kAgree = 1;  // degrees
+    if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
+      scan.notes.push_back(
+          fmt::format("the gantry's tilt is given as {:.1f} degrees, the positions of the slices say "
+                      "{:.1f}: the positions count",
+                      file.tilt, lean));
+    }
+  }
+
+  // The pixels, file by file.
+  std::vector<std::size_t> needed;
+  for (const Slice& s : stack.slices) needed.push_back(s.file);
+  std::ranges::sort(needed);
+  needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+  const std::size_t area = std::size_t{file.columns} * file.rows;
+  std::vector<fs::path> paths;
+  std::uint64_t largest = 0, total = 0;
+  for (const std::size_t f : needed) {
+    paths.push_back(files[f]);
+    const std::uint64_t bytes = 8ull * area * headers[f].file.frames;
+    largest = std::max(largest, bytes), total += bytes;
+  }
+  std::vector<float> raw(area * stack.slices.size());
+  std::size_t next = 0;
+  bool lossy = false;
+  read_dicom_pixels(name, paths, largest, total, [&](const DicomPixels& pixels, std::vector<char>& bytes) {
+    const std::size_t f = needed[next++];
+    const std::size_t frames = headers[f].file.frames;
+    const auto element = static_cast<Element>(std::min<std::uint32_t>(pixels.element, 9));
+    const std::size_t slice_bytes = area * bytes_of(element);
+    if (bytes.size() != slice_bytes * frames) {
+      throw Error(name, fmt::format("image {} of {}", next, needed.size()), fmt::format("{} bytes", bytes.size()),
+                  fmt::format("{} for {} x {} x {}", slice_bytes * frames, file.columns, file.rows, frames));
+    }
+    lossy = lossy || pixels.lossy;
+    for (std::size_t k = 0; k < stack.slices.size(); ++k) {
+      const Slice& s = stack.slices[k];
+      if (s.file != f) continue;
+      const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
+      const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
+      std::vector<float> grey = decode(own, area, element, false);
+      // MONOCHROME1: the least is white.
+      const double sign = pixels.inverted ? -1 : 1;
+      for (std::size_t i = 0; i < area; ++i)
+        raw[k * area + i] = static_cast<float>(sign * (s.slope * static_cast<double>(grey[i]) + s.intercept));
+    }
+  });
+  if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
+
+  // Uneven slices: between the two next to a level.
+  scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
+  if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
+    scan.grey = std::move(raw);
+    return scan;
+  }
+  scan.grey.resize(area * levels.at.size());
+  for (std::size_t k = 0; k < levels.at.size(); ++k) {
+    const auto below = std::min(static_cast<std::size_t>(levels.at[k]), stack.slices.size() - 2);
+    const auto share = static_cast<float>(levels.at[k] - static_cast<double>(below));
+    for (std::size_t i = 0; i < area; ++i)
+      scan.grey[k * area + i] = (1 - share) * raw[below * area + i] + share * raw[(below + 1) * area + i];
+  }
+  return scan;
+}
+
+RawScan read_dicom(const ScanRequest& request) {
+  const std::string name = request.file.string();
+  std::vector<fs::path> files;
+  std::optional<TemporaryFolder> unpacked;
+  if (fs::is_directory(request.file)) {
+    files = files_in(request.file);
+  } else if (is_zip(first_bytes(request.file))) {
+    unpacked.emplace();
+    files = unzip(request.file, unpacked->path());
+    std::erase_if(files, [](const fs::path& f) { return !begins_dicom(first_bytes(f)); });
+  } else {
+    files = {request.file};
+  }
+  std::vector<DicomHeader> headers = read_dicom_headers(files);
+  if (files.size() == 1 && headers[0].file.kind == DicomKind::kDirectory) {
+    std::vector<fs::path> named;
+    for (const std::string& reference : headers[0].references) {
+      if (named.size() == kMostFiles) break;
+      if (const auto file = referenced(request.file.parent_path(), reference)) named.push_back(*file);
+    }
+    if (named.empty()) {
+      throw Error(name, "Referenced File ID (0004,1500)",
+                  fmt::format("{} files named, none of them there", headers[0].references.size()),
+                  "a DICOMDIR beside the files that it names");
+    }
+    files = std::move(named);
+    headers = read_dicom_headers(files);
+  }
+  std::size_t unreadable = 0, color = 0, copies = 0;
+  for (const DicomHeader& h : headers) {
+    unreadable += h.file.kind == DicomKind::kUnreadable;
+    color += h.file.kind == DicomKind::kColor;
+  }
+  if (files.size() == 1 && unreadable == 1) throw Error(name, "", "a damaged DICOM file", "a whole one");
+  const std::vector<Stack> stacks = stacks_of(headers, copies);
+  std::vector<std::string> notes;
+  const Stack& stack = chosen(stacks, request, notes);
+  RawScan scan = read_stack(name, files, headers, stack);
+  if (unreadable > 0) notes.push_back(fmt::format("{} damaged DICOM files were left out", unreadable));
+  if (color > 0) notes.push_back(fmt::format("{} colour pictures were left out", color));
+  if (copies > 0) notes.push_back(fmt::format("{} second copies of slices were left out", copies));
+  if (stacks.size() > 1 && !request.series)
+    notes.push_back(fmt::format("{} overview pictures beside the series were left out", stacks.size() - 1));
+  scan.notes.insert(scan.notes.begin(), notes.begin(), notes.end());
+  return scan;
+}
+
+}  // namespace
+
+extern const ScanFormat dicom_format;
+const ScanFormat dicom_format{"DICOM",
+                              {".dcm", ".zip"},
+                              {".ima", "dicomdir"},
+                              [](std::string_view bytes) { return begins_dicom(bytes) || is_zip(bytes); },
+                              read_dicom};
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,319 @@
+// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: the guarded process that reads DICOM files, by GDCM, which
+// crashes on some damaged ones. LIST names the files, with a zero after each. It writes records (dicom_wire.h) to its
+// output. Memory and time are limited, and the process may start nothing, reach no network and change no file. IMAGE,
+// OUTPUT: bytes of the largest image, and of all that is written.
+#include <gdcmAttribute.h>
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+#include <gdcmTrace.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "engine/base/fnv.h"
+#include "engine/base/guarded_process.h"
+#include "haptics/import/dicom/dicom_wire.h"
+#include "haptics/import/scan_element.h"
+
+namespace {
+
+using namespace typodont;
+using namespace typodont::haptics::importing;
+
+const gdcm::Tag kPixelData(0x7fe0, 0x0010);
+constexpr std::size_t kMostFrames = 4096;
+
+void write_all(const void* from, std::size_t bytes) {
+  const char* p = static_cast<const char*>(from);
+  while (bytes > 0) {
+    const ssize_t n = ::write(1, p, bytes);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) std::_Exit(3);  // nobody reads on
+    p += n, bytes -= static_cast<std::size_t>(n);
+  }
+}
+template <class T>
+void say(DicomRecord record, const T& value) {
+  write_all(&record, sizeof record);
+  write_all(&value, sizeof value);
+}
+void say_text(DicomRecord record, std::string text) {
+  text.resize(std::min<std::size_t>(text.size(), 500));
+  say(record, static_cast<std::uint32_t>(text.size()));
+  write_all(text.data(), text.size());
+}
+
+/// The value as text, without the padding.
+std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+  if (!set.FindDataElement(tag)) return "";
+  const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
+  if (!value || value->GetLength() > 4096) return "";
+  std::string text(value->GetPointer(), value->GetLength());
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
+  return text;
+}
+/// The numbers of "1\2\3"; all, or none and `to` is left alone.
+bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double* to, std::size_t count) {
+  const std::string text = text_of(set, tag);
+  std::vector<double> numbers(count);
+  const char* p = text.c_str();
+  for (double& number : numbers) {
+    char* end = nullptr;
+    number = std::strtod(p, &end);
+    if (end == p || !std::isfinite(number)) return false;
+    p = end + (*end == '\\');
+  }
+  std::copy(numbers.begin(), numbers.end(), to);
+  return true;
+}
+double number_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double otherwise) {
+  double value = otherwise;
+  return numbers_of(set, tag, &value, 1) ? value : otherwise;
+}
+std::uint32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
+  if (!set.FindDataElement(tag)) return 0;
+  const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
+  std::uint16_t number = 0;
+  if (value && value->GetLength() >= sizeof number) std::memcpy(&number, value->GetPointer(), sizeof number);
+  return number;
+}
+std::uint64_t hash_of(const std::string& text) {
+  Fnv1a hash;
+  hash.bytes(text.data(), text.size());
+  return hash.value;
+}
+
+/// What one data set says of a frame: the file's own, or the items of its functional groups.
+void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
+  if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
+  if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
+  if (numbers_of(set, gdcm::Tag(0x0028, 0x0030), f.spacing, 2)) f.has_spacing = 1;
+  double gap = number_of(set, gdcm::Tag(0x0018, 0x0088), 0);
+  if (!(gap > 0)) gap = number_of(set, gdcm::Tag(0x0018, 0x0050), 0);
+  if (gap > 0) f.has_gap = 1, f.gap = gap;
+  f.slope = number_of(set, gdcm::Tag(0x0028, 0x1053), f.slope);
+  f.intercept = number_of(set, gdcm::Tag(0x0028, 0x1052), f.intercept);
+}
+void read_groups(const gdcm::DataSet& set, DicomFrame& f) {
+  // Plane position, plane orientation, pixel measures, pixel value transformation.
+  for (const gdcm::Tag& tag :
+       {gdcm::Tag(0x0020, 0x9113), gdcm::Tag(0x0020, 0x9116), gdcm::Tag(0x0028, 0x9110), gdcm::Tag(0x0028, 0x9145)}) {
+    if (!set.FindDataElement(tag)) continue;
+    const auto items = set.GetDataElement(tag).GetValueAsSQ();
+    if (items && items->GetNumberOfItems() > 0) read_frame(items->GetItem(1).GetNestedDataSet(), f);
+  }
+}
+
+void read_references(const gdcm::DataSet& set) {
+  const gdcm::Tag records(0x0004, 0x1220), file(0x0004, 0x1500);
+  if (!set.FindDataElement(records)) return;
+  const auto items = set.GetDataElement(records).GetValueAsSQ();
+  for (std::size_t k = 1; items && k <= items->GetNumberOfItems(); ++k) {
+    std::string name = text_of(items->GetItem(k).GetNestedDataSet(), file);
+    std::replace(name.begin(), name.end(), '\\', '/');
+    if (!name.empty()) say_text(DicomRecord::kReference, name);
+  }
+}
+
+void headers(const std::string& name, std::uint32_t number) {
+  gdcm::Reader reader;
+  reader.SetFileName(name.c_str());
+  DicomFile file;
+  file.number = number;
+  if (!reader.ReadUpToTag(kPixelData)) {
+    file.kind = DicomKind::kUnreadable;
+    say(DicomRecord::kFile, file);
+    return;
+  }
+  // GDCM gives numbers in this machine's byte order.
+  const gdcm::DataSet& set = reader.GetFile().GetDataSet();
+  file.columns = short_of(set, gdcm::Tag(0x0028, 0x0011));
+  file.rows = short_of(set, gdcm::Tag(0x0028, 0x0010));
+  file.frames = static_cast<std::uint32_t>(std::clamp(number_of(set, gdcm::Tag(0x0028, 0x0008), 1), 0.0, 1e9));
+  file.series = hash_of(text_of(set, gdcm::Tag(0x0020, 0x000e)));
+  file.instance = hash_of(text_of(set, gdcm::Tag(0x0008, 0x0018)));
+  const auto whole = [&](const gdcm::Tag& tag) {
+    return static_cast<std::int32_t>(std::clamp(number_of(set, tag, 0), -1e9, 1e9));
+  };
+  file.series_number = whole(gdcm::Tag(0x0020, 0x0011));
+  file.acquisition = whole(gdcm::Tag(0x0020, 0x0012));
+  file.order = whole(gdcm::Tag(0x0020, 0x0013));
+  file.tilt = number_of(set, gdcm::Tag(0x0018, 0x1120), 0);
+  file.derived_view = text_of(set, gdcm::Tag(0x0008, 0x0008)).find("LOCALIZER") != std::string::npos;
+  const std::string modality = text_of(set, gdcm::Tag(0x0008, 0x0060));
+  for (std::size_t k = 0; k < std::min<std::size_t>(modality.size(), 4); ++k)
+    file.modality[k] = modality[k] >= 'A' && modality[k] <= 'Z' ? modality[k] : '?';
+  const bool image = file.columns > 0 && file.rows > 0 && file.frames > 0;
+  const bool color = short_of(set, gdcm::Tag(0x0028, 0x0002)) > 1;
+  file.kind = set.FindDataElement(gdcm::Tag(0x0004, 0x1220)) ? DicomKind::kDirectory
+              : !image                                       ? DicomKind::kNoImage
+              : color                                        ? DicomKind::kColor
+                                                             : DicomKind::kImage;
+  say(DicomRecord::kFile, file);
+  if (file.kind == DicomKind::kDirectory) read_references(set);
+  if (file.kind != DicomKind::kImage || file.frames > kMostFrames) return;
+  DicomFrame common;
+  read_frame(set, common);
+  const auto groups_of = [&](const gdcm::Tag& tag) {
+    return set.FindDataElement(tag) ? set.GetDataElement(tag).GetValueAsSQ() : nullptr;
+  };
+  const auto shared = groups_of(gdcm::Tag(0x5200, 0x9229)), per_frame = groups_of(gdcm::Tag(0x5200, 0x9230));
+  if (shared && shared->GetNumberOfItems() > 0) read_groups(shared->GetItem(1).GetNestedDataSet(), common);
+  for (std::uint32_t k = 0; k < file.frames; ++k) {
+    DicomFrame frame = common;
+    if (per_frame && k < per_frame->GetNumberOfItems())
+      read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
+    else if (k > 0)
+      frame.has_position = 0;  // one position for many frames is the first one's
+    say(DicomRecord::kFrame, frame);
+  }
+}
+
+/// Whether the file ends before its pixels do: GDCM fills up what is missing, and says nothing.
+bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
+  const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
+  std::ifstream in(name, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  if (syntax.IsEncapsulated()) {  // the end of the sequence of fragments
+    return bytes.rfind(std::string("\xfe\xff\xdd\xe0", 4)) == std::string::npos;
+  }
+  if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
+    constexpr std::size_t kPreamble = 132 + 12, kPiece = 1 << 16;
+    std::uint32_t meta = 0;  // length of the meta information that follows
+    if (bytes.size() < kPreamble) return true;
+    std::memcpy(&meta, &bytes[kPreamble - 4], sizeof meta);
+    if (meta > bytes.size() - kPreamble) return true;
+    z_stream z{};
+    if (inflateInit2(&z, -15) != Z_OK) return true;
+    z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + kPreamble + meta));
+    z.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size() - kPreamble - meta, UINT_MAX));
+    std::vector<Bytef> piece(kPiece);
+    int state = Z_OK;
+    while (state == Z_OK) {
+      z.next_out = piece.data(), z.avail_out = kPiece;
+      state = inflate(&z, Z_NO_FLUSH);
+    }
+    inflateEnd(&z);
+    return state != Z_STREAM_END;
+  }
+  // The element's tag and length, as this syntax writes them, and how many bytes follow.
+  const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
+  if (!value) return true;
+  const std::uint32_t length = value->GetLength();
+  const bool big = syntax == gdcm::TransferSyntax::ExplicitVRBigEndian;
+  const std::string tag = big ? std::string("\x7f\xe0\0\x10", 4) : std::string("\xe0\x7f\x10\0", 4);
+  std::string size(reinterpret_cast<const char*>(&length), sizeof length);
+  if (big) std::reverse(size.begin(), size.end());
+  const std::size_t before = syntax.IsImplicit() ? 4 : 8;  // explicit: the type and two zeros stand between
+  for (std::size_t at = bytes.rfind(tag); at != std::string::npos; at = at == 0 ? at - 1 : bytes.rfind(tag, at - 1)) {
+    if (bytes.compare(std::min(at + before, bytes.size()), 4, size) != 0) continue;
+    return bytes.size() - (at + before + 4) < length;
+  }
+  return true;
+}
+
+void pixels(const std::string& name, std::uint32_t number) {
+  gdcm::ImageReader reader;
+  reader.SetFileName(name.c_str());
+  if (!reader.Read()) return say_text(DicomRecord::kRefused, "no pixels that can be decoded");
+  const gdcm::Image& image = reader.GetImage();
+  if (is_cut(name, reader.GetFile(), image)) return say_text(DicomRecord::kRefused, "pixels that are cut off");
+  DicomPixels head;
+  head.number = number;
+  const gdcm::PixelFormat& format = image.GetPixelFormat();
+  if (format.GetSamplesPerPixel() != 1) return say_text(DicomRecord::kRefused, "pixels of several colours");
+  Element element{};
+  switch (format.GetScalarType()) {
+    case gdcm::PixelFormat::UINT8:
+      element = Element::kUint8;
+      break;
+    case gdcm::PixelFormat::INT8:
+      element = Element::kInt8;
+      break;
+    case gdcm::PixelFormat::UINT16:
+      element = Element::kUint16;
+      break;
+    case gdcm::PixelFormat::INT16:
+      element = Element::kInt16;
+      break;
+    case gdcm::PixelFormat::UINT32:
+      element = Element::kUint32;
+      break;
+    case gdcm::PixelFormat::INT32:
+      element = Element::kInt32;
+      break;
+    case gdcm::PixelFormat::FLOAT32:
+      element = Element::kFloat;
+      break;
+    case gdcm::PixelFormat::FLOAT64:
+      element = Element::kDouble;
+      break;
+    default:
+      return say_text(DicomRecord::kRefused, std::string("pixels of the type ") + format.GetScalarTypeAsString());
+  }
+  head.element = static_cast<std::uint32_t>(element);
+  head.inverted = image.GetPhotometricInterpretation() == gdcm::PhotometricInterpretation::MONOCHROME1;
+  std::vector<char> bytes(image.GetBufferLength());
+  if (bytes.empty() || !image.GetBuffer(bytes.data()))
+    return say_text(DicomRecord::kRefused, "pixels that cannot be decoded");
+  head.lossy = image.IsLossy();
+  head.bytes = bytes.size();
+  say(DicomRecord::kPixels, head);
+  write_all(bytes.data(), bytes.size());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 5) return 2;
+  const bool want_pixels = std::strcmp(argv[1], "pixels") == 0;
+  std::vector<std::string> names;
+  {
+    std::ifstream list(argv[2], std::ios::binary);
+    // A name may hold a line end: names end in a zero.
+    for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
+  }
+  // The file's bytes, the decoded ones, and a codec's own copies.
+  constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
+  limit_process({.seconds = kSeconds,
+                 .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
+                 .longest_file = std::strtoull(argv[4], nullptr, 10)});
+  give_up_privileges();
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  gdcm::Trace::DebugOff();
+  for (std::uint32_t number = 0; number < names.size(); ++number) {
+    if (names[number].empty()) continue;  // looked at before
+    say(DicomRecord::kBegins, number);
+    try {
+      if (want_pixels)
+        pixels(names[number], number);
+      else
+        headers(names[number], number);
+    } catch (const std::exception&) {
+      if (want_pixels) {
+        say_text(DicomRecord::kRefused, "pixels that cannot be decoded");
+      } else {
+        DicomFile file;
+        file.number = number;
+        file.kind = DicomKind::kUnreadable;
+        say(DicomRecord::kFile, file);
+      }
+    }
+  }
+  const DicomRecord end = DicomRecord::kEnd;
+  write_all(&end, sizeof end);
+  std::_Exit(0);
+}

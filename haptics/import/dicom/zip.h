@@ -1,0 +1,29 @@
+// ZIP archives, unpacked into a folder of this process. Set-up time; throws Error.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace typodont::haptics::importing {
+
+/// A folder that only this user can look into; it and all in it go with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+bool is_zip(std::string_view first_bytes);
+
+/// Unpacks all files (stored or deflated, not encrypted, not beyond 4 GB) under numbers instead of their names: no name
+/// in an archive can lead out of the folder. Sizes are checked before anything is written.
+std::vector<std::filesystem::path> unzip(const std::filesystem::path& archive, const std::filesystem::path& folder);
+
+}  // namespace typodont::haptics::importing

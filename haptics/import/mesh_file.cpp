@@ -1,0 +1,356 @@
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <unordered_map>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/mesh.h"
+#include "haptics/import/mesh_repair.h"
+#include "haptics/import/scan.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+
+// Polygons as a file has them: corners at the same place may be several points.
+struct Soup {
+  std::vector<std::array<float, 3>> points;
+  std::vector<std::vector<std::size_t>> faces;
+  std::vector<Color> colors;  // of each point; empty where the file has none
+};
+
+std::uint8_t color_byte(double share) {
+  return static_cast<std::uint8_t>(std::clamp(share, 0.0, 1.0) * 255 + 0.5);
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string e = file.extension().string();
+  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return e;
+}
+
+// PLY, text or binary. assimp's reader trusts counts and indices: broken files crash it or keep it busy for minutes.
+class PlyReader {
+ public:
+  explicit PlyReader(const std::filesystem::path& file)
+      : file_(file), bytes_(size_of_file(file)), in_(file, std::ios::binary) {}
+
+  Soup read() {
+    read_header();
+    Soup soup;
+    for (const Part& part : parts_) {
+      for (std::size_t k = 0; k < part.count; ++k) {
+        std::array<float, 3> point{};
+        Color color{};
+        bool colored = false;
+        std::vector<std::size_t> face;
+        for (const Property& p : part.properties) {
+          std::size_t items = 1;
+          if (p.list) {
+            const double n = number(p.length, part, k);
+            if (!(n >= 0 && n <= 255)) fail(part, k, fmt::format("a list of {:g}", n), "0 to 255 items");
+            items = static_cast<std::size_t>(n);
+          }
+          for (std::size_t i = 0; i < items; ++i) {
+            const double value = number(p.type, part, k);
+            if (p.axis >= 0) point[static_cast<std::size_t>(p.axis)] = static_cast<float>(value);
+            if (p.color >= 0) {
+              const bool bytes = p.type == Element::kUint8;
+              color[static_cast<std::size_t>(p.color)] = color_byte(bytes ? value / 255 : value);
+              colored = true;
+            }
+            if (p.corners) face.push_back(value >= 0 && value < 1e15 ? static_cast<std::size_t>(value) : SIZE_MAX);
+          }
+        }
+        if (part.name == "vertex") soup.points.push_back(point);
+        if (colored) soup.colors.push_back(color);
+        if (part.name == "face") soup.faces.push_back(face);
+      }
+    }
+    if (soup.colors.size() != soup.points.size()) soup.colors.clear();
+    for (std::size_t f = 0; f < soup.faces.size(); ++f) {
+      for (const std::size_t i : soup.faces[f]) {
+        if (i < soup.points.size()) continue;
+        throw Error(file_.string(), fmt::format("face {}", f), "the index of a vertex that is not there",
+                    fmt::format("0 to {}", soup.points.size() - 1));
+      }
+    }
+    return soup;
+  }
+
+ private:
+  struct Property {
+    Element type{}, length{};
+    bool list = false, corners = false;
+    int axis = -1, color = -1;
+  };
+  struct Part {
+    std::string name;
+    std::size_t count = 0;
+    std::vector<Property> properties;
+  };
+
+  [[noreturn]] void fail(const Part& part, std::size_t k, std::string_view found, std::string_view expected) const {
+    throw Error(file_.string(), fmt::format("{} {}", part.name, k), found, expected);
+  }
+
+  double number(Element type, const Part& part, std::size_t k) {
+    if (text_) {
+      double value = 0;
+      if (!(in_ >> value)) fail(part, k, in_.eof() ? "the end of the file" : "no number", "a number");
+      return value;
+    }
+    std::vector<char> raw(bytes_of(type));
+    if (!in_.read(raw.data(), static_cast<std::streamsize>(raw.size())))
+      fail(part, k, "the end of the file", "a number");
+    return static_cast<double>(decode(raw, 1, type, swap_)[0]);
+  }
+
+  void read_header() {
+    static const std::map<std::string, Element> kTypes = {
+        {"char", Element::kInt8},     {"uchar", Element::kUint8},   {"short", Element::kInt16},
+        {"ushort", Element::kUint16}, {"int", Element::kInt32},     {"uint", Element::kUint32},
+        {"float", Element::kFloat},   {"double", Element::kDouble}, {"int8", Element::kInt8},
+        {"uint8", Element::kUint8},   {"int16", Element::kInt16},   {"uint16", Element::kUint16},
+        {"int32", Element::kInt32},   {"uint32", Element::kUint32}, {"float32", Element::kFloat},
+        {"float64", Element::kDouble}};
+    std::string line;
+    for (int n = 1; n <= 200; ++n) {
+      line.clear();
+      int c = in_.get();
+      for (; c != EOF && c != '\n' && line.size() < 4096; c = in_.get()) line += static_cast<char>(c);
+      if (c == EOF) break;
+      if (!line.empty() && line.back() == '\r') line.pop_back();
+      const auto bad = [&](std::string_view expected) {
+        throw Error(file_.string(), fmt::format("line {}", n), excerpt(line), expected);
+      };
+      std::istringstream words(line);
+      std::string word, name, type, item;
+      words >> word;
+      if (n == 1) {
+        if (word != "ply") bad("ply");
+      } else if (word == "end_header") {
+        return;
+      } else if (word == "format") {
+        words >> name;
+        if (name != "ascii" && name != "binary_little_endian" && name != "binary_big_endian")
+          bad("ascii, binary_little_endian or binary_big_endian");
+        text_ = name == "ascii";
+        swap_ = (name == "binary_big_endian") == (std::endian::native == std::endian::little);
+      } else if (word == "element") {
+        long long count = -1;
+        if (!(words >> name >> count) || count < 0 || static_cast<std::uintmax_t>(count) > bytes_)
+          bad("element NAME COUNT, no more than the file can hold");
+        parts_.push_back({name, static_cast<std::size_t>(count), {}});
+      } else if (word == "property") {
+        Property p;
+        words >> type;
+        p.list = type == "list";
+        if (p.list) {
+          words >> item >> type;
+          if (!kTypes.contains(item)) bad("property list TYPE TYPE NAME");
+          p.length = kTypes.at(item);
+        }
+        if (!kTypes.contains(type) || !(words >> name) || parts_.empty()) bad("property TYPE NAME, below an element");
+        p.type = kTypes.at(type);
+        if (parts_.back().name == "vertex" && name.size() == 1 && name[0] >= 'x' && name[0] <= 'z')
+          p.axis = name[0] - 'x';
+        for (int k = 0; k < 3; ++k) {
+          if (parts_.back().name == "vertex" && !p.list &&
+              name == std::array{"red", "green", "blue"}[static_cast<std::size_t>(k)])
+            p.color = k;
+        }
+        p.corners = parts_.back().name == "face" && p.list && (name == "vertex_indices" || name == "vertex_index");
+        parts_.back().properties.push_back(p);
+      } else if (word != "comment" && word != "obj_info") {
+        bad("format, comment, element, property or end_header");
+      }
+    }
+    throw Error(file_.string(), "header", "no end_header", "a PLY header");
+  }
+
+  std::filesystem::path file_;
+  std::uintmax_t bytes_;
+  std::ifstream in_;
+  std::vector<Part> parts_;
+  bool text_ = true, swap_ = false;
+};
+
+Soup read_with_assimp(const std::filesystem::path& file) {
+  if (lower_extension(file) == ".stl") {
+    std::ifstream in(file, std::ios::binary);
+    std::string head(5, '\0');
+    in.read(head.data(), 5);
+    std::uint32_t count = 0;
+    in.seekg(80);
+    in.read(reinterpret_cast<char*>(&count), sizeof count);
+    if (head != "solid" && (!in || size_of_file(file) < 84 + 50ULL * count)) {
+      throw Error(file.string(), "number of triangles at byte 80",
+                  fmt::format("{} in {} bytes", in ? count : 0, size_of_file(file)), "50 bytes for each triangle");
+    }
+  }
+  Assimp::Importer importer;
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
+  if (!scene || scene->mNumMeshes == 0) {
+    const std::string why = importer.GetErrorString();
+    throw Error(file.string(), "mesh", why.empty() ? "no triangles" : why, "a readable STL, OBJ or glTF file");
+  }
+  Soup soup;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& part = *scene->mMeshes[m];
+    if (!(part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;
+    const std::size_t base = soup.points.size();
+    for (unsigned i = 0; i < part.mNumVertices; ++i) {
+      soup.points.push_back({part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z});
+      if (part.mColors[0]) {
+        const aiColor4D& c = part.mColors[0][i];
+        soup.colors.push_back({color_byte(c.r), color_byte(c.g), color_byte(c.b)});
+      }
+    }
+    for (unsigned f = 0; f < part.mNumFaces; ++f) {
+      std::vector<std::size_t> face;
+      for (unsigned k = 0; k < part.mFaces[f].mNumIndices; ++k) {
+        if (part.mFaces[f].mIndices[k] >= part.mNumVertices) {
+          throw Error(file.string(), fmt::format("face {}", f), "the index of a vertex that is not there",
+                      fmt::format("below {}", part.mNumVertices));
+        }
+        face.push_back(base + part.mFaces[f].mIndices[k]);
+      }
+      soup.faces.push_back(face);
+    }
+  }
+  if (soup.colors.size() != soup.points.size()) soup.colors.clear();
+  return soup;
+}
+
+/// Points by place: those within a small distance of an earlier one are that one.
+class Welder {
+ public:
+  Welder(double tolerance, Mesh& mesh) : tolerance_(tolerance), cell_(16 * tolerance), mesh_(mesh) {}
+
+  /// The number of the point; `moved`: it was another one, not exactly at the same place.
+  int add(const glm::dvec3& p, bool& moved) {
+    const Cell lo = cell_of(p - tolerance_), hi = cell_of(p + tolerance_);
+    for (std::int64_t x = lo[0]; x <= hi[0]; ++x) {
+      for (std::int64_t y = lo[1]; y <= hi[1]; ++y) {
+        for (std::int64_t z = lo[2]; z <= hi[2]; ++z) {
+          const auto [first, last] = cells_.equal_range({x, y, z});
+          for (auto it = first; it != last; ++it) {
+            const glm::dvec3 off = mesh_.points[static_cast<std::size_t>(it->second)] - p;
+            if (glm::dot(off, off) > tolerance_ * tolerance_) continue;
+            moved = off != glm::dvec3(0);
+            return it->second;
+          }
+        }
+      }
+    }
+    const int number = static_cast<int>(mesh_.points.size());
+    mesh_.points.push_back(p);
+    cells_.emplace(cell_of(p), number);
+    moved = false;
+    return number;
+  }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Cell& c) const {
+      std::uint64_t h = 0;
+      for (const std::int64_t k : c) h = (h ^ static_cast<std::uint64_t>(k)) * 0x9E3779B97F4A7C15U, h ^= h >> 29;
+      return h;
+    }
+  };
+  Cell cell_of(const glm::dvec3& p) const {
+    Cell c;
+    for (int a = 0; a < 3; ++a) c[static_cast<std::size_t>(a)] = static_cast<std::int64_t>(std::floor(p[a] / cell_));
+    return c;
+  }
+
+  double tolerance_, cell_;
+  Mesh& mesh_;
+  std::unordered_multimap<Cell, int, Hash> cells_;
+};
+
+}  // namespace
+
+Mesh read_surface(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
+  if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", "a mesh");
+  const Soup soup = lower_extension(file) == ".ply" ? PlyReader(file).read() : read_with_assimp(file);
+  Mesh mesh;
+  glm::dvec3 lo(1e300), hi(-1e300);
+  for (std::size_t i = 0; i < soup.points.size(); ++i) {
+    const auto& p = soup.points[i];
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+      throw Error(file.string(), fmt::format("vertex {}", i), fmt::format("({}, {}, {})", p[0], p[1], p[2]),
+                  "finite coordinates");
+    }
+    lo = glm::min(lo, glm::dvec3(p[0], p[1], p[2]));
+    hi = glm::max(hi, glm::dvec3(p[0], p[1], p[2]));
+  }
+  const double diagonal = soup.points.empty() ? 0 : unit * glm::length(hi - lo);
+  if (!(diagonal > 0 && diagonal < 1e6)) throw Error(file.string(), "mesh", "no triangles", "a surface");
+  // Corners at the same place are one point, whatever their normals and texture say.
+  Welder welder(std::min(kWeldShare * diagonal, kWeldMost), mesh);
+  std::vector<int> index(soup.points.size());
+  for (std::size_t i = 0; i < soup.points.size(); ++i) {
+    const auto& p = soup.points[i];
+    bool moved = false;
+    const std::size_t before = mesh.points.size();
+    index[i] = welder.add(unit * glm::dvec3(p[0], p[1], p[2]), moved);
+    repairs.welded += moved;
+    if (mesh.points.size() > before && !soup.colors.empty()) mesh.colors.push_back(soup.colors[i]);
+  }
+  for (const auto& face : soup.faces) {
+    for (std::size_t k = 2; k < face.size(); ++k) {  // a fan
+      const std::array<int, 3> c = {index[face[0]], index[face[k - 1]], index[face[k]]};
+      if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0])
+        mesh.corners.push_back(c);
+      else
+        ++repairs.collapsed;
+    }
+  }
+  if (mesh.corners.empty()) throw Error(file.string(), "mesh", "no triangles", "a surface");
+  return mesh;
+}
+
+Mesh read_mesh(const std::filesystem::path& file, double unit, MeshRepairs& repairs) {
+  constexpr double kSmallHole = 6e-3;  // m, length of the border: a hole 2 mm wide
+  Mesh mesh = read_surface(file, unit, repairs);
+  drop_copies(mesh, repairs);
+  orient(mesh, repairs);
+  close_holes(mesh, kSmallHole, repairs);
+  std::size_t open = 0;
+  double longest = 0;
+  glm::dvec3 at(0);
+  const std::vector<Border> left = borders(mesh);
+  for (const Border& border : left) {
+    open += border.points.size();
+    if (border.length <= longest) continue;
+    longest = border.length;
+    at = mesh.points[static_cast<std::size_t>(border.points[0])] / unit;
+  }
+  if (open > 0) {
+    throw Error(file.string(), fmt::format("edge at ({:g}, {:g}, {:g})", at.x, at.y, at.z),
+                fmt::format("{} open edges around {} holes, the largest with a border of {:.3g} mm", open, left.size(),
+                            longest / kMillimetre),
+                fmt::format("a closed surface, or holes with a border of at most {:g} mm; an intraoral scan: --preset "
+                            "arch",
+                            kSmallHole / kMillimetre));
+  }
+  turn_shells(mesh, repairs);
+  return mesh;
+}
+
+}  // namespace typodont::haptics::importing

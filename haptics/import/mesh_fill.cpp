@@ -1,0 +1,168 @@
+#include "haptics/import/mesh_fill.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "haptics/import/triangle_tree.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+
+using glm::dvec3;
+
+constexpr int kInside = 3;  // sixths of a turn from which on a sample is inside
+
+/// What of the triangles has the outside on one side. Triangles within the body (where parts of the mesh overlap or
+/// touch) are left out; those that are partly within it are split, down to about a voxel.
+class Skin {
+ public:
+  Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
+    for (const auto& one : parts) mesh_.insert(mesh_.end(), one.begin(), one.end());
+  }
+
+  std::vector<Triangle> find() {
+    std::vector<Triangle> skin;
+    for (const Triangle& t : mesh_) {
+      const std::size_t before = skin.size();
+      if (add(t, skin)) {  // all of it: unsplit
+        skin.resize(before);
+        skin.push_back(t);
+      }
+    }
+    return skin;
+  }
+
+ private:
+  /// Adds the kept parts of a triangle; whether that was all of it.
+  bool add(const Triangle& t, std::vector<Triangle>& skin) {
+    constexpr double kSmall = 2;  // voxels
+    const dvec3* p[3] = {&t.a, &t.b, &t.c};
+    int longest = 0;
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double l = glm::length(*p[(k + 1) % 3] - *p[k]);
+      if (l > length) length = l, longest = k;
+    }
+    if (length > kSmall) {
+      const dvec3 &a = *p[longest], &b = *p[(longest + 1) % 3], &c = *p[(longest + 2) % 3];
+      const dvec3 middle = 0.5 * (a + b);
+      const bool one = add({a, middle, c}, skin), other = add({middle, b, c}, skin);
+      return one && other;
+    }
+    if (is_buried(t)) return false;
+    skin.push_back(t);
+    return true;
+  }
+
+  bool is_buried(const Triangle& t) {
+    const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
+    const double size = glm::length(normal);
+    if (!(size > 0)) return false;
+    // A point of the triangle off its middle: middles lie on the diagonals of opposite faces.
+    const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
+    // By the samples around first, which are there already; then by rays from just beside the triangle.
+    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels
+    const auto part_at = [&](const dvec3& q) {
+      const glm::ivec3 i(glm::round(q));
+      return part_.holds(i) ? part_[i] : std::uint8_t{0};
+    };
+    const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
+    if (one == 0 || other == 0) return false;
+    if (one != other) return true;  // there may be a crack between them
+    if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
+    return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
+  }
+
+  std::vector<Triangle> mesh_;
+  const Mask& part_;
+  std::unique_ptr<TriangleTree> tree_;  // made when it is first needed
+};
+
+/// A sample outside between two different parts, on one grid line and at most three voxels apart, belongs to the
+/// second.
+void close_cracks(Mask& part) {
+  const Mask before = part;
+  constexpr int kReach = 2;
+  for (std::size_t i = 0; i < part.v.size(); ++i) {
+    if (before.v[i]) continue;
+    const glm::ivec3 p = part.place(i);
+    for (int axis = 0; axis < 3 && !part.v[i]; ++axis) {
+      std::uint8_t side[2] = {0, 0};
+      int steps = 0;
+      for (const int s : {0, 1}) {
+        for (int k = 1; k <= kReach && !side[s]; ++k) {
+          glm::ivec3 q = p;
+          q[axis] += s ? k : -k;
+          if (before.holds(q)) side[s] = before[q];
+          ++steps;
+        }
+      }
+      if (side[0] && side[1] && side[0] != side[1] && steps <= kReach + 1) part.v[i] = side[1];
+    }
+  }
+}
+
+}  // namespace
+
+FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band) {
+  FilledMesh filled;
+  filled.part = Mask(size, 0);
+  Mask& part = filled.part;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const Grid<std::int16_t> sixths = winding_sixths(parts[k], size);
+    for (std::size_t i = 0; i < part.v.size(); ++i) {
+      if (sixths.v[i] >= kInside) part.v[i] = static_cast<std::uint8_t>(k + 1);
+    }
+  }
+  if (parts.size() > 1) close_cracks(part);
+  const auto inside = [&](std::size_t i) { return part.v[i] != 0; };
+  filled.distance = unsigned_distance(Skin(parts, part).find(), size, band);
+  Grid<float>& distance = filled.distance;
+
+  filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
+  // Where inside and outside meet away from the mesh, there is the cap of an opening.
+  Mask cap(size, 0);
+  if (!filled.sheet) {
+    constexpr float kOnMesh = 1;  // voxels
+    const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (std::size_t i = 0; i < distance.v.size(); ++i) {
+      if (distance.v[i] <= kOnMesh) continue;
+      const glm::ivec3 p = distance.place(i);
+      for (const glm::ivec3& step : steps) {
+        if (!distance.holds(p + step)) continue;
+        const std::size_t j = distance.index(p + step);
+        if (distance.v[j] <= kOnMesh || inside(i) == inside(j)) continue;
+        cap.v[i] = cap.v[j] = 1;
+        filled.capped = true;
+      }
+    }
+  }
+  const Grid<float> to_cap = filled.capped ? distance_squared_to(cap) : Grid<float>();
+  constexpr double kShell = 1;  // voxels: half a sheet's thickness
+  for (std::size_t i = 0; i < distance.v.size(); ++i) {
+    double d = static_cast<double>(distance.v[i]);
+    if (filled.capped) d = std::min(d, std::sqrt(static_cast<double>(to_cap.v[i])) + 0.5);
+    if (filled.sheet) d -= kShell;
+    if (inside(i) && !filled.sheet) d = -d;
+    distance.v[i] = static_cast<float>(d);
+  }
+  return filled;
+}
+
+void spread_parts(FilledMesh& filled, double reach) {
+  for (int pass = 0; pass < static_cast<int>(std::ceil(reach)); ++pass) {
+    const Mask before = filled.part;
+    for (std::size_t i = 0; i < before.v.size(); ++i) {
+      if (before.v[i] || filled.distance.v[i] > static_cast<float>(reach)) continue;
+      const glm::ivec3 p = before.place(i);
+      for (int k = 0; k < 27 && !filled.part.v[i]; ++k) {
+        const glm::ivec3 q = p + glm::ivec3(k % 3, k / 3 % 3, k / 9) - 1;
+        if (before.holds(q)) filled.part.v[i] = before[q];
+      }
+    }
+  }
+}
+
+}  // namespace typodont::haptics::importing

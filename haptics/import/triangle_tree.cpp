@@ -1,0 +1,110 @@
+#include "haptics/import/triangle_tree.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace typodont::haptics::importing {
+
+using glm::dvec3;
+
+TriangleTree::TriangleTree(std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
+  build(0, triangles_.size());
+}
+
+static double distance2(const dvec3& lo, const dvec3& hi, const dvec3& p) {
+  const dvec3 off = glm::max(glm::max(lo - p, p - hi), dvec3(0));
+  return glm::dot(off, off);
+}
+
+// Split at the median of the longest edge.
+std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
+  const std::size_t index = nodes_.size();
+  nodes_.emplace_back();
+  Node node;
+  for (std::size_t i = first; i < end; ++i) {
+    const Triangle& t = triangles_[i];
+    node.lo = glm::min(node.lo, glm::min(t.a, glm::min(t.b, t.c)));
+    node.hi = glm::max(node.hi, glm::max(t.a, glm::max(t.b, t.c)));
+  }
+  if (end - first <= kLeaf) {
+    node.first = first, node.count = end - first;
+  } else {
+    const dvec3 extent = node.hi - node.lo;
+    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+    const std::size_t middle = (first + end) / 2;
+    const auto at = [&](std::size_t i) { return triangles_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(first), at(middle), at(end), [axis](const Triangle& s, const Triangle& t) {
+      return s.a[axis] + s.b[axis] + s.c[axis] < t.a[axis] + t.b[axis] + t.c[axis];
+    });
+    node.left = build(first, middle);
+    node.right = build(middle, end);
+  }
+  nodes_[index] = node;
+  return index;
+}
+
+double TriangleTree::distance_squared(const dvec3& p) const {
+  double best2 = 1e300;
+  nearest(0, p, best2);
+  return best2;
+}
+
+void TriangleTree::nearest(std::size_t index, const dvec3& p, double& best2) const {
+  const Node& node = nodes_[index];
+  for (std::size_t i = node.first; i < node.first + node.count; ++i) {
+    const dvec3 off = p - closest_on(triangles_[i], p);
+    best2 = std::min(best2, glm::dot(off, off));
+  }
+  if (node.count > 0) return;
+  const Node &l = nodes_[node.left], &r = nodes_[node.right];
+  const double left = distance2(l.lo, l.hi, p), right = distance2(r.lo, r.hi, p);
+  const bool left_first = left <= right;
+  if (std::min(left, right) < best2) nearest(left_first ? node.left : node.right, p, best2);
+  if (std::max(left, right) < best2) nearest(left_first ? node.right : node.left, p, best2);
+}
+
+int TriangleTree::winding(const dvec3& p) const {
+  static const dvec3 kWays[3] = {glm::normalize(dvec3(0.5773, 0.2113, 0.7886)),
+                                 glm::normalize(dvec3(-0.6142, 0.7361, 0.2847)),
+                                 glm::normalize(dvec3(0.1931, -0.8253, 0.5306))};
+  int turns[3];
+  for (int i = 0; i < 3; ++i) turns[i] = crossings(0, p, kWays[i], 1.0 / kWays[i]);
+  return std::max(std::min(turns[0], turns[1]), std::min(std::max(turns[0], turns[1]), turns[2]));
+}
+
+int TriangleTree::winding_sixths(const dvec3& p) const {
+  // A little off the axes, so that no ray runs within a face.
+  constexpr double kTilt = 1.618e-7, kOtherTilt = 2.718e-7;
+  int sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {1.0, -1.0}) {
+      dvec3 way;
+      way[axis] = side, way[(axis + 1) % 3] = kTilt, way[(axis + 2) % 3] = kOtherTilt;
+      sum += crossings(0, p, way, 1.0 / way);
+    }
+  }
+  return sum;
+}
+
+int TriangleTree::crossings(std::size_t index, const dvec3& p, const dvec3& way, const dvec3& inverse) const {
+  const Node& node = nodes_[index];
+  const dvec3 a = (node.lo - p) * inverse, b = (node.hi - p) * inverse;
+  const dvec3 in = glm::min(a, b), out = glm::max(a, b);
+  if (std::max({in.x, in.y, in.z, 0.0}) > std::min({out.x, out.y, out.z})) return 0;
+  if (node.count == 0) return crossings(node.left, p, way, inverse) + crossings(node.right, p, way, inverse);
+  int sum = 0;
+  for (std::size_t i = node.first; i < node.first + node.count; ++i) {
+    // Moeller & Trumbore 1997.
+    const Triangle& t = triangles_[i];
+    const dvec3 e1 = t.b - t.a, e2 = t.c - t.a, h = glm::cross(way, e2);
+    const double det = glm::dot(e1, h);
+    if (!(std::abs(det) > 0)) continue;
+    const dvec3 s = p - t.a, q = glm::cross(s, e1);
+    const double u = glm::dot(s, h) / det, v = glm::dot(way, q) / det;
+    // det < 0: the ray runs along the normal, out of the mesh.
+    if (u >= 0 && v >= 0 && u + v <= 1 && glm::dot(e2, q) / det > 0) sum += det < 0 ? 1 : -1;
+  }
+  return sum;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "haptics/import/import.h"
+
+namespace typodont::haptics {
+
+glm::dmat3 quarter_turns(const std::string& text) {
+  const auto bad = [&] {
+    return Error("--turn", "", '"' + text + '"', "quarter turns about axes, e.g. x180 or x90,z-90");
+  };
+  glm::dmat3 all(1);
+  std::size_t at = 0;
+  while (true) {
+    std::size_t end = text.find(',', at);
+    if (end == std::string::npos) end = text.size();
+    const std::string one = text.substr(at, end - at);
+    const int axis = one.empty() ? -1 : one[0] - 'x';
+    const std::string degrees = one.empty() ? "" : one.substr(1);
+    int quarters = 0;
+    if (degrees == "90") quarters = 1;
+    if (degrees == "180" || degrees == "-180") quarters = 2;
+    if (degrees == "270" || degrees == "-90") quarters = 3;
+    if (axis < 0 || axis > 2 || quarters == 0) throw bad();
+    const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+    glm::dmat3 quarter(0);  // columns: u becomes v, v becomes −u
+    quarter[axis][axis] = 1;
+    quarter[u][v] = 1;
+    quarter[v][u] = -1;
+    for (int k = 0; k < quarters; ++k) all = quarter * all;
+    if (end == text.size()) return all;
+    at = end + 1;
+  }
+}
+
+void turn(Imported& imported, const glm::dmat3& by) {
+  if (by == glm::dmat3(1)) return;
+  // New axis w runs along the old axis from[w], or against it.
+  glm::ivec3 from(0), sign(1);
+  for (int w = 0; w < 3; ++w) {
+    for (int f = 0; f < 3; ++f) {
+      if (std::abs(by[f][w]) > 0.5) from[w] = f, sign[w] = by[f][w] > 0 ? 1 : -1;
+    }
+  }
+  DenseTissue& in = imported.tissue;
+  DenseTissue out;
+  out.band = in.band;
+  out.exact_outside = in.exact_outside;
+  out.frame.voxel = in.frame.voxel;
+  for (int w = 0; w < 3; ++w) out.size[w] = in.size[from[w]];
+  // The old voxel that becomes the new voxel (0,0,0).
+  dvec3 first(0);
+  for (int w = 0; w < 3; ++w) first[from[w]] = sign[w] > 0 ? 0 : in.size[from[w]] - 1;
+  out.frame.origin = by * in.frame.to_world(first);
+  out.distance.resize(in.distance.size());
+  out.tissue.resize(in.tissue.size());
+  out.hardness.resize(in.hardness.size());
+  std::vector<float> grey(imported.grey.size());
+  for (int x = 0; x < out.size.x; ++x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        const glm::ivec3 to(x, y, z);
+        glm::ivec3 old;
+        for (int w = 0; w < 3; ++w) old[from[w]] = sign[w] > 0 ? to[w] : out.size[w] - 1 - to[w];
+        const std::size_t i = out.at(x, y, z), was = in.at(old.x, old.y, old.z);
+        out.distance[i] = in.distance[was];
+        out.tissue[i] = in.tissue[was];
+        if (!out.hardness.empty()) out.hardness[i] = in.hardness[was];
+        if (!grey.empty()) grey[i] = imported.grey[was];
+      }
+    }
+  }
+  in = std::move(out);
+  imported.grey = std::move(grey);
+  ImportReport& report = imported.report;
+  const dvec3 a = by * report.lo, b = by * report.hi;
+  report.lo = glm::min(a, b), report.hi = glm::max(a, b);
+  report.size = in.size;
+  report.world_rotation = report.world_rotation * glm::transpose(by);
+}
+
+}  // namespace typodont::haptics

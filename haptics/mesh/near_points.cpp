@@ -1,0 +1,64 @@
+#include "haptics/mesh/near_points.h"
+
+#include <bit>
+#include <cstring>
+
+#include "engine/base/dispatch.h"
+#include "haptics/lanes.h"
+
+namespace typodont::haptics::mesh {
+
+namespace {
+
+constexpr std::size_t kBatch = 8;
+constexpr double kRounding = 1e-8;  // m, more than floats lose within a metre's hundredth of the centre
+
+/// Writes the indices of points with a squared distance of at most `square` to `at`; returns how many.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
+                        std::uint32_t* at) {
+  std::size_t found = 0;
+  for (std::size_t k = 0; k < count; k += kBatch) {
+    F8 px, py, pz;
+    std::memcpy(&px, x + k, sizeof px);
+    std::memcpy(&py, y + k, sizeof py);
+    std::memcpy(&pz, z + k, sizeof pz);
+    px -= p[0], py -= p[1], pz -= p[2];
+    const I8 is_near = px * px + py * py + pz * pz <= square;
+    for (unsigned bits = bits_of(is_near); bits; bits &= bits - 1) {
+      at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
+    }
+  }
+  // The last batch may reach beyond the last point.
+  while (found > 0 && at[found - 1] >= count) --found;
+  return found;
+}
+
+}  // namespace
+
+NearPoints::NearPoints(std::size_t most)
+    : most_(most), x_(most + kBatch), y_(most + kBatch), z_(most + kBatch), at_(most + kBatch) {
+  points_.reserve(most);
+}
+
+void NearPoints::clear(const dvec3& center) noexcept {
+  points_.clear();
+  center_ = center;
+}
+
+bool NearPoints::add(const dvec3& p) noexcept {
+  if (full()) return false;
+  const glm::vec3 off(p - center_);
+  const std::size_t i = points_.size();
+  x_[i] = off.x, y_[i] = off.y, z_[i] = off.z;
+  points_.push_back(p);
+  return true;
+}
+
+std::span<const std::uint32_t> NearPoints::within(const dvec3& p, double reach) noexcept {
+  const glm::vec3 off(p - center_);
+  const auto far = static_cast<float>(reach + kRounding);
+  return {at_.data(), list_within(x_.data(), y_.data(), z_.data(), points_.size(), &off.x, far * far, at_.data())};
+}
+
+}  // namespace typodont::haptics::mesh

@@ -1,0 +1,394 @@
+// DICOM: every way in which a series comes gives the same tissue at the same place, and nothing about a person comes
+// out.
+#include <gdcmImage.h>
+#include <gdcmImageChangeTransferSyntax.h>
+#include <gdcmImageReader.h>
+#include <gdcmImageWriter.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/import.h"
+#include "tests/support/dicom_files.h"
+
+namespace typodont::haptics {
+namespace {
+
+using test::DicomImage;
+using test::Placed;
+using test::scratch;
+using test::Syntax;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kVoxel = 0.25;                                                   // mm
+const glm::ivec3 kSize(30, 26, 28);                                               // of the scan
+const dvec3 kCenter(3.4, 3.1, 3.6), kLump(5.6, 3.1, 4.4), kOrigin(-20, 35, 112);  // mm
+
+/// A tooth-like ball with a lump towards the patient's left and a little up.
+std::vector<double> greys_of(const Placed& placed, const glm::ivec3& size, const dvec3& spacing) {
+  test::Phantom p;
+  p.size = size;
+  p.spacing = spacing;
+  p.fine = 4;
+  p.grey = [&](const dvec3& q) {
+    const dvec3 w = placed.origin + q.x * placed.x + q.y * placed.y + q.z * placed.z - kOrigin;
+    const double r = glm::length(w - kCenter);
+    if (glm::length(w - kLump) < 0.9) return 1220.0;
+    return r < 0.7 ? 60.0 : r < 1.6 ? 830.0 : r < 2.4 ? 1220.0 : 400.0;
+  };
+  std::vector<double> greys = p.scan();
+  for (double& g : greys) g = std::round(g);
+  return greys;
+}
+const std::vector<double>& greys() {
+  static const std::vector<double> g = greys_of({.origin = kOrigin}, kSize, dvec3(kVoxel));
+  return g;
+}
+std::vector<DicomImage> slices() {
+  return test::slices_of(greys(), kSize, dvec3(kVoxel), {.origin = kOrigin});
+}
+const Imported& reference() {
+  static const Imported r = [] {
+    test::Phantom p;
+    p.size = kSize;
+    p.spacing = dvec3(kVoxel);
+    const std::string header = fmt::format(
+        "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: left-posterior-superior\nspace directions: "
+        "(0.25,0,0) (0,0.25,0) (0,0,0.25)\nspace origin: ({},{},{})\nendian: little\nencoding: raw\n\n",
+        kOrigin.x, kOrigin.y, kOrigin.z);
+    test::write(scratch("reference.nrrd"), header + test::bytes_as<std::uint16_t>(greys()));
+    return import_tissue(scratch("reference.nrrd"), {});
+  }();
+  return r;
+}
+void expect_reference(const Imported& i) {
+  EXPECT_EQ(i.report.format, "DICOM");
+  EXPECT_EQ(i.report.space, "LPS");
+  ASSERT_EQ(i.tissue.size, reference().tissue.size);
+  EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
+  EXPECT_EQ(i.tissue.tissue, reference().tissue.tissue);
+  EXPECT_LT(glm::length(i.tissue.frame.origin - reference().tissue.frame.origin), 1e-9);
+}
+/// The file's bytes in another syntax, by GDCM.
+std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType syntax) {
+  const auto file = scratch("to_compress.dcm");
+  test::write(file, bytes);
+  gdcm::ImageReader reader;
+  reader.SetFileName(file.c_str());
+  EXPECT_TRUE(reader.Read());
+  gdcm::ImageChangeTransferSyntax change;
+  change.SetTransferSyntax(gdcm::TransferSyntax(syntax));
+  change.SetInput(reader.GetImage());
+  EXPECT_TRUE(change.Change());
+  gdcm::ImageWriter writer;
+  writer.SetFile(reader.GetFile());
+  writer.SetImage(change.GetOutput());
+  writer.SetFileName(file.c_str());
+  EXPECT_TRUE(writer.Write());
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+std::string message_of(const std::filesystem::path& file, const ImportOptions& options = {}) {
+  try {
+    import_tissue(file, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(ImportDicom, EveryTransferSyntaxGivesTheSameTissue) {
+  for (const Syntax syntax : {Syntax::kExplicit, Syntax::kImplicit, Syntax::kBigEndian, Syntax::kDeflated}) {
+    SCOPED_TRACE(static_cast<int>(syntax));
+    expect_reference(
+        import_tissue(test::write_series(fmt::format("syntax{}", static_cast<int>(syntax)), slices(), syntax), {}));
+  }
+  using Ts = gdcm::TransferSyntax;
+  for (const Ts::TSType syntax :
+       {Ts::JPEGLosslessProcess14_1, Ts::JPEGLSLossless, Ts::JPEG2000Lossless, Ts::RLELossless}) {
+    SCOPED_TRACE(Ts::GetTSString(syntax));
+    const auto folder = scratch(fmt::format("codec{}", static_cast<int>(syntax)));
+    std::filesystem::create_directories(folder);
+    int k = 0;
+    for (const DicomImage& image : slices())
+      test::write(folder / fmt::format("{}", k++), compressed(test::dicom_bytes(image), syntax));
+    expect_reference(import_tissue(folder, {}));
+  }
+}
+
+TEST(ImportDicom, AFolderOfFoldersAnArchiveADirectoryFileAndOneFileGiveTheSameTissue) {
+  const std::vector<DicomImage> images = slices();
+  const auto folder = scratch("deep");
+  std::filesystem::create_directories(folder / "A" / "B");
+  std::vector<std::pair<std::string, std::string>> zipped;
+  std::vector<std::string> records;
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    const std::string bytes = test::dicom_bytes(images[k]), name = fmt::format("I{:03}", k);
+    test::write(folder / "A" / "B" / name, bytes);
+    zipped.emplace_back(fmt::format("../../{}/{}", test::kPatient, name), bytes);
+    test::DicomWriter record(Syntax::kExplicit);
+    record.text(0x0004, 0x1500, "CS", "A\\B\\" + name);
+    records.push_back(record.bytes());
+  }
+  std::filesystem::create_directory_symlink(folder, folder / "A" / "loop");
+  test::write(folder / "readme.txt", "no DICOM");
+  expect_reference(import_tissue(folder, {}));
+  test::write(scratch("scan.zip"), test::zip_bytes(zipped));
+  expect_reference(import_tissue(scratch("scan.zip"), {}));
+  test::DicomWriter directory(Syntax::kExplicit);
+  directory.sequence(0x0004, 0x1220, records);
+  test::write(folder / "DICOMDIR", directory.file());
+  expect_reference(import_tissue(folder / "DICOMDIR", {}));
+  expect_reference(import_tissue(folder, {}));  // with the DICOMDIR among them
+
+  DicomImage all = images[0];
+  all.frames = kSize.z;
+  all.position.reset();
+  all.pixels.clear();
+  for (const DicomImage& one : images) {
+    all.pixels.insert(all.pixels.end(), one.pixels.begin(), one.pixels.end());
+    all.frame_positions.push_back(*one.position);
+  }
+  test::write(scratch("frames.dcm"), test::dicom_bytes(all));
+  expect_reference(import_tissue(scratch("frames.dcm"), {}));
+}
+
+TEST(ImportDicom, LeftStaysLeftHoweverTheSlicesLie) {
+  const dvec3 right(1, 0, 0), back(0, 1, 0), up(0, 0, 1);
+  const double reach = 7;  // mm, of the box
+  const struct {
+    const char* name;
+    Placed placed;
+  } cases[] = {
+      {"axial from above", {right, back, -up, kOrigin + dvec3(0, 0, reach)}},
+      {"axial face down", {-right, -back, up, kOrigin + dvec3(reach, reach, 0)}},
+      {"coronal", {right, -up, back, kOrigin + dvec3(0, 0, reach)}},
+      {"sagittal", {back, -up, -right, kOrigin + dvec3(reach, 0, reach)}},
+      {"oblique",
+       {glm::normalize(dvec3(0.9, 0.3, 0.2)),
+        glm::normalize(glm::cross(glm::normalize(dvec3(-0.2, -0.1, 1)), glm::normalize(dvec3(0.9, 0.3, 0.2)))),
+        dvec3(0), kOrigin + dvec3(0, -1.5, -1)}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    Placed placed = c.placed;
+    glm::ivec3 size(32);
+    if (placed.z == dvec3(0)) {
+      size = glm::ivec3(48);
+      placed.z = glm::cross(placed.x, placed.y);
+      placed.origin = kOrigin + kCenter - 5.5 * (placed.x + placed.y + placed.z);
+    }
+    const std::vector<double> values = greys_of(placed, size, dvec3(kVoxel));
+    const auto folder = test::write_series(c.name, test::slices_of(values, size, dvec3(kVoxel), placed));
+    const Imported i = import_tissue(folder, {});
+    const auto depth = [&](const dvec3& world_mm) {
+      const dvec3 p = glm::transpose(i.report.world_rotation) * (world_mm * kMillimetre);
+      const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(p)));
+      return i.tissue.distance[i.tissue.at(at.x, at.y, at.z)] / kMillimetre;
+    };
+    EXPECT_NEAR(depth(kOrigin + kLump + dvec3(0.3, 0, 0)), -0.6, 0.2);                        // in the lump
+    EXPECT_GT(depth(kOrigin + dvec3(2 * kCenter.x - kLump.x - 0.7, kLump.y, kLump.z)), 0.4);  // its mirror image
+    EXPECT_LT(depth(kOrigin + kCenter), -1.2);
+  }
+}
+
+TEST(ImportDicom, AGantrysTiltIsUndone) {
+  constexpr double kTilt = -18.5 * kPi / 180;
+  // Slices leaned back, stacked along the table.
+  Placed placed;
+  placed.y = dvec3(0, std::cos(kTilt), std::sin(kTilt));
+  placed.origin = kOrigin + dvec3(0, -1, -1);
+  const dvec3 normal = glm::cross(placed.x, placed.y);
+  const glm::ivec3 size(30, 40, 40);
+  placed.z = dvec3(0, 0, 1) / std::cos(kTilt);  // so that slices lie a voxel apart along their normal
+  std::vector<DicomImage> images = test::slices_of(greys_of(placed, size, dvec3(kVoxel)), size, dvec3(kVoxel), placed);
+  for (DicomImage& image : images) image.tilt = -18.5;
+  const Imported i = import_tissue(test::write_series("tilted", images), {});
+  EXPECT_THAT(i.report.notes, Contains(HasSubstr("18.5 degrees")));
+  EXPECT_THAT(i.report.notes, Not(Contains(HasSubstr("positions count"))));
+  EXPECT_NEAR(glm::length(glm::normalize(glm::dvec3(i.report.world_rotation[2])) - normal), 0, 1e-3);
+  for (const dvec3& off :
+       {dvec3(2.4, 0, 0), dvec3(0, 2.4, 0), dvec3(0, -2.4, 0), dvec3(0, 0, 2.4), dvec3(0, 0, -2.4)}) {
+    if (off.x > 0) continue;  // the lump is there
+    const dvec3 p = glm::transpose(i.report.world_rotation) * ((kOrigin + kCenter + off) * kMillimetre);
+    const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(p)));
+    const dvec3 back = i.report.world_rotation * i.tissue.frame.to_world(dvec3(at)) / kMillimetre - kOrigin;
+    EXPECT_NEAR(i.tissue.distance[i.tissue.at(at.x, at.y, at.z)] / kMillimetre, glm::length(back - kCenter) - 2.4, 0.1);
+  }
+  for (DicomImage& image : images) image.tilt = 5;
+  EXPECT_THAT(import_tissue(test::write_series("tilted_wrongly", images), {}).report.notes,
+              Contains(AllOf(HasSubstr("5.0 degrees"), HasSubstr("positions count"))));
+}
+
+TEST(ImportDicom, RescaleOfEverySliceCounts) {
+  std::vector<DicomImage> images = slices();
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    images[k].slope = k % 2 ? 0.5 : 2;
+    images[k].intercept = k % 3 ? -1000 : 7;
+    for (std::uint16_t& g : images[k].pixels)
+      g = static_cast<std::uint16_t>((2 * g - (k % 3 ? -2000 : 14)) / (2 * images[k].slope) * 1.0 +
+                                     0.5 * (images[k].slope < 1));
+  }
+  const Imported i = import_tissue(test::write_series("rescaled", images), {});
+  // Half greys of slope 2 are rounded.
+  EXPECT_NEAR(i.report.soft_grey, reference().report.soft_grey, 4);
+  EXPECT_NEAR(i.report.height, reference().report.height, 0.01e-3);
+}
+
+TEST(ImportDicom, SeveralSeriesAreListedAndChosen) {
+  std::vector<DicomImage> images = slices();
+  for (std::size_t k = 0; k < images.size(); ++k) images[k].series_number = 3;
+  const auto folder = test::write_series("several", images);
+  DicomImage overview = images[0];
+  overview.series = "1.2.3.9", overview.instance = "1.2.3.9.1", overview.image_type = "ORIGINAL\\PRIMARY\\LOCALIZER";
+  test::write(folder / "overview", test::dicom_bytes(overview));
+  const Imported one = import_tissue(folder, {});
+  expect_reference(one);
+  EXPECT_THAT(one.report.notes, Contains("1 overview pictures beside the series were left out"));
+  for (std::size_t k = 0; k < 10; ++k) {
+    DicomImage other = images[k];
+    other.series = "1.2.3.8", other.instance = fmt::format("1.2.3.8.{}", k), other.series_number = 8;
+    test::write(folder / fmt::format("other{}", k), test::dicom_bytes(other));
+  }
+  EXPECT_THAT(message_of(folder), AllOf(HasSubstr("2 series"), HasSubstr("1: CT, series 3, 28 slices of 30 x 26"),
+                                        HasSubstr("2: CT, series 8, 10 slices"), HasSubstr("--series N")));
+  ImportOptions options;
+  options.series = 1;
+  expect_reference(import_tissue(folder, options));
+  options.series = 3;
+  EXPECT_THAT(message_of(folder, options), AllOf(HasSubstr("--series"), HasSubstr("found 3")));
+}
+
+TEST(ImportDicom, CopiesOfSlicesAreLeftOutAndASecondAcquisitionIsAnotherScan) {
+  std::vector<DicomImage> images = slices();
+  images.push_back(images[4]);
+  const Imported one = import_tissue(test::write_series("copies", images), {});
+  expect_reference(one);
+  EXPECT_THAT(one.report.notes, Contains("1 second copies of slices were left out"));
+  images.back().instance = "1.2.3.4.99";
+  EXPECT_THAT(message_of(test::write_series("phases", images)),
+              AllOf(HasSubstr("slices 5 and 6"), HasSubstr("0 mm apart"), HasSubstr("one phase")));
+  images.pop_back();
+  const std::size_t count = images.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    images.push_back(images[k]);
+    images.back().acquisition = 2, images.back().instance += ".2";
+  }
+  ImportOptions options;
+  options.series = 2;
+  expect_reference(import_tissue(test::write_series("acquisitions", images), options));
+}
+
+TEST(ImportDicom, UnevenSlicesAreInterpolatedAndMissingOnesRefused) {
+  // Every slice a little off its even place.
+  std::vector<DicomImage> images;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> off(-0.04, 0.04);
+  for (int k = 0; k < kSize.z; ++k) {
+    Placed placed{.origin = kOrigin + dvec3(0, 0, kVoxel * k + (k == 0 || k == kSize.z - 1 ? 0 : off(random)))};
+    DicomImage image = test::slices_of(greys_of(placed, {kSize.x, kSize.y, 1}, dvec3(kVoxel)), {kSize.x, kSize.y, 1},
+                                       dvec3(kVoxel), placed)[0];
+    image.instance = fmt::format("1.2.3.4.{}", k);
+    images.push_back(image);
+  }
+  const Imported i = import_tissue(test::write_series("uneven", images), {});
+  EXPECT_THAT(i.report.notes, Contains(AllOf(HasSubstr("uneven slices"), HasSubstr("interpolated to 28"))));
+  EXPECT_LT(glm::length(i.report.lo - reference().report.lo), 0.03e-3);
+  EXPECT_LT(glm::length(i.report.hi - reference().report.hi), 0.03e-3);
+  std::vector<DicomImage> fewer = slices();
+  fewer.erase(fewer.begin() + 11, fewer.begin() + 13);
+  EXPECT_THAT(
+      message_of(test::write_series("missing", fewer)),
+      AllOf(HasSubstr("slices 11 and 12 of 26"), HasSubstr("0.75 mm apart"), HasSubstr("2 slices are missing")));
+}
+
+TEST(ImportDicom, SlicesWithoutAPlaceAreTakenInTheirOrderAndThatIsSaid) {
+  std::vector<DicomImage> images = slices();
+  for (DicomImage& image : images) image.position.reset(), image.orientation.reset(), image.gap = kVoxel;
+  const Imported i = import_tissue(test::write_series("unplaced", images), {});
+  EXPECT_EQ(i.tissue.distance, reference().tissue.distance);
+  EXPECT_EQ(i.report.space, "");
+  EXPECT_THAT(i.report.notes, Contains(HasSubstr("do not say where they lie")));
+  for (DicomImage& image : images) image.gap = 0;
+  EXPECT_THAT(message_of(test::write_series("unspaced", images)),
+              AllOf(HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm")));
+}
+
+TEST(ImportDicom, NothingAboutAPersonComesOut) {
+  std::vector<DicomImage> images = slices();
+  const Imported i = import_tissue(test::write_series("person", images), {});
+  std::vector<std::string> said = i.report.notes;
+  said.insert(said.end(), {i.report.format, i.report.space});
+  // Errors, too, although they are about single files.
+  std::vector<DicomImage> missing = images;
+  missing.erase(missing.begin() + 5);
+  said.push_back(message_of(test::write_series("person_missing", missing)));
+  std::vector<DicomImage> two = images;
+  for (std::size_t k = 0; k < 14; ++k) two[k].series = "1.2.7";
+  said.push_back(message_of(test::write_series("person_two", two)));
+  const auto damaged = test::write_series("person_damaged", images);
+  for (const auto& file : std::filesystem::directory_iterator(damaged))
+    std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) - 300);
+  said.push_back(message_of(damaged));
+  for (const std::string& text : said) {
+    EXPECT_NE(text, "");
+    for (const char* secret : {"HUSH", "HANNAH", "078-05", "19010203", "1901"})
+      EXPECT_THAT(text, Not(HasSubstr(secret)));
+  }
+}
+
+TEST(ImportDicom, BrokenAndBoastfulInputGetsAnExactErrorAndLittleMemory) {
+  std::vector<DicomImage> images = slices();
+  // Pixels cut off.
+  const auto cut = test::write_series("cut", images);
+  const auto victim = std::filesystem::directory_iterator(cut)->path();
+  std::filesystem::resize_file(victim, std::filesystem::file_size(victim) / 2);
+  EXPECT_NE(message_of(cut), "");
+  // A claim of 100 GB in a small file.
+  DicomImage boast = images[0];
+  boast.rows = boast.columns = 65535, boast.frames = 4000;
+  boast.position.reset();
+  test::write(scratch("boast.dcm"), test::dicom_bytes(boast));
+  EXPECT_THAT(message_of(scratch("boast.dcm")), AllOf(HasSubstr("65535 x 65535 x 4000"), HasSubstr("at most")));
+  boast.frames = 1;
+  boast.rows = boast.columns = 20000;
+  for (int k = 0; k < 4; ++k) {
+    boast.instance = fmt::format("1.9.{}", k), boast.position = dvec3(0, 0, k);
+    std::filesystem::create_directories(scratch("boasts"));
+    test::write(scratch("boasts") / fmt::format("{}", k), test::dicom_bytes(boast));
+  }
+  EXPECT_THAT(message_of(scratch("boasts")), HasSubstr("at most"));
+  // Nothing in it, or one slice.
+  std::filesystem::create_directories(scratch("empty_folder"));
+  EXPECT_THAT(message_of(scratch("empty_folder")), HasSubstr("no DICOM images"));
+  test::write(scratch("single.dcm"), test::dicom_bytes(images[0]));
+  EXPECT_THAT(message_of(scratch("single.dcm")), AllOf(HasSubstr("at most 1 slices"), HasSubstr("its folder")));
+  // Archives.
+  const std::string good = test::zip_bytes({{"a", test::dicom_bytes(images[0])}, {"b", test::dicom_bytes(images[1])}});
+  test::write(scratch("cut.zip"), good.substr(0, good.size() - 60));
+  EXPECT_THAT(message_of(scratch("cut.zip")), HasSubstr("ZIP archive"));
+  std::string lies = good;
+  const std::size_t entry = lies.find("PK\1\2");
+  lies[entry + 27] = '\x7f';  // two gigabytes unpacked
+  test::write(scratch("bomb.zip"), lies);
+  EXPECT_THAT(message_of(scratch("bomb.zip")), AllOf(HasSubstr("file 1"), HasSubstr("deflate")));
+  std::string secret = good;
+  secret[entry + 8] = 1;
+  test::write(scratch("secret.zip"), secret);
+  EXPECT_THAT(message_of(scratch("secret.zip")), HasSubstr("encrypted"));
+  // A name that is not UTF-8.
+  const auto odd = scratch("odd\xff\xfe");
+  std::filesystem::create_directories(odd);
+  for (std::size_t k = 0; k < images.size(); ++k)
+    test::write(odd / fmt::format("\xe9{}", k), test::dicom_bytes(images[k]));
+  expect_reference(import_tissue(odd, {}));
+}
+
+}  // namespace
+}  // namespace typodont::haptics
