@@ -9,7 +9,7 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec2 in_look;  // x: 1 turns with the spindle; y: roughness
+layout(location = 4) in vec3 in_look;  // x: 1 turns with the spindle; y: roughness; z: 1 on a dark ring of the scale
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
@@ -39,7 +39,7 @@ void main() {
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
   // The grooves between the blades are dark; swept by spin they darken the hull a little.
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
-  float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur);
+  float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
   // Shadows on the tool are the tissue's; a little towards the lamp, off the surface it touches.

@@ -18,8 +18,8 @@ SoundModels load_sound_models(const std::filesystem::path& file) {
     models.free_speed = models.idle.spindle;
     return models;
   }
-  json.allow_only({"kind", "name", "idle", "working", "free_speed_krpm", "order", "tones", "level_dB", "source",
-                   "licence", "notes"});
+  json.allow_only({"kind", "name", "idle", "working", "free_speed_krpm", "order", "tones", "teeth", "level_dB",
+                   "source", "licence", "notes"});
   const auto model_beside = [&](const Json& name) {
     const std::filesystem::path path = file.parent_path() / name.string();
     std::error_code code;
@@ -47,6 +47,7 @@ SoundModels load_sound_models(const std::filesystem::path& file) {
       models.tones.push_back({tone["multiple"].number(0.01, 100), std::pow(10, tone["level_dB"].number(-120, 0) / 20)});
     }
   }
+  models.teeth = json.number_or("teeth", 0, 0, 100);
   models.level = std::pow(10, json.number_or("level_dB", 0, -60, 60) / 20);
   return models;
 }

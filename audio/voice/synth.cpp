@@ -38,6 +38,9 @@ constexpr float kTapPerNewton = 0.25f;
 constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly is a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
+// A tooth that strikes: working sound that dies away until the next one. Its mean power is that of the steady sound.
+constexpr double kApart = 60, kFused = 200;  // Hz of teeth: up to the one all are heard, from the other on none alone
+constexpr double kDying = 6;                 // e-folds from tooth to tooth
 constexpr int kChunk = 64;
 
 /// Sets denormal numbers to zero during its lifetime. So a decaying filter costs no more than a loud one, and the bits
@@ -99,6 +102,8 @@ struct DrillSynth::Impl {
         free_speed(models.free_speed),
         tones(models.tones),
         phases(models.tones.size(), 0.0),
+        teeth(models.teeth),
+        tooth_peak(std::sqrt(2 * kDying / (1 - std::exp(-2 * kDying)))),
         kernels(kFastestSpeed * fastest_step(models, sample_rate)),
         lines(sample_rate),
         modal(sample_rate),
@@ -269,6 +274,7 @@ struct DrillSynth::Impl {
         streams[t].add(speeds, gains[t], t == 0 ? out : working, count);
       }
       if (!lines.empty()) lines.add(speeds, gains, active, working, count);
+      if (teeth > 0) strike(speeds, working, count);
       for (int i = 0; i < count; ++i) {
         low = speeds[i] == 0 ? 0.0f : low + bright_pole * (working[i] - low);
         out[i] += working[i] + brightness[i] * (working[i] - low);
@@ -301,6 +307,19 @@ struct DrillSynth::Impl {
       }
     }
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
+  }
+
+  /// The working sound in bursts, one a tooth, where the teeth come slowly enough to be told apart.
+  void strike(const double* speeds, float* working, int count) noexcept {
+    for (int i = 0; i < count; ++i) {
+      const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
+      tooth_phase += frequency / rate;
+      tooth_phase -= std::floor(tooth_phase);
+      const double apart = std::clamp((kFused - frequency) / (kFused - kApart), 0.0, 1.0);
+      if (apart == 0) continue;
+      const double burst = tooth_peak * std::exp(-kDying * tooth_phase);
+      working[i] *= static_cast<float>(1 + apart * (burst - 1));
+    }
   }
 
   void render(std::span<float> mono, double first) noexcept {
@@ -340,6 +359,8 @@ struct DrillSynth::Impl {
   bool reference_given = free_speed > 0;
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // turns
+  const double teeth, tooth_peak;
+  double tooth_phase = 0;  // of the way from tooth to tooth
   InterpolationKernels kernels;
   std::vector<ModelStream> streams;  // idle, then working by tissue
   RotorLines lines;

@@ -12,6 +12,8 @@
 #include <sstream>
 
 #include "engine/app/assets.h"
+#include "engine/app/implant/implant_scene.h"
+#include "engine/app/tissue/bone_tissue.h"
 #include "engine/app/tissue/paint_file.h"
 #include "engine/app/tissue/sampled_tissue.h"
 #include "engine/app/tissue/tissue_edit.h"
@@ -38,7 +40,7 @@ namespace {
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
-constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\" or \"solids\"";
+constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr double kNewtonMillimetre = 1e-3;     // N·m
 // The range of a scene's own limits. Reaming an acetabulum needs 200 N; at the rim of a reamer of 60 mm that is 6 N·m.
@@ -147,7 +149,8 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
                    "spindle_krpm", "spindle",     "coupling",       "materials",     "parts",     "friction",
                    "cutting",      "passivity",   "boundary_walls", "force_filter",  "vibration", "score",
                    "sound",        "prepare",     "paint_file",     "model",         "task",      "surroundings",
-                   "mouth_mirror", "suction",     "resume",         "force_limit_N", "tooth",     "torque_limit_Nmm"});
+                   "mouth_mirror", "suction",     "resume",         "force_limit_N", "tooth",     "torque_limit_Nmm",
+                   "tool_set",     "implant"});
   const haptics::SolidFiles solid_files = files_of(place);
   Scene scene;
   scene.file = file;
@@ -163,6 +166,9 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   } else if (const auto mesh = scene.tissue->find("mesh")) {
     scene.tissue->allow_only({"mesh"});
     haptics::read_mesh_tissue_options(*mesh);
+  } else if (const auto bone = scene.tissue->find("bone")) {
+    scene.tissue->allow_only({"bone"});
+    check_bone(*bone);
   } else if (!scene.tissue->has("solids")) {
     scene.tissue->fail(kTissueForms);
   }
@@ -183,8 +189,10 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
   }
 
   haptics::ServoSettings& servo = scene.servo;
-  const auto tool_of = [](const Json& tool) {
-    return tool.is_string() ? load_tool(tool.string()) : haptics::read_tool(tool);
+  const auto set = json.find("tool_set");
+  const auto tool_of = [&](const Json& tool) {
+    if (!tool.is_string()) return haptics::read_tool(tool);
+    return set ? load_set_tool(find_file(set->string(), place), tool) : load_tool(tool.string());
   };
   if (json.has("tool") && json.has("tools")) json.fail("both tool and tools", "one of them");
   if (const auto tools = json.find("tools")) {
@@ -268,6 +276,10 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     for (const auto& list : {scene.task->protect, scene.task->region}) {
       for (const Json& item : list) haptics::read_solid(item, {.find = {}, .read_mesh = haptics::read_mesh_solid});
     }
+  }
+  if (const auto implant = json.find("implant")) {
+    if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
+    scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
   }
   (void)session::tooth_sides(json);  // the report reads it; a mistake in it is said now
   if (const auto surroundings = json.find("surroundings")) {
@@ -354,6 +366,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
   }
   if (!scene.paint_file.empty()) paint(volume, read_paint(scene.paint_file));
   for (const Json& item : scene.prepare) volume = without_solid(volume, *haptics::read_solid(item, solid_files));
+  if (scene.implant) check_plan(*scene.implant, volume, scene.file);
   return volume;
 }
 

@@ -14,6 +14,7 @@
 #include "engine/base/json.h"
 #include "engine/contract/mouth_mirror.h"
 #include "engine/debris/debris.h"
+#include "engine/session/implant.h"
 #include "engine/session/task.h"
 #include "haptics/servo.h"
 #include "haptics/tissue_volume.h"
@@ -36,6 +37,7 @@ struct Scene {
   std::string resume;                // a volume or session to go on from; empty: the tissue is untouched
   std::optional<Json> score;
   std::optional<session::Task> task;
+  std::optional<session::ImplantTask> implant;  // of an exercise in implant surgery
   bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
   std::optional<SurroundingsPlan> surroundings;  // what stands around the tooth
   MouthMirror mouth_mirror;                      // where the other hand holds it; diameter 0: none

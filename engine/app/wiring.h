@@ -28,6 +28,7 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 /// what was in force and a replay stays exact.
 struct SessionSettings {
   double speed_share = 1;                 // 0..1, of the pedal: how fast the drill may turn
+  bool backwards = false;                 // the handpiece runs backwards, with a tool that has a thread
   double force_share = 1;                 // 0..1, of the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // of the materials' own; only where not recorded
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/hands.h"
+#include "engine/app/hands/implant_expert.h"
 #include "engine/app/hands/live_expert.h"
 #include "engine/app/hands/mouse_hand.h"
 #include "engine/app/headset/xr_hand.h"
@@ -52,6 +54,9 @@ using namespace std::chrono_literals;
 constexpr double kCaughtAway = 3e-3;               // m that a tool may lag behind the hand, …
 constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // … and for how long, before that is said
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
+// Of an implant exercise: the phase's instrument, its speed, another speed, backwards.
+constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
+constexpr double kSpeedStep = 0.05;  // of the motor's
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -82,11 +87,12 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                                                    // the newest, as drawn
-  SessionSettings settings;                                                          // as last sent to the servo
-  std::optional<session::HandMeter> meter;                                           // where operated
-  std::optional<DamageMeter> damage;                                                 // the same
-  PerTissue volumes_before{};                                                        // m³, the same
+  ServoTick tick;                                // the newest, as drawn
+  SessionSettings settings;                      // as last sent to the servo
+  std::optional<session::HandMeter> meter;       // where operated
+  std::optional<DamageMeter> damage;             // the same
+  std::optional<session::ImplantMeter> implant;  // of an implant exercise: which phase it is in, and what is said
+  PerTissue volumes_before{};                    // m³, the same
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
@@ -120,6 +126,10 @@ struct Workbench::Impl {
   void report_hand();
   double caught() const;
   std::string hint() const;
+  void follow_implant_key(int key);
+  void take_phase_tool();
+  ImplantStatus implant_status() const;
+  std::string implant_line() const;
   void end();
 };
 
@@ -171,6 +181,7 @@ void Workbench::Impl::set_up() {
         throw Error("--hand", "", scheme + ":" + rest, "a headset's rig, and a scene that names \"render\"");
       return make_xr_hand(s.wiring, scheme + ":" + rest, {above, {1, 0, 0, 0}}, options.rate);
     }
+    if (scheme == "expert" && scene.implant) return make_live_implant_expert(scene, options.rate);
     if (scheme == "expert") return make_live_expert(scene, s.carver.volume(), s.wiring, options.rate, /*paced=*/true);
     if (!window) throw Error("--hand", "", scheme + ":", "a window rig for it to move in");
     pointer.emplace(*rig, above, wheel_step_of(rest));
@@ -233,6 +244,7 @@ void Workbench::Impl::set_up() {
     s.watched = s.draw && hmd;
     damage = damage_meter(scene);
   }
+  if (scene.implant) implant.emplace(*scene.implant);
   if ((s.draw && window) || s.operated) {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
@@ -295,6 +307,7 @@ void Workbench::Impl::start() {
   if (picture && !options.operated) keys += "V: view   ";
   if (picture && picture->shows_debris()) keys += "A: suction   ";
   if (tools > 1) keys += fmt::format("1–{}: tools   ", tools);
+  if (implant) keys += "T: the phase's instrument   , .: slower, faster   B: backwards   ";
   if (headset) headset->start(began);
 }
 
@@ -343,6 +356,8 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     PictureStage& stage = *picture->stage();
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     follow_keys(over);
+    // Where the session is operated, every tick is seen: score_ticks().
+    if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
     return true;
@@ -392,7 +407,10 @@ std::string Workbench::Impl::hint() const {
         "in   space or Esc: stop",
         1e3 * caught());
   std::string text = keys;
-  if (pointer)
+  if (implant && picture && !options.operated) {
+    // A line has room for one of both: what is due comes before what all the keys do.
+    text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
+  } else if (pointer)
     text = fmt::format(
                "left button: drill   wheel: in and out by {:.3g} mm (Page up, down)   right button: tilt, middle: "
                "upright   ",
@@ -419,11 +437,65 @@ void Workbench::Impl::follow_keys(const display::UserInput& input) {
     if (key == kGoOnKey) hold(false);
     if (key == kViewKey && !options.operated) picture->show_next_view(tick);
     if (key == kSuctionKey) picture->switch_suction();
+    if (implant) follow_implant_key(key);
     const int place = key - '1';
     if (place >= 0 && place < 9 && place < static_cast<int>(haptics::tool_set(scene.servo).size())) {
       session->wiring.chosen_tool = place;
     }
   }
+}
+
+void Workbench::Impl::take_phase_tool() {
+  if (!implant || implant->phase() >= scene.implant->phases.size()) return;
+  const session::ImplantPhase& phase = scene.implant->phases[implant->phase()];
+  session->wiring.chosen_tool = static_cast<int>(phase.tool);
+  const double top = haptics::tool_set(scene.servo)[phase.tool].free_speed(scene.servo.spindle.free_speed);
+  if (phase.speed > 0 && top > 0) settings.speed_share = std::min(1.0, phase.speed / top);
+  settings.backwards = false;
+}
+
+ImplantStatus Workbench::Impl::implant_status() const {
+  ImplantStatus status;
+  status.phase = implant->phase();
+  status.note = implant->note();
+  status.depth = implant->depth();
+  if (status.phase < scene.implant->phases.size()) status.phase_depth = scene.implant->phases[status.phase].depth;
+  status.speed =
+      settings.speed_share * haptics::tool_set(scene.servo)[tick.tool].free_speed(scene.servo.spindle.free_speed);
+  status.temperature = implant->temperature();
+  return status;
+}
+
+void Workbench::Impl::follow_implant_key(int key) {
+  if (key == kPhaseToolKey) {
+    take_phase_tool();
+  } else if (key == kSlowerKey || key == kFasterKey) {
+    settings.speed_share = std::clamp(settings.speed_share + (key == kFasterKey ? kSpeedStep : -kSpeedStep), 0.0, 1.0);
+  } else if (key == kBackwardsKey) {
+    settings.backwards = !settings.backwards;
+  } else {
+    return;
+  }
+  session->wiring.settings.publish(settings);
+}
+
+/// "Phase 4 of 16: …, 3.2 mm": where an implant exercise stands, and what is wrong.
+std::string Workbench::Impl::implant_line() const {
+  const session::ImplantTask& task = *scene.implant;
+  const std::size_t at = implant->phase();
+  if (at >= task.phases.size()) return "all phases are done   ";
+  const session::ImplantPhase& phase = task.phases[at];
+  std::string text = fmt::format("{}/{} {}: ", at + 1, task.phases.size(), phase.name.in(session::Language::kEnglish));
+  if (implant->note() != session::ImplantNote::kNone) {
+    std::string said(
+        session::text(fmt::format("implant.note.{}", session::name_of(implant->note())), session::Language::kEnglish));
+    std::transform(said.begin(), said.end(), said.begin(), [](unsigned char c) { return std::toupper(c); });
+    text += said + "   ";
+  }
+  const ImplantStatus status = implant_status();
+  return text + fmt::format("{:.1f} of {:.1f} mm, {} {:.0f} rpm{}   ", status.depth / kMillimetre,
+                            status.phase_depth / kMillimetre, haptics::tool_set(scene.servo)[tick.tool].name,
+                            status.speed / (2 * kPi / 60), settings.backwards ? " backwards" : "");
 }
 
 /// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters alone do as well.
@@ -441,6 +513,7 @@ void Workbench::Impl::score_ticks() {
   while (session->wiring.ticks_to_score.pop(next)) {
     meter->add({&next, 1});
     if (damage) damage->add({&next, 1});
+    if (implant) implant->add({&next, 1});
     picture->views()->explore(next);
     if (headset || !session->draw) tick = next;
     if (next.faults != 0) {
@@ -622,6 +695,10 @@ void Workbench::emergency_stop() {
 void Workbench::choose_tool(int place) {
   impl_->session->wiring.chosen_tool = place;
 }
+void Workbench::choose_phase_tool() {
+  impl_->take_phase_tool();
+  impl_->session->wiring.settings.publish(impl_->settings);
+}
 bool Workbench::held() const {
   return impl_->held;
 }
@@ -648,6 +725,7 @@ WorkbenchStatus Workbench::status() {
     s.frames = picture.frames();
     s.own_frames = picture.own_frames();
   }
+  if (m.implant) s.implant = m.implant_status();
   s.record = wiring.record_to_render.front();
   wiring.tissue_to_render.fetch();
   s.tissue = wiring.tissue_to_render.front();
@@ -674,6 +752,7 @@ session::Score Workbench::score_so_far() {
   }
   if (m.meter) input.hand = m.meter->result();
   if (m.damage) input.damage = m.damage->result();
+  if (m.implant) input.implant = m.implant->result();
   return session::score_of_scene(Json::parse(m.scene.text, m.scene.file.string()), input);
 }
 FinishedHand Workbench::take_hand() {
@@ -681,6 +760,7 @@ FinishedHand Workbench::take_hand() {
   FinishedHand finished;
   if (m.meter) finished.input.hand = m.meter->result();
   if (m.damage) finished.input.damage = m.damage->result();
+  if (m.implant) finished.input.implant = m.implant->result();
   std::tie(finished.explore, finished.unexplored) = std::move(m.explored);
   return finished;
 }

@@ -54,6 +54,16 @@ struct LoopGranted {
 };
 
 /// How a session stands, for who watches it.
+/// Where an exercise in implant surgery stands.
+struct ImplantStatus {
+  std::size_t phase = 0;  // that is due; as many as there are where all are over
+  session::ImplantNote note = session::ImplantNote::kNone;
+  double depth = 0;         // m of the tip below the plan's entry
+  double phase_depth = 0;   // m that this phase asks for
+  double speed = 0;         // rad/s of the tool in the hand at full pedal
+  double temperature = 37;  // °C of the bone, estimated
+};
+
 struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the newest
@@ -72,6 +82,7 @@ struct WorkbenchStatus {
   bool armed = true;                       // force may flow: the hand has been free of contact
   LoopGranted granted;                     // what the system granted the loop that feels
   std::string_view real_time;              // what it did not, in words; empty: all is granted
+  std::optional<ImplantStatus> implant;    // of an exercise in implant surgery
 };
 
 struct WorkbenchSummary {
@@ -115,6 +126,8 @@ class Workbench {
   const SessionSettings& settings() const;
   /// Its place in the tray; taken up as soon as pedal, drill and tissue allow.
   void choose_tool(int place);
+  /// In an implant exercise: the instrument of the phase that is due, at its speed, forwards.
+  void choose_phase_tool();
   /// Only where not recorded: a recording holds cuts, not paint.
   void paint(const BrushMove& move);
   /// After stop(): what was painted and not taken back.

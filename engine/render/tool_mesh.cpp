@@ -18,6 +18,9 @@ namespace {
 using glm::dvec2;
 using glm::dvec3;
 
+constexpr double kMark = 0.4e-3;                    // m, height of a ring of the scale …
+constexpr double kMarkEdge = 0.01e-3;               // m, … and of its edge
+constexpr int kRingsPerTurn = 10;                   // of a thread
 constexpr int kHeadAround = 72, kShaftAround = 36;  // corners around; the head's divides by 6, 8 and 12 flutes
 
 /// Points of a quarter or so of a circle about (0, z0), from angle a to b measured from −z.
@@ -28,9 +31,10 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
   }
 }
 
-/// A lathe: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
-template <class Cut>
-void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut) {
+/// A lathe: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius; `marked`: z is dark.
+template <class Cut, class Marked>
+void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut,
+               Marked&& marked) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   const auto point = [&](std::size_t ring, int corner, bool fluted) {
     const double angle = 2 * kPi * corner / around_count;
@@ -52,7 +56,7 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
     for (int corner = 0; corner < around_count; ++corner)
       mesh.vertices.push_back({glm::vec3(point(ring, corner, true)), glm::vec3(normal(ring, corner, true)),
                                glm::vec3(point(ring, corner, false)), glm::vec3(normal(ring, corner, false)), 1.0f,
-                               rough});
+                               rough, marked(profile[ring].y) ? 1.0f : 0.0f});
   for (std::size_t ring = 0; ring + 1 < profile.size(); ++ring)
     for (int corner = 0; corner < around_count; ++corner) {
       const auto a = first + static_cast<std::uint32_t>(ring * around_count + corner);
@@ -67,6 +71,33 @@ constexpr std::array<std::string_view, 7> kOwnLooks = {"sphere", "cylinder", "ro
 /// m, of the neck behind a head of radius r.
 double neck_behind(double r) {
   return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2.0e-4));
+}
+
+/// The head's profile with the rings that marks and a thread need.
+std::vector<dvec2> refined(const ToolShape& shape) {
+  if (shape.marks.empty() && !(shape.thread_pitch > 0)) return shape.profile;
+  std::vector<double> more;
+  for (const double mark : shape.marks) {
+    for (const double side : {-1.0, 1.0}) {
+      more.push_back(mark + side * (kMark / 2 + kMarkEdge));
+      more.push_back(mark + side * (kMark / 2 - kMarkEdge));
+    }
+  }
+  const auto& p = shape.profile;
+  if (shape.thread_pitch > 0) {
+    for (double z = p.front().y; z < p.back().y; z += shape.thread_pitch / kRingsPerTurn) more.push_back(z);
+  }
+  std::sort(more.begin(), more.end());
+  std::vector<dvec2> out{p.front()};
+  for (std::size_t i = 1; i < p.size(); ++i) {
+    const dvec2 a = p[i - 1], b = p[i];
+    for (const double z : more) {
+      if (!(z > a.y + kMarkEdge && z < b.y - kMarkEdge)) continue;
+      out.push_back({a.x + (b.x - a.x) * (z - a.y) / (b.y - a.y), z});
+    }
+    out.push_back(b);
+  }
+  return out;
 }
 
 }  // namespace
@@ -134,17 +165,26 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
 }
 
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around, float rough) {
-  add_lathe(mesh, profile, around, rough, [](double r, double, double) { return r; });
+  add_lathe(
+      mesh, profile, around, rough, [](double r, double, double) { return r; }, [](double) { return false; });
 }
 
 ToolMesh make_tool_mesh(const ToolShape& shape) {
   ToolMesh mesh;
-  const auto& head = shape.profile;
+  const std::vector<dvec2> head = refined(shape);
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
   const double widest = std::max_element(head.begin(), head.end(), [](auto& a, auto& b) { return a.x < b.x; })->x;
 
   // Head: a blade rises steeply at its cutting edge and falls off slowly behind it, a saw tooth turned into a helix.
-  add_lathe(mesh, head, kHeadAround, shape.diamond ? 0.75f : 0.24f, [&](double r, double z, double angle) {
+  const auto cut = [&](double r, double z, double angle) {
+    if (shape.thread_pitch > 0) {
+      // A sharp thread, right-handed: clockwise, seen from the shank, screws it in. It runs out at both ends.
+      double phase = z / shape.thread_pitch - angle / (2 * kPi);
+      phase -= std::floor(phase);
+      const double groove = std::abs(2 * phase - 1);
+      const double fade = std::clamp(std::min(z - z0, z1 - z) / shape.thread_pitch, 0.0, 1.0);
+      return std::max(std::min(r, shape.thread_core), r - (r - shape.thread_core) * groove * fade);
+    }
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
@@ -156,6 +196,10 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     // Grit: bumps of a fixed pattern, the same in every run.
     const double g = std::sin(37.0 * angle + 5100.0 * z / widest * 1e-3) * std::sin(41.0 * z / widest + 3.0 * angle);
     return r * (1 - 0.035 * (0.5 + 0.5 * g));
+  };
+  add_lathe(mesh, head, kHeadAround, shape.diamond ? 0.75f : 0.24f, cut, [&](double z) {
+    return std::any_of(shape.marks.begin(), shape.marks.end(),
+                       [&](double mark) { return std::abs(z - mark) < kMark / 2; });
   });
 
   // Neck and shank: a smooth taper, then the friction-grip cylinder with its rounded end.

@@ -19,6 +19,9 @@ struct ToolShape {
   double shank_radius = 8e-4;       // m, friction grip 1.6 mm
   double shank_length = 16e-3;      // m
   bool diamond = false;             // rough grit instead of flutes
+  std::vector<double> marks;        // m, z of dark rings around the head: the scale of a drill
+  double thread_pitch = 0;          // m; 0: no thread
+  double thread_core = 0;           // m, radius between the thread's crests
 };
 
 /// The shapes with a look of their own: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone.
@@ -34,6 +37,7 @@ struct ToolVertex {
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
   float spins = 1;                       // 1 turns with the spindle
   float rough = 0.3f;
+  float mark = 0;  // 1 on a dark ring of the scale
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;

@@ -156,6 +156,15 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
+/// A number of an implant's bed; negative numbers are not known.
+template <class Number>
+std::optional<double> of_bed(const ScoreInput& in, Number number) {
+  if (!in.implant || !in.implant->bed.found) return std::nullopt;
+  const double value = number(in.implant->bed);
+  if (value < 0) return std::nullopt;
+  return value;
+}
+
 constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
@@ -236,6 +245,54 @@ constexpr Measure kMeasures[] = {
        if (!in.explore) return std::nullopt;
        return 100 * in.explore->explored;
      }},
+    {"implant_phases_percent", "%", Best::kAtLeast,
+     [](In in) -> Value {
+       if (!in.implant) return std::nullopt;
+       return 100 * in.implant->phases_done();
+     }},
+    {"implant_entry_mm", "mm", Best::kAtMost,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.entry_error; }); }},
+    {"implant_apex_mm", "mm", Best::kAtMost,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.apex_error; }); }},
+    {"implant_angle_deg", "°", Best::kAtMost,
+     [](In in) { return of_bed(in, [](const auto& bed) { return kDegreesPerRadian * bed.axis_error; }); }},
+    {"bed_depth_mm", "mm", Best::kNear,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.depth; }); }},
+    {"bed_diameter_mm", "mm", Best::kNear,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.diameter; }); }},
+    {"bed_ovality_mm", "mm", Best::kAtMost,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 1e3 * bed.ovality; }); }},
+    {"cortical_perforation_percent", "%", Best::kAtMost,
+     [](In in) { return of_bed(in, [](const auto& bed) { return 100 * bed.perforated; }); }},
+    {"canal_distance_mm", "mm", Best::kAtLeast,
+     [](In in) {
+       return of_bed(in, [](const auto& bed) { return bed.canal_distance < 1 ? 1e3 * bed.canal_distance : -1; });
+     }},
+    {"neighbour_distance_mm", "mm", Best::kAtLeast,
+     [](In in) {
+       return of_bed(in,
+                     [](const auto& bed) { return bed.neighbour_distance < 1 ? 1e3 * bed.neighbour_distance : -1; });
+     }},
+    {"insertion_torque_Ncm", "N·cm", Best::kNear,
+     [](In in) -> Value {
+       if (!in.implant || !in.implant->placed) return std::nullopt;
+       return 100 * in.implant->insertion_torque;
+     }},
+    {"bone_contact_percent", "%", Best::kAtLeast,
+     [](In in) -> Value {
+       if (!in.implant || in.implant->bone_contact < 0) return std::nullopt;
+       return 100 * in.implant->bone_contact;
+     }},
+    {"over_force_s", "s", Best::kAtMost,
+     [](In in) -> Value {
+       if (!in.implant) return std::nullopt;
+       return in.implant->over_force;
+     }},
+    {"bone_temperature_C", "°C", Best::kAtMost,
+     [](In in) -> Value {
+       if (!in.implant) return std::nullopt;
+       return in.implant->hottest;
+     }},
     {"force_mean_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_mean; }, true},
     {"force_max_N", "N", Best::kAtMost, [](In in) -> Value { return in.hand.force_max; }, true},
     {"path_length_mm", "mm", Best::kAtMost, [](In in) -> Value { return in.hand.path_length * 1e3; }, true},
@@ -264,6 +321,7 @@ double completion(const ScoreInput& in) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
     return 0.5 * found + 0.5 * std::min(1.0, in.explore->explored / kEnoughExplored);
   }
+  if (in.implant) return in.implant->phases_done();
   if (in.cavity && in.cavity->has_ideal && in.cavity->wanted > 0) return in.cavity->done / in.cavity->wanted;
   if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0) return removed_share(in, Tissue::kCaries);
   if (!in.ideal) {

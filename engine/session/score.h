@@ -13,6 +13,7 @@
 #include "engine/contract/tissue.h"
 #include "engine/session/cavity.h"
 #include "engine/session/explore.h"
+#include "engine/session/implant_measures.h"
 
 namespace typodont::session {
 
@@ -80,6 +81,7 @@ struct ScoreInput {
   std::optional<CavityMeasures> cavity_ideal;  // and of the ideal: what a perfect hand would get
   std::optional<ExploreMeasures> explore;      // of a task that is to explore
   std::optional<DamageMeasures> damage;        // where the scene has surroundings
+  std::optional<ImplantMeasures> implant;      // of an exercise in implant surgery
 };
 
 /// The pass mark where a scene names none, with its source (an entry of the catalogue of texts).

@@ -15,9 +15,9 @@
 namespace typodont::session {
 
 /// What a step may wait for: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view; the hold
-/// key.
-inline constexpr std::array<std::string_view, 9> kStepDeeds = {"move", "touch", "drill", "tool", "speed",
-                                                               "undo", "redo",  "view",  "hold"};
+/// key; the phase of an implant exercise that has the step's number.
+inline constexpr std::array<std::string_view, 10> kStepDeeds = {"move", "touch", "drill", "tool", "speed",
+                                                                "undo", "redo",  "view",  "hold", "phase"};
 
 /// "text", or {"en": …, "de": …, "zh": …} with at least "en".
 struct TaskText {

@@ -157,6 +157,24 @@ const MeasureWorsening kMeasures[] = {
      [](ScoreInput& in, double v) { in.explore->found = static_cast<int>(v / 100 * in.explore->lesions); }},
     {"false_finds", 0, [](ScoreInput& in, double v) { in.explore->false_finds = static_cast<int>(std::ceil(v)); }},
     {"explored_percent", 90, [](ScoreInput& in, double v) { in.explore->explored = v / 100; }},
+    {"implant_phases_percent", 100,
+     [](ScoreInput& in, double v) {
+       in.implant->phases.assign(1000, {});
+       for (std::size_t i = 0; i < 1000; ++i) in.implant->phases[i].done = static_cast<double>(i) < 10 * v;
+     }},
+    {"implant_entry_mm", 0.3, [](ScoreInput& in, double v) { in.implant->bed.entry_error = v * 1e-3; }},
+    {"implant_apex_mm", 0.5, [](ScoreInput& in, double v) { in.implant->bed.apex_error = v * 1e-3; }},
+    {"implant_angle_deg", 1, [](ScoreInput& in, double v) { in.implant->bed.axis_error = v * 3.14159265358979 / 180; }},
+    {"bed_depth_mm", 12, [](ScoreInput& in, double v) { in.implant->bed.depth = v * 1e-3; }},
+    {"bed_diameter_mm", 4.2, [](ScoreInput& in, double v) { in.implant->bed.diameter = v * 1e-3; }},
+    {"bed_ovality_mm", 0, [](ScoreInput& in, double v) { in.implant->bed.ovality = v * 1e-3; }},
+    {"cortical_perforation_percent", 0, [](ScoreInput& in, double v) { in.implant->bed.perforated = v / 100; }},
+    {"canal_distance_mm", 2, [](ScoreInput& in, double v) { in.implant->bed.canal_distance = v * 1e-3; }},
+    {"neighbour_distance_mm", 1.5, [](ScoreInput& in, double v) { in.implant->bed.neighbour_distance = v * 1e-3; }},
+    {"insertion_torque_Ncm", 35, [](ScoreInput& in, double v) { in.implant->insertion_torque = v / 100; }},
+    {"bone_contact_percent", 90, [](ScoreInput& in, double v) { in.implant->bone_contact = v / 100; }},
+    {"over_force_s", 0, [](ScoreInput& in, double v) { in.implant->over_force = v; }},
+    {"bone_temperature_C", 44, [](ScoreInput& in, double v) { in.implant->hottest = v; }},
     {"force_mean_N", 1, [](ScoreInput& in, double v) { in.hand.force_mean = v; }},
     {"force_max_N", 3, [](ScoreInput& in, double v) { in.hand.force_max = v; }},
     {"path_length_mm", 100, [](ScoreInput& in, double v) { in.hand.path_length = v * 1e-3; }},
@@ -165,6 +183,12 @@ const MeasureWorsening kMeasures[] = {
     {"strokes", 10, [](ScoreInput& in, double v) { in.hand.strokes = static_cast<int>(std::ceil(v)); }},
     {"tremor_rms_um", 100, [](ScoreInput& in, double v) { in.hand.tremor_rms = v * 1e-6; }},
 };
+
+bool is_implants(std::string_view name) {
+  constexpr std::string_view kStarts[] = {"implant_",           "bed_",       "cortical_", "canal_",
+                                          "neighbour_distance", "insertion_", "bone_",     "over_force"};
+  return std::any_of(std::begin(kStarts), std::end(kStarts), [&](auto start) { return name.starts_with(start); });
+}
 
 TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
   std::vector<std::string> names;
@@ -178,9 +202,13 @@ TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
                           m.name == std::string_view("explored_percent") || m.name == std::string_view("false_finds");
     const bool at_least =
         m.name == std::string_view("pulp_distance_mm") || m.name == std::string_view("wall_thickness_mm") ||
-        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent");
+        m.name == std::string_view("lesions_found_percent") || m.name == std::string_view("explored_percent") ||
+        m.name == std::string_view("implant_phases_percent") || m.name == std::string_view("canal_distance_mm") ||
+        m.name == std::string_view("neighbour_distance_mm") || m.name == std::string_view("bone_contact_percent");
     const bool near = m.name == std::string_view("floor_depth_mm") || m.name == std::string_view("taper_deg") ||
-                      m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm");
+                      m.name == std::string_view("axial_depth_mm") || m.name == std::string_view("isthmus_mm") ||
+                      m.name == std::string_view("bed_depth_mm") || m.name == std::string_view("bed_diameter_mm") ||
+                      m.name == std::string_view("insertion_torque_Ncm");
     for (const double way : {1.0, -1.0}) {
       if (way < 0 ? !(at_least || near) : at_least) continue;
       ScoreInput in = perfect(random, false);
@@ -194,6 +222,11 @@ TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
         in.cavity->has_ideal = true;
         in.cavity->wanted = in.cavity->done = 1e-9;
         in.damage = DamageMeasures{true, true, 0, 0, -1};
+        if (is_implants(m.name)) {
+          in.implant.emplace();
+          in.implant->phases.assign(1, {});
+          in.implant->phases.front().done = in.implant->placed = in.implant->bed.found = true;
+        }
       }
       const ScoreRule rule{m.name, m.target, 10, 7, at_least ? Best::kAtLeast : near ? Best::kNear : Best::kAtMost,
                            "",     true};

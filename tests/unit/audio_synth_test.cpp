@@ -195,6 +195,41 @@ TEST(DrillSynth, GrowsBrighterWithForce) {
   EXPECT_GT(centroid(hard, 0, 3), centroid(soft, 0, 3) + 100);
 }
 
+/// Bursts a second: maxima of the power in windows of 2 ms that are three times the mean.
+double bursts_per_second(const std::vector<float>& y, double from, double to) {
+  const auto window = static_cast<std::size_t>(0.002 * kRate);
+  std::vector<double> power;
+  for (auto i = static_cast<std::size_t>(from * kRate); i + window < static_cast<std::size_t>(to * kRate);
+       i += window) {
+    double sum = 0;
+    for (std::size_t k = i; k < i + window; ++k) sum += static_cast<double>(y[k]) * static_cast<double>(y[k]);
+    power.push_back(sum);
+  }
+  double mean = 0;
+  for (const double p : power) mean += p / static_cast<double>(power.size());
+  int bursts = 0;
+  for (std::size_t i = 1; i < power.size(); ++i) bursts += power[i] > 2.5 * mean && power[i - 1] <= 2.5 * mean;
+  return bursts / (to - from);
+}
+
+TEST(DrillSynth, LetsTheTeethOfASlowDrillBeHeardOneByOne) {
+  SoundModels models = hiss();
+  models.teeth = 2;
+  constexpr double kTurns = 800.0 / 60;  // a second
+  models.free_speed = 2 * kPi * kTurns;
+  const auto steady = [&](double teeth) {
+    models.teeth = teeth;
+    SoundState s = state(0, 1, 2e-6, 3, Tissue::kCorticalBone);
+    s.spindle = models.free_speed;
+    return voiced({s}, 2, 256, models);
+  };
+  const std::vector<float> apart = steady(2), smooth = steady(0), fused = steady(20);
+  EXPECT_NEAR(bursts_per_second(apart, 0.5, 2), 2 * kTurns, 3);
+  EXPECT_LT(bursts_per_second(smooth, 0.5, 2), 5);
+  EXPECT_EQ(fused, smooth) << "teeth that come faster than 200 a second are one sound";
+  EXPECT_NEAR(level_dB(apart, 0.5, 2), level_dB(smooth, 0.5, 2), 1.0) << "as loud as without";
+}
+
 TEST(DrillSynth, ColoursTissuesApart) {
   const auto bright = [](Tissue tissue) {
     return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3);

@@ -10,6 +10,7 @@
 #include "engine/debris/bench.h"
 #include "haptics/bench.h"
 #include "haptics/device_bench.h"
+#include "haptics/implant_bench.h"
 #include "haptics/import/mesh_tissue.h"
 
 namespace typodont {
@@ -99,6 +100,9 @@ constexpr BenchPart kParts[] = {
      "is near the "
      "head, not what is there.",
      vertex},
+    {"implant", "Implant surgery",
+     "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",
+     [](const BenchRun& run) { return haptics::bench_implant(run.quick); }},
     {"mesh_picture", "Picture of a carved mesh",
      "A round bur carves the arch; 60 times a second what changed of its mesh is made ready for the picture and "
      "uploaded.",

@@ -17,6 +17,7 @@
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
+#include "engine/base/units.h"
 #include "engine/session/place.h"
 #include "engine/session/signature.h"
 
@@ -65,6 +66,51 @@ void run_folder(const Options& options, session::Language language) {
   } else {
     fmt::print("{}: {} sessions\n", options.out, sessions.size());
   }
+}
+
+/// The phases and the bed of an exercise in implant surgery.
+void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
+  to["score"] = score.points;
+  to["phases"] = nlohmann::json::array();
+  for (const session::ImplantPhaseMeasures& phase : m.phases) {
+    nlohmann::json notes = nlohmann::json::object();
+    for (std::size_t n = 1; n < phase.noted.size(); ++n) {
+      if (phase.noted[n] > 0) notes[std::string(name_of(static_cast<session::ImplantNote>(n)))] = phase.noted[n];
+    }
+    to["phases"].push_back({{"name", phase.name[0]},
+                            {"done", phase.done},
+                            {"skipped", phase.skipped},
+                            {"began_s", phase.began >= 0 ? nlohmann::json(phase.began) : nlohmann::json()},
+                            {"ended_s", phase.ended >= 0 ? nlohmann::json(phase.ended) : nlohmann::json()},
+                            {"force_max_N", phase.force_max},
+                            {"over_force_s", phase.over_force},
+                            {"depth_mm", phase.depth * 1e3},
+                            {"temperature_C", phase.hottest},
+                            {"notes_s", notes}});
+  }
+  // null: not known.
+  const auto known = [](double value, double unit) {
+    return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
+  };
+  const session::ImplantBedMeasures& bed = m.bed;
+  if (bed.found) {
+    to["bed"] = {{"axis_error_deg", bed.axis_error / kDegree},
+                 {"depth_mm", bed.depth * 1e3},
+                 {"diameter_mm", known(bed.diameter, 1e3)},
+                 {"ovality_mm", known(bed.ovality, 1e3)},
+                 {"entry_error_mm", bed.entry_error * 1e3},
+                 {"apex_error_mm", bed.apex_error * 1e3},
+                 {"canal_mm", known(bed.canal_distance, 1e3)},
+                 {"neighbour_mm", known(bed.neighbour_distance, 1e3)},
+                 {"perforated_percent", known(bed.perforated / 100, 1e4)}};
+  } else {
+    to["bed"] = nullptr;
+  }
+  to["placed"] = m.placed;
+  to["insertion_torque_Ncm"] = m.insertion_torque * 100;
+  to["bone_contact_percent"] = known(m.bone_contact / 100, 1e4);
+  to["over_force_s"] = m.over_force;
+  to["temperature_C"] = m.hottest;
 }
 
 void run(const Options& options) {
@@ -142,6 +188,7 @@ void run(const Options& options) {
                              {"pass_source", report.score->pass.source},
                              {"passed", report.score->counts() && report.score->passed()},
                              {"items", items}};
+    if (report.input && report.input->implant) add_implant(*report.input->implant, *report.score, result);
     if (const auto& hardness = report.input ? report.input->removed_hardness : std::nullopt) {
       for (int t = 1; t < kTissueCount; ++t) {
         const double mean = (*hardness)[static_cast<std::size_t>(t)];

@@ -11,6 +11,7 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/expert_hand.h"
+#include "engine/app/hands/implant_expert.h"
 #include "engine/app/haptic_loop.h"
 #include "engine/app/offline.h"
 #include "engine/app/picture/tissue_view.h"
@@ -102,7 +103,9 @@ void run(const Options& options) {
   choose_model(scene, options.model);
   std::optional<Expert> expert;
   std::unique_ptr<haptics::HapticDevice> hand;
-  if (options.hand == "expert:") {
+  if (options.hand == "expert:" && scene.implant) {
+    hand = std::make_unique<ImplantExpert>(scene, options.rate);
+  } else if (options.hand == "expert:") {
     expert.emplace(scene, load_untouched(scene));
   } else {
     hand = open_offline_hand(scene, options.hand, options.rate);
@@ -118,6 +121,7 @@ void run(const Options& options) {
   TickSink sink(options.out, scene, hand->info(), loop.carver().volume());
 
   auto* const experts = dynamic_cast<ExpertHand*>(hand.get());
+  auto* const surgeon = dynamic_cast<ImplantExpert*>(hand.get());
   Progress progress(expert ? "expert" : "servo");
   std::uint64_t ticks = 0;
   std::uint32_t faults = 0;
@@ -134,7 +138,8 @@ void run(const Options& options) {
       ++pieces;
     }
     ++ticks;
-    if (ticks % 256 == 0) progress.at(experts ? experts->done() : length ? to_seconds(tick.t) / *length : 0);
+    if (ticks % 256 == 0)
+      progress.at(experts ? experts->done() : surgeon ? surgeon->done() : length ? to_seconds(tick.t) / *length : 0);
     faults |= tick.faults;
     last = tick;
     times.add(static_cast<double>(tick.cpu_time));
@@ -146,6 +151,8 @@ void run(const Options& options) {
   } else {
     loop.run(*hand, each);
   }
+  if (const std::string phase = surgeon ? surgeon->gave_up() : ""; !phase.empty())
+    throw RunFailure(fmt::format("the expert could not do the phase \"{}\"", phase));
   const std::uint64_t field_hash = sink.finish(loop.carver().volume());
   progress.at(1);
   if (!options.save.empty()) save_tissue(copy_of(loop.carver()), options.save);

@@ -88,12 +88,14 @@ render::FrameStats XrStage::draw(const display::HmdFrame& hmd_frame, const Scene
     ring_.wait_idle(device_);
     renderer_->set_hidden(*hidden);
   }
-  if (scenery.tick.tool != shown_tool_ && scenery.tick.tool < tools_.size()) {
+  const bool placed = scenery.tick.tool < tools_.size() && is_placed(tools_[scenery.tick.tool], scenery.tick);
+  if ((scenery.tick.tool != shown_tool_ || placed != shown_placed_) && scenery.tick.tool < tools_.size()) {
     shown_tool_ = scenery.tick.tool;
+    shown_placed_ = placed;
     ring_.wait_idle(device_);
-    renderer_->set_tool(tool_mesh(tools_[shown_tool_]));
+    renderer_->set_tool(tool_mesh(tools_[shown_tool_], placed));
   }
-  angle_ = std::fmod(angle_ + scenery.tick.spindle * scenery.dt, 2 * kPi);
+  angle_ = std::fmod(angle_ + drawn_spin(tools_[shown_tool_], scenery.tick.spindle) * scenery.dt, 2 * kPi);
   const render::Frame frame = picture(hmd_frame, scenery, angle_, hmd_->see_through());
   const VkCommandBuffer commands = ring_.begin(device_);
   const render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);

@@ -58,6 +58,7 @@ class XrStage {
   std::optional<render::Renderer> renderer_;
   std::vector<haptics::Tool> tools_;
   std::uint32_t shown_tool_ = 0;
+  bool shown_placed_ = false;  // its head stays in the tissue
   double angle_ = 0;
 };
 

@@ -20,6 +20,10 @@ constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more o
 constexpr Nanos kProcessorMeshInterval = 33'000'000;     // ns between looks for changed bricks, where a processor draws
 constexpr Nanos kBriefWait = 4'000'000;                  // ns, between looks at what is moving
 constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
+constexpr int kImplantSections = 2;                      // along the arch, across it
+// A section follows the drill by steps of at least so much.
+constexpr double kSectionTurns = 0.02;    // rad
+constexpr double kSectionMoves = 0.1e-3;  // m
 
 }  // namespace
 
@@ -137,16 +141,47 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   using render::View;
   constexpr std::array kOrder{View::kLook, View::kSection, View::kXray, View::kDifference};
   Look next = views_->look(Eyes::kTrainee);
+  if (scene_.implant && next.view == View::kSection && ++implant_section_ < kImplantSections) {
+    next.plane = section_through_implant(tick);
+    views_->look(Eyes::kTrainee, next);
+    return;
+  }
+  implant_section_ = 0;
   const auto now_at = std::find(kOrder.begin(), kOrder.end(), next.view);
   const bool last = now_at + 1 == kOrder.end() || (now_at[1] == View::kDifference && !views_->has_ideal());
   next.view = last ? View::kLook : now_at[1];
-  if (next.view == View::kSection) {
+  if (next.view == View::kSection && scene_.implant) {
+    next.plane = section_through_implant(tick);
+  } else if (next.view == View::kSection) {
     // Upright through the bur, facing the viewer: what lies behind it stays.
     const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
     next.plane = {n, -glm::dot(n, tick.X_WG.p)};
   }
   views_->look(Eyes::kTrainee, next);
+}
+
+/// Through the axis of the drill in its bed, else of the planned implant: along the arch, or across it. (x lies along
+/// the arch, y points to the tongue: docs/interface.md, "bone".)
+glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
+  const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
+  const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
+  const dvec3 through = in_bed ? tick.X_WG.p : scene_.implant->plan.entry_W;
+  const dvec3 n = glm::normalize(glm::cross(axis, implant_section_ == 0 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+  const double side = glm::dot(through - stage_->rig().head.eye_center, n) < 0 ? -1 : 1;
+  return {side * n, -side * glm::dot(n, through)};
+}
+
+/// A drill that has entered a bed, or left it, takes the section with it.
+void LivePicture::follow_implant(const ServoTick& tick) {
+  if (!scene_.implant || !stage_ || options_.operated) return;
+  Look look = views_->look(Eyes::kTrainee);
+  if (look.view != render::View::kSection) return;
+  const glm::dvec4 plane = section_through_implant(tick);
+  const double turned = glm::length(dvec3(plane) - dvec3(look.plane)), moved = std::abs(plane.w - look.plane.w);
+  if (turned < kSectionTurns && moved < kSectionMoves) return;
+  look.plane = plane;
+  views_->look(Eyes::kTrainee, look);
 }
 
 void LivePicture::collect() {
@@ -223,6 +258,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   last_turn_ = now();
   if (debris_) move_debris(dt, work);
   if (left_hand_) wiring.mouth_mirror.fetch();
+  follow_implant(tick);
   draw_own(tick, dt, work);
   if (in_one_window()) {
     frame_seconds_ += 0.1 * (to_seconds(now() - last_turn_) - frame_seconds_);

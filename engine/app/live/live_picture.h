@@ -66,7 +66,7 @@ class LivePicture {
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
   /// As it looks, cut open where the bur is, as glass, against the ideal where the scene has one, and again as it
-  /// looks.
+  /// looks. In an implant exercise it is cut open along the arch and then across it, through the implant's axis.
   void show_next_view(const ServoTick& tick);
   /// The suction on or off, where there is debris.
   void switch_suction();
@@ -94,6 +94,8 @@ class LivePicture {
   void follow(const render::FrameStats& stats, double dt, const ServoTick& tick);
   void frame_shown();
   void record_view();
+  glm::dvec4 section_through_implant(const ServoTick& tick) const;
+  void follow_implant(const ServoTick& tick);
 
   const Scene& scene_;
   const Options options_;
@@ -123,6 +125,7 @@ class LivePicture {
   bool drew_last_ = false;         // the last turn drew a frame
   std::uint64_t ladder_cuts_ = 0;  // when the ladder last looked at one
   std::optional<SeenFrom> seen_;   // as last given to the recording
+  int implant_section_ = 0;        // 0: along the arch, 1: across it
 };
 
 }  // namespace typodont

@@ -53,7 +53,7 @@ bool ServoTurns::turn() noexcept {
     settings_ = wiring.settings.front();
     if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
   }
-  sample_.pedal *= settings_.speed_share;
+  sample_.pedal *= settings_.backwards ? -settings_.speed_share : settings_.speed_share;
   sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;

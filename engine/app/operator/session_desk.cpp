@@ -116,7 +116,8 @@ SessionDesk::Turn SessionDesk::step() {
   if (s_.status.not_saved > before.not_saved) s_.fail(fmt::format("{} {}", s_.text("op.not_saved"), save));
   const int step = s_.steps.current();
   if (s_.steps.follow({s_.status.tick, s_.settings, static_cast<int>(s_.status.tissue.undone),
-                       static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held}))
+                       static_cast<int>(s_.status.tissue.redone), s_.look_changes, s_.held,
+                       s_.status.implant ? s_.status.implant->phase : 0}))
     log::info("step {} done", step + 1);
   PictureStage* stage = bench_->stage();
   s_.live = s_.own_view ? bench_->own_picture() : stage && bench_->status().frames > 0 ? &stage->pictures() : nullptr;
@@ -175,6 +176,9 @@ bool SessionDesk::carry_out(const Request& r) {
   switch (r.ask) {
     case Ask::kSettings:
       if (bench_) bench_->set(s_.settings);
+      return true;
+    case Ask::kPhaseTool:
+      if (bench_) bench_->choose_phase_tool();
       return true;
     case Ask::kTool:
       if (bench_) bench_->choose_tool(r.number);

@@ -19,12 +19,25 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
+/// What is wrong in this phase of an implant exercise, how deep the tool is, how hot the bone.
+void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
+  ImGui::Spacing();
+  row(s.text("implant.depth"),
+      fmt::format("{:.1f} / {:.1f} mm", implant.depth / kMillimetre, implant.phase_depth / kMillimetre));
+  row(s.text("implant.temperature"), fmt::format("{:.0f} °C", implant.temperature));
+  const bool wrong = implant.note != session::ImplantNote::kNone;
+  ImGui::PushStyleColor(ImGuiCol_Text, wrong ? kBad : kDim);
+  ImGui::TextWrapped("%s", wrong ? s.text(fmt::format("implant.note.{}", session::name_of(implant.note))) : "–");
+  ImGui::PopStyleColor();
+}
+
 void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("exercise", s.text("op.exercise"), size, w);
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(s.scene_title.c_str());
   ImGui::PopTextWrapPos();
   dim_wrapped(s.scene_goal);
+  if (s.status.implant) draw_phase(s, *s.status.implant);
   const int count = s.steps.count(), current = s.steps.current();
   if (count > 0) {
     ImGui::Spacing();
@@ -210,7 +223,17 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (ImGui::IsItemHovered() && fitted(label, room) != label) ImGui::SetTooltip("%s", s.tools[i].c_str());
     ImGui::PopID();
   }
-  row(s.text("op.speed_now"), fmt::format("{:.0f} krpm", s.status.tick.spindle / kKrpm));
+  if (s.status.implant) {
+    if (ImGui::Button(fmt::format("{}   T", s.text("op.phase_tool")).c_str(), {-1, 0}) || key('T'))
+      s.ask(Ask::kPhaseTool);
+    if (toggle_button(s.text("op.backwards"), s.settings.backwards, {-1, 0})) {
+      s.settings.backwards = !s.settings.backwards;
+      s.ask(Ask::kSettings);
+    }
+  }
+  const double krpm = s.status.tick.spindle / kKrpm;
+  row(s.text("op.speed_now"),
+      s.status.implant ? fmt::format("{:.0f} rpm", 1e3 * krpm) : fmt::format("{:.0f} krpm", krpm));
   auto speed = static_cast<float>(100 * s.settings.speed_share);
   ImGui::SetNextItemWidth(-1);
   bool changed =

@@ -40,6 +40,7 @@ enum class Ask {
   kDeleteRecording,  // of the session just ended
   kSettings,         // live settings have changed
   kTool,             // number: its place in the tray
+  kPhaseTool,        // the instrument that the phase of an implant exercise asks for
   kUndo,             // a stroke back …
   kRedo,             // … and again
   kSaveTissue,       // the preparation as it is

@@ -48,6 +48,7 @@ bool StepWatcher::follow(const Deeds& now) {
                     : deed == "redo"  ? now.redone > start_.redone
                     : deed == "view"  ? now.views > start_.views
                     : deed == "hold"  ? now.held && !start_.held
+                    : deed == "phase" ? now.phase > static_cast<std::size_t>(current_)
                                       : false;
   if (done) next();
   return done;

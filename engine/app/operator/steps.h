@@ -14,6 +14,7 @@ struct Deeds {
   SessionSettings settings;
   int undone = 0, redone = 0, views = 0;  // counts since the session's start
   bool held = false;
+  std::size_t phase = 0;  // of an implant exercise: how many are over
 };
 
 class StepWatcher {

@@ -8,6 +8,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "engine/session/implant.h"
+#include "haptics/implant_tool.h"
 
 namespace typodont {
 
@@ -26,6 +28,25 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
     outline.push_back({tool.profile(z), z});
   }
   return render::outlined_shape(std::move(outline));
+}
+
+/// Two flutes of a twist drill, the scale's rings, threads.
+void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
+  constexpr double kFluteRise = 12e-3;         // m of drill in a turn of its flutes
+  constexpr double kDrillShank = 2.35e-3 / 2;  // m, ISO 1797 type 1
+  shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
+  if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
+  for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
+  if (implant.kind == haptics::ImplantToolKind::kDrill) {
+    shape.flutes = 2;
+    shape.flute_depth = 0.35;
+    shape.helix = tool.length / kFluteRise;
+  }
+  if (implant.threaded()) {
+    shape.flutes = 0;
+    shape.thread_pitch = implant.pitch;
+    shape.thread_core = implant.core_diameter / 2;
+  }
 }
 
 /// As the catalogue calls it, without its size: "round" of round_012; an inline tool goes by its form.
@@ -77,10 +98,24 @@ void count_frame(const render::FrameStats& stats, WorkCounts& work) {
   work.pipelines = std::max(work.pipelines, static_cast<std::uint64_t>(stats.pipelines));
 }
 
-render::ToolMesh tool_mesh(const haptics::Tool& tool) {
+render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed) {
   render::ToolShape shape = shape_of(tool);
   if (!tool.turns()) shape.flutes = 0;
+  if (tool.implant) add_implant_look(*tool.implant, tool, shape);
+  if (placed) {
+    const double r = shape.neck_radius;
+    shape.flutes = 0, shape.thread_pitch = 0;
+    shape.profile = {{0, tool.half()}, {r, tool.half()}, {r, tool.half() + 0.2 * r}};
+  }
   return render::make_tool_mesh(shape);
+}
+
+bool is_placed(const haptics::Tool& tool, const ServoTick& tick) {
+  return tool.implant && tool.implant->stays() && tick.level == session::implant_level::kPlaced;
+}
+
+double drawn_spin(const haptics::Tool& tool, double spindle) {
+  return tool.implant && tool.implant->threaded() ? -spindle : spindle;
 }
 
 PictureStage::PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options)
@@ -115,9 +150,10 @@ const haptics::Tool& PictureStage::tool() const {
   return haptics::tool_set(servo_)[shown_tool_];
 }
 
-void PictureStage::take_up(std::uint32_t tool_index) {
+void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
   shown_tool_ = std::min<std::size_t>(tool_index, haptics::tool_set(servo_).size() - 1);
-  renderer_->set_tool(tool_mesh(tool()));
+  shown_placed_ = placed;
+  renderer_->set_tool(tool_mesh(tool(), placed));
 }
 
 PictureStage::~PictureStage() {
@@ -265,10 +301,11 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   }
   follow_size();
   if (tick.tool != shown_tool_) take_up(tick.tool);
+  if (const bool placed = is_placed(tool(), tick); placed != shown_placed_) take_up(tick.tool, placed);
   follow_head();
   const display::Screen& screen = rig_.screen;
   render::Frame frame = look();
-  angle_ = std::fmod(angle_ + tick.spindle * dt, 2 * kPi);
+  angle_ = std::fmod(angle_ + drawn_spin(tool(), tick.spindle) * dt, 2 * kPi);
   at_rest_ = looks_same(tick.X_WG, shown_at_);
   if (!at_rest_) shown_at_ = tick.X_WG;
   frame.tool = {options_.tool, shown_at_, angle_, tick.spindle};

@@ -21,8 +21,12 @@
 
 namespace typodont {
 
-/// What a tool looks like.
-render::ToolMesh tool_mesh(const haptics::Tool& tool);
+/// What a tool looks like. `placed`: its head stays in the tissue, the hand holds its driver.
+render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed = false);
+/// Whether the tick is that of an implant or a screw that has been placed.
+bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
+/// rad/s about its z with which a tool is drawn: right-handed threads go in clockwise, as seen from the shank.
+double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Gives the renderer what stands around the working tooth.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
@@ -130,7 +134,7 @@ class PictureStage {
  private:
   render::Frame look() const;
   void follow_size();
-  void take_up(std::uint32_t tool_index);
+  void take_up(std::uint32_t tool_index, bool placed = false);
   const haptics::Tool& tool() const;
   void follow_head();
   void follow_pixels(double pixel);
@@ -167,6 +171,7 @@ class PictureStage {
   Pose shown_at_;  // the tool
   bool at_rest_ = false;
   std::size_t shown_tool_ = 0;  // of the tray
+  bool shown_placed_ = false;   // its head stays in the tissue
 };
 
 /// A device for such pictures, with what a window needs where there is one. Throws like PictureStage.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/app/assets.h"
+#include "engine/app/implant/implant_scene.h"
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/task/damage.h"
@@ -312,6 +313,7 @@ session::Score final_score(const Scene& scene, const haptics::TissueVolume& afte
   session::ScoreInput& input = hand.input;
   input.before = start.volumes();
   input.after = after.volumes();
+  if (scene.implant && input.implant) measure_bed(*scene.implant, after, *input.implant);
   (void)judge.judge(after, input);
   if (!hand.explore) hand.explore = judge.explore_meter();
   if (hand.explore) {
@@ -339,6 +341,14 @@ JudgedSession judge_session(const session::SessionReader& session, Scene scene) 
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();
+  }
+  if (scene.implant) {
+    session::ImplantMeter meter(*scene.implant);
+    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
+      meter.add(session.ticks(first, kPieceTicks));
+    input.implant = meter.result();
+    measure_bed(*scene.implant, after, *input.implant);
   }
   if (auto meter = damage_meter(scene)) {
     constexpr std::uint64_t kPieceTicks = 8192;  // read at a time

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "engine/app/tissue/bone_tissue.h"
 #include "engine/base/cache.h"
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
@@ -91,21 +92,32 @@ bool read(const fs::path& path, haptics::DenseTissue& dense) {
          get(file.get(), dense.hardness.data(), dense.hardness.size());
 }
 
+std::vector<std::string> mesh_files_of(const Json& tissue) {
+  const auto bone = tissue.find("bone");
+  return haptics::mesh_files(bone ? *bone : tissue);
+}
+
 /// Nothing where a file of it cannot be read: sampling it will say why.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);
   const std::string text = tissue.text();
   key.bytes(text.data(), text.size());
-  for (const std::string& name : haptics::mesh_files(tissue)) {
+  for (const std::string& name : mesh_files_of(tissue)) {
     const auto content = cache::hash_of(files.find(name));
     if (!content) return std::nullopt;
     key.add(*content);
+  }
+  if (tissue.has("bone")) {
+    const auto classes = cache::hash_of(bone_classes_file());
+    if (!classes) return std::nullopt;
+    key.add(*classes);
   }
   return key.value;
 }
 
 haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files) {
+  if (const auto bone = tissue.find("bone")) return sample_bone(*bone, files);
   const auto mesh = tissue.find("mesh");
   if (!mesh) return haptics::read_solids(tissue, files);
   const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*mesh);
@@ -124,7 +136,7 @@ haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFile
   }
   const Nanos began = now();
   haptics::DenseTissue dense = sample(tissue, files);
-  if (key && (!haptics::mesh_files(tissue).empty() || now() - began > kWorthKeeping))
+  if (key && (!mesh_files_of(tissue).empty() || now() - began > kWorthKeeping))
     cache::keep(in, *key, kSuffix, kMostKept, [&](const fs::path& file) { write(file, dense); });
   return dense;
 }

@@ -47,6 +47,7 @@ std::string Page::html() {
   result_views();
   pictures();
   items();
+  implant();
   comparison();
   volumes();
   over_time();

@@ -72,6 +72,8 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
+  /// Of an exercise in implant surgery: its phases, and the force in each.
+  void implant();
 
   /// What happened, with tools and faults as the reader calls them.
   std::string event_text(const SessionEvent& event) const;

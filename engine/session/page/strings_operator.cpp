@@ -249,6 +249,8 @@ constexpr Entry kOperator[] = {
     {"op.steps", {"Step", "Schritt", "步骤"}},
     {"op.step_done", {"Done", "Erledigt", "完成"}},
     {"op.step_skip", {"Skip", "Überspringen", "跳过"}},
+    {"op.phase_tool", {"Instrument of this phase", "Instrument dieser Phase", "本步骤的器械"}},
+    {"op.backwards", {"Handpiece backwards", "Handstück rückwärts", "手机反转"}},
     {"op.step_back", {"Back", "Zurück", "返回"}},
     {"op.key_steps", {"step done, step back", "Schritt erledigt, zurück", "步骤完成、返回"}},
     {"op.undo", {"Undo", "Zurücknehmen", "撤销"}},

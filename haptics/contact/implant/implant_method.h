@@ -27,6 +27,7 @@ struct Parameters {
   int layers = 2;               // of voxels that keep the contact ("1~2", Zhao 2020)
   // The criteria for a bed (Zhao 2020, "implant criteria").
   double centre_tolerance = 0.5e-3;  // m from the tip to the bed's axis, and from its entry
+  double rim_above = 1.5e-3;         // m before the entry: a wider tool meets a sloping rim before it comes there
   double radius_tolerance = 0.1e-3;  // m that a tool which does not widen may be wider than the bed
   double widening = 0.6e-3;          // m that a drill's radius may exceed the bed's
   double loose = 0.75e-3;            // m: a tool narrower than the bed by more moves freely in it
@@ -43,7 +44,8 @@ struct Parameters {
   double steps = 1;             // voxels of bone that the tool may advance in a tick, eq. (9)
   bool as_printed = false;      // eq. (7) as it stands in the paper: no advance without an obstacle
   // Grey values, Hounsfield units, of tissues at hardness 1.
-  double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000;
+  double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
+         soft_grey = 50;  // of nerve and gum
   // Insertion torque: reference · (grey / reference_grey)^exponent over the reference surface, less in a tapped bed.
   double torque = 0.489;           // N·m, of the reference
   double torque_grey = 1050;       // HU that stand for its 0.64 g/cm³

@@ -14,8 +14,11 @@ constexpr double kTurnsAtAll = 1e-3;     // rad/s: a slower spindle stands
 constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
 constexpr double kEnd = 0.5;             // cosine between push and axis from which the tip is what touches
 constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread holds
-constexpr double kSeated = 0.15e-3;      // m that a seated implant may stand out
+constexpr double kSeated = 0.05e-3;      // m that an implant in its place may stand out, or above the bed's bottom
+constexpr double kGivesWay = 0.1;        // of the greatest torque: an implant motor keeps its speed up to there
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
+constexpr double kAhead = 1.5;           // voxels before the tool where an obstacle lies deeper in bone, …
+constexpr double kFalls = 0.5;           // … by so many voxels of distance
 constexpr double kAcross = 0.05e-3;      // m: a bed is looked at along its axis at such steps
 
 dvec3 axis_of(const dquat& R_WT) {
@@ -73,6 +76,9 @@ double ImplantModel::grey_of(Tissue tissue, double hardness) const noexcept {
       return parameters_.cancellous_grey * hardness;
     case Tissue::kAmalgam:
       return parameters_.metal_grey;
+    case Tissue::kPulp:
+    case Tissue::kGingiva:
+      return parameters_.soft_grey;
     default:
       return parameters_.tooth_grey * hardness;
   }
@@ -112,7 +118,9 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
   const dvec3 ahead = X_WT.R * dvec3(0, 0, -1);
   // The wall of a bed as wide as the tool passes within a voxel of its rim: obstacles are looked for inside of that.
   const double width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - h;
-  double grey_weight = 0;
+  const double share = 1 / voxels.ahead_share;
+  double drag = 0, turning = 0;
+  const double slowness = speed != 0 ? 1 / std::abs(speed) : 0;
   for (std::size_t i = 0; i < voxels.ahead; ++i) {
     const ToolVoxel& v = voxels.outer[i];
     const dvec3 p_V = center + R * dvec3(v.p);
@@ -121,31 +129,32 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
     if (!(gap < h)) continue;
     const double weight = std::min(1.0, 1 - gap * per_voxel);
     // The bone that it meets lies ahead of it: what stands beside it is no obstacle.
-    const dvec3 beyond = p_V + ahead;
-    const double falls = field - sample_linear(patch_, beyond);
-    if (field > -1 && falls < 0.4) continue;
-    const Tissue tissue = haptics::tissue_at(patch_, beyond);
+    const glm::ivec3 beyond = glm::ivec3(glm::round(p_V + kAhead * ahead)) - patch_.lo;
+    const std::size_t at = patch_.at(beyond.x, beyond.y, beyond.z);
+    if (field - static_cast<double>(patch_.distance[at]) < kFalls) continue;
+    const Tissue tissue = shown(patch_.tissue[at]);
     if (tissue == Tissue::kAir) continue;
-    const double hardness = hardness_at(patch_, beyond), grey = grey_of(tissue, hardness);
-    const double area = static_cast<double>(v.area) / voxels.ahead_share * weight;
+    const double hardness = patch_.hardness.empty() ? 1 : hardness_fraction(felt_hardness(patch_, at));
+    const double grey = grey_of(tissue, hardness), area = static_cast<double>(v.area) * share * weight;
     const auto t = static_cast<std::size_t>(tissue);
     look.engaged += area;
-    look.grey += area * grey;
     look.greatest_grey = std::max(look.greatest_grey, grey);
     look.tissue[t] += area;
     look.hardness[t] += area * hardness;
-    grey_weight += area;
-    const bool able = cuts && v.ability > 0 && grey <= implant.greatest_grey;
-    if (!able) {
+    if (!(cuts && v.ability > 0 && grey <= implant.greatest_grey)) {
       if (std::hypot(v.p.x, v.p.y) > static_cast<float>(width)) continue;
       look.free = std::min(look.free, std::max(gap, 0.0));
       if (gap <= 0.25 * h) look.collided += area;
       continue;
     }
+    // Eq. (2) for a feed along -z, as add_cutting() has it for any: the rest sums up to nothing around the axis.
     const double u = settings_.materials[t].specific_energy * hardness / static_cast<double>(v.ability);
-    add_cutting(v, u * weight / voxels.ahead_share, {0, 0, -1}, speed, implant.thrust_ratio, look.wrench);
+    const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * slowness;
+    drag += cut * facing * static_cast<double>(v.inverse_r);
+    turning += cut;
   }
-  if (grey_weight > 0) look.grey /= grey_weight;
+  look.wrench.force.z = drag / implant.thrust_ratio;
+  look.wrench.torque.z = speed < 0 ? turning : -turning;
   return look;
 }
 
@@ -177,6 +186,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   } else {
     constrain_free(in, out);
     if (!spent_ && enter_bed(in, out)) constrain_in_bed(in, out);
+    if (spent_) motion_ = Motion::kPlaced;
   }
   last_R_hand_ = in.X_WT.R;
   out.level = static_cast<std::uint32_t>(motion_);
@@ -238,7 +248,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const dvec3 from_entry = tip - bed.entry_W;
     const double along = glm::dot(from_entry, bed.axis_W);
     const double aside = glm::length(from_entry - along * bed.axis_W);
-    met.at_centre = aside < parameters_.centre_tolerance && std::abs(along) < parameters_.centre_tolerance;
+    met.at_centre =
+        aside < parameters_.centre_tolerance && along < parameters_.centre_tolerance && along > -parameters_.rim_above;
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
@@ -249,7 +260,8 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    begin_bed_motion(i, along, {out.p_WG, in.X_WT.R}, in.X_WT.R);
+    // From where it was held: on the rim the free state may leap in the very tick in which the criteria are met.
+    begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
   const double push = glm::length(in.X_WT.p - out.p_WG);
@@ -260,14 +272,14 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   can_begin = look_ahead({out.p_WG, in.X_WT.R}, true, in.spindle).greatest_grey <= implant.greatest_grey;
   if (!can_begin) return false;
   beds_.push_back({tip, axis, 0, radius, 0, false});
-  begin_bed_motion(beds_.size() - 1, 0, {out.p_WG, in.X_WT.R}, in.X_WT.R);
+  begin_bed_motion(beds_.size() - 1, 0, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
   return true;
 }
 
 void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept {
   in_bed_ = true;
   bed_ = bed;
-  tip_ = tip;
+  tip_ = entered_ = tip;
   easing_ = true;
   axial_ = {};
   torque_ = 0;
@@ -310,7 +322,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
     now.radius = std::max(now.radius, tool().radius());
   }
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
-  if (tip_ < -parameters_.leave) {
+  if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
     // The tool leaves along the axis: free, it goes to the hand.
     out = {};
@@ -367,7 +379,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
     const double stall = settings_.spindle.stall_torque;
-    const double turns = stall > 0 ? std::max(0.0, 1 - torque / stall) : 1.0;
+    const double turns = stall > 0 ? std::clamp((1 - torque / stall) / kGivesWay, 0.0, 1.0) : 1.0;
     turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
@@ -387,9 +399,13 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
   // The bone holds the thread against its turn: all of it while it turns, none while it stands.
-  const double felt = turn == 0 ? 0 : (turn > 0 ? -torque : parameters_.tapped_share * torque);
+  // A spindle that advances the tool turns about the tool's +z, a hand that does so about its -z.
+  const double against = implant.by_hand ? 1 : -1;
+  const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  const bool home = tip_ + step >= tool().length - kSeated || (bed.bore && look_.free - step < kSeated);
+  // Home: in the bone with its whole length, or at the bottom of a bed that is too shallow.
+  const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
+  const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }

@@ -13,9 +13,16 @@
 
 namespace typodont::haptics::implant {
 
-/// What the tool does: ServoTick::level of this method. `kFree` is the state of high degrees of freedom, the others are
-/// forms of the state of low ones.
-enum class Motion : std::uint32_t { kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4 };
+/// What the tool does: ServoTick::level of this method. `kFree` is the state of high degrees of freedom; 1 to 4 are
+/// forms of the state of low ones. `kPlaced`: the implant or screw stays in the bone, the hand holds nothing.
+enum class Motion : std::uint32_t {
+  kFree = 0,
+  kSliding = 1,
+  kDrilling = 2,
+  kPerforating = 3,
+  kScrewing = 4,
+  kPlaced = 5
+};
 
 /// The label under which a placed implant is kept in the tissue: metal. Scenes give it titanium's properties.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
@@ -87,6 +94,7 @@ class ImplantModel final : public offset::OffsetModel {
   bool easing_ = false;  // it has just entered the bed, and has not yet caught up with the hand
   std::size_t bed_ = 0;  // the one that the tool is in
   double tip_ = 0;       // m from the bed's entry to the tool's tip
+  double entered_ = 0;   // where it was when it entered
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;

@@ -1,0 +1,260 @@
+#include "engine/app/hands/implant_expert.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/app/hands/expert_hand.h"
+#include "engine/base/clock.h"
+#include "engine/base/realtime.h"
+#include "engine/base/units.h"
+#include "haptics/implant_tool.h"
+
+namespace typodont {
+
+namespace {
+
+namespace level = session::implant_level;
+using session::ImplantDeed;
+
+constexpr double kAbove = 8e-3;         // m of the tip over the plan's entry, to change tools
+constexpr double kNear = 2.0e-3;        // m over it, from which the hand goes down slowly
+constexpr double kTravel = 20e-3;       // m/s in the air
+constexpr double kLanding = 4e-3;       // m/s towards the bone, and along the bed
+constexpr double kSweepPace = 3e-3;     // m/s of the smoothing bur
+constexpr double kSweepReach = 3.5e-3;  // m to each side of the axis that is smoothed
+constexpr double kSweepBelow = 0.1e-3;  // m that the hand is lower than the ridge is to be: the bur yields
+constexpr double kSweepApart = 0.7e-3;  // m between its strokes
+constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N
+constexpr double kLeadPerForce = 1.5e-3;  // m/s of lead for each N that the force is off
+constexpr double kMostLead = 3e-3;        // m
+constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back …
+constexpr double kPull = 2e-3;            // … by that much
+constexpr double kHot = 42, kCool = 40;   // °C: at the one the hand lifts the tool, at the other it goes on
+constexpr double kClear = 0.5e-3;         // m over the plan's entry where no bur touches its pit any more
+constexpr double kSlowFrom = 0.3e-3;      // m before the depth is reached
+constexpr double kPatience = 200;         // s in a stage
+
+}  // namespace
+
+ImplantExpert::ImplantExpert(const Scene& scene, double rate)
+    : info_(ExpertHand::info_for(rate)),
+      task_(*scene.implant),
+      tools_(haptics::tool_set(scene.servo).begin(), haptics::tool_set(scene.servo).end()),
+      meter_(*scene.implant),
+      dt_(1 / rate),
+      stiffness_(scene.servo.stiffness),
+      motor_(scene.servo.spindle.free_speed),
+      depth_(-kAbove) {
+  bool there = true;
+  for (double y = -kSweepReach; y <= kSweepReach; y += kSweepApart, there = !there) {
+    sweep_.push_back({there ? -kSweepReach : kSweepReach, y, 0});
+    sweep_.push_back({there ? kSweepReach : -kSweepReach, y, 0});
+  }
+}
+
+double ImplantExpert::done() const {
+  return static_cast<double>(phase_) / static_cast<double>(task_.phases.size());
+}
+
+std::string ImplantExpert::gave_up() const {
+  return gave_up_ ? phase().name.in(session::Language::kEnglish) : std::string();
+}
+
+double ImplantExpert::tip_depth() const {
+  const dvec3 tip_W = seen_.X_WG * dvec3(0, 0, -tool().half());
+  return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
+}
+
+/// The tool along the plan's axis, its tip so deep.
+Pose ImplantExpert::at(double depth, const dvec3& aside) const {
+  const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
+  return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
+}
+
+void ImplantExpert::see(const ServoTick& tick) noexcept {
+  seen_ = tick;
+  meter_.add({&tick, 1});
+}
+
+/// Presses on the tool where it is held, no farther than `depth`.
+void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
+  const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
+  lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);
+  const double here = tip_depth(), left = depth - here;
+  const double lead = left < kSlowFrom ? std::min(lead_, std::max(0.0, left) + 0.02e-3) : lead_;
+  depth_ = here + lead;
+  sample.X_WT = at(depth_);
+}
+
+/// From when the bone is hot until it has cooled down.
+bool ImplantExpert::must_cool() {
+  const double temperature = meter_.temperature();
+  cooling_ = temperature > (cooling_ ? kCool : kHot);
+  return cooling_;
+}
+
+bool ImplantExpert::worked() const {
+  if (phase().deed == ImplantDeed::kSmooth) return along_ < 0;
+  if (phase().deed == ImplantDeed::kMark) return waited_ > 0.5 && tip_depth() > phase().depth - 0.05e-3;
+  const bool stays = phase().deed == ImplantDeed::kPlace || phase().deed == ImplantDeed::kClose;
+  return stays ? seen_.level == level::kPlaced : meter_.phase() > phase_;
+}
+
+void ImplantExpert::work(haptics::HandSample& sample) {
+  const auto& implant = *tool().implant;
+  const double top = tool().free_speed(motor_);
+  sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
+  switch (phase().deed) {
+    case ImplantDeed::kSmooth: {
+      // To and fro over the ridge, the bur's lowest point at the plan's entry; off the bone while that is hot.
+      const double level_depth = phase().depth + kSweepBelow;
+      const double goal = must_cool() ? -kNear : level_depth;
+      depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
+      double left = along_ += depth_ == level_depth ? kSweepPace * dt_ : 0;
+      std::size_t i = 0;
+      for (; i + 1 < sweep_.size(); ++i) {
+        const double length = glm::length(sweep_[i + 1] - sweep_[i]);
+        if (left < length) break;
+        left -= length;
+      }
+      if (i + 1 >= sweep_.size()) {
+        along_ = -1;
+        sample.X_WT = at(depth_, sweep_.back());
+        return;
+      }
+      const dvec3 way = sweep_[i + 1] - sweep_[i];
+      sample.X_WT = at(depth_, sweep_[i] + left / glm::length(way) * way);
+      return;
+    }
+    case ImplantDeed::kMark:
+      press(sample, kMarkForce, phase().depth);
+      return;
+    case ImplantDeed::kCheck:
+      sample.pedal = 0;
+      press(sample, kCheckForce, phase().depth + 0.3e-3);
+      return;
+    case ImplantDeed::kTap:
+    case ImplantDeed::kPlace:
+    case ImplantDeed::kClose:
+      press(sample, kThreadForce, phase().depth + 0.3e-3);
+      return;
+    case ImplantDeed::kDrill:
+      break;
+  }
+  // Back and forth, so that the bone cools.
+  const bool hot = must_cool();
+  if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
+    pulling_ = true;
+    pecked_ = tip_depth();
+  }
+  if (pulling_) {
+    const double back = std::max(pecked_ - kPull, 0.3e-3);
+    if (tip_depth() > back) depth_ = std::min(depth_, tip_depth() + 0.2e-3) - kLanding * dt_;
+    sample.X_WT = at(depth_);
+    pulling_ = hot || tip_depth() > back;
+    lead_ = 0.2e-3;
+    return;
+  }
+  press(sample, kDrillForce, phase().depth);
+}
+
+bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
+  if (stage_ == Stage::kOver) return false;
+  sample = {};
+  sample.t = static_cast<Nanos>(std::llround(static_cast<double>(ticks_++) * dt_ * 1e9));
+  sample.tool = phase().tool;
+  waited_ += dt_;
+  const auto next = [&](Stage stage) {
+    stage_ = stage;
+    waited_ = 0;
+  };
+  if (waited_ > kPatience) gave_up_ = true;
+  switch (stage_) {
+    case Stage::kTake:
+      sample.X_WT = at(depth_);
+      if (ticks_ > 1 && seen_.tool == phase().tool && waited_ > 0.3) {
+        along_ = 0, pecked_ = 0, lead_ = 0.1e-3, pulling_ = false;
+        next(Stage::kApproach);
+      }
+      break;
+    case Stage::kApproach: {
+      const bool smooths = phase().deed == ImplantDeed::kSmooth;
+      depth_ += (depth_ < -kNear ? kTravel : kLanding) * dt_;
+      sample.X_WT = at(depth_, smooths ? sweep_.front() : dvec3(0));
+      const double force = std::abs(glm::dot(seen_.f_T_W, task_.plan.axis_W));
+      if (smooths) sample.pedal = depth_ > -kNear ? tool().implant->speed / motor_ : 0;
+      if (smooths ? depth_ >= phase().depth + kSweepBelow : (force > 0.2 || depth_ > 0.5e-3)) next(Stage::kWork);
+      break;
+    }
+    case Stage::kWork:
+      work(sample);
+      if (worked() || gave_up_) {
+        depth_ = std::min(depth_, tip_depth());
+        next(Stage::kBack);
+      }
+      break;
+    case Stage::kBack: {
+      // A tap comes out only as its thread turns.
+      const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
+      if (held) {
+        sample.pedal = -1;
+        depth_ = tip_depth() - 0.1e-3;
+      } else {
+        // A round bur is drawn out of its pit while it turns: where it stands the pit's walls hold it.
+        if (phase().deed == ImplantDeed::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
+        depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
+      }
+      sample.X_WT = at(depth_);
+      if (depth_ <= -kAbove) {
+        if (gave_up_ || phase_ + 1 == task_.phases.size()) {
+          stage_ = Stage::kOver;
+        } else {
+          ++phase_;
+          next(Stage::kTake);
+        }
+      }
+      break;
+    }
+    case Stage::kOver:
+      break;
+  }
+  return true;
+}
+
+namespace {
+
+class LiveImplantExpert final : public haptics::HapticDevice {
+ public:
+  LiveImplantExpert(const Scene& scene, double rate) : hand_(scene, rate) {}
+  const haptics::DeviceInfo& info() const noexcept override { return hand_.info(); }
+  void write(const dvec3&, const dvec3&) noexcept override {}
+  void see(const ServoTick& tick) noexcept override {
+    held_ = (tick.faults & bits(Fault::kHeld)) != 0;
+    if (!held_) hand_.see(tick);
+  }
+  bool read(haptics::HandSample& sample) noexcept override {
+    const Nanos t = from_seconds(static_cast<double>(ticks_++) / info().rate);
+    if (ticks_ == 1) began_ = now();
+    sleep_until(began_ + t);
+    if (!held_ && !hand_.read(last_)) return false;
+    sample = last_;
+    sample.t = t;
+    if (held_) sample.pedal = 0;
+    return true;
+  }
+
+ private:
+  ImplantExpert hand_;
+  haptics::HandSample last_;
+  std::uint64_t ticks_ = 0;
+  Nanos began_ = 0;
+  bool held_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate) {
+  return std::make_unique<LiveImplantExpert>(scene, rate);
+}
+
+}  // namespace typodont

@@ -1,0 +1,222 @@
+#include "engine/app/implant/implant_scene.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "engine/app/tissue/bone_tissue.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/implant_tool.h"
+
+namespace typodont {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kRpm = 2 * kPi / 60;  // rad/s
+constexpr double kCrest = 1.5e-3;      // m below the platform above which the bed's wall need not be whole
+constexpr double kBehind = 0.3e-3;     // m behind the wall where bone is looked for
+constexpr int kAround = 24;
+
+/// A box of tissue around the planned implant.
+class Around {
+ public:
+  Around(const haptics::TissueVolume& volume, const session::ImplantPlan& plan) : frame_(volume.frame()) {
+    const dvec3 reach(2 * plan.diameter), a = plan.entry_W, b = plan.apex_W();
+    lo_ = glm::ivec3(glm::floor(frame_.to_voxels(glm::min(a, b) - reach)));
+    size_ = glm::ivec3(glm::ceil(frame_.to_voxels(glm::max(a, b) + reach))) - lo_ + 1;
+    distance_.resize(static_cast<std::size_t>(size_.x) * size_.y * size_.z);
+    tissue_.resize(distance_.size());
+    volume.copy(lo_, size_, distance_.data(), tissue_.data());
+  }
+  bool is_bone(const dvec3& p_W) const {
+    const std::size_t i = at(p_W);
+    return i < distance_.size() && distance_[i] < 0 && tissue_[i] != Tissue::kAmalgam && tissue_[i] != kNerve;
+  }
+  double voxel() const { return frame_.voxel; }
+
+ private:
+  std::size_t at(const dvec3& p_W) const {
+    const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
+    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, size_))) return distance_.size();
+    return (static_cast<std::size_t>(p.x) * size_.y + static_cast<std::size_t>(p.y)) * size_.z +
+           static_cast<std::size_t>(p.z);
+  }
+  VoxelFrame frame_;
+  glm::ivec3 lo_, size_;
+  std::vector<float> distance_;
+  std::vector<Tissue> tissue_;
+};
+
+dquat across(const dvec3& axis) {
+  return rotation_between({0, 0, -1}, axis);
+}
+dvec3 around(int i, double r) {
+  const double a = 2 * kPi * i / kAround;
+  return {r * std::cos(a), r * std::sin(a), 0};
+}
+
+}  // namespace
+
+haptics::Tool load_set_tool(const fs::path& folder, const Json& name) {
+  const std::string wanted = name.string();
+  std::vector<std::string> names;
+  std::error_code code;
+  for (const auto& entry : fs::directory_iterator(folder, code)) {
+    if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  if (std::find(names.begin(), names.end(), wanted) == names.end()) {
+    name.fail(fmt::format("\"{}\", which is not in the set {}", wanted, folder.filename().string()),
+              fmt::format("one of: {}", fmt::join(names, ", ")));
+  }
+  haptics::Tool tool = haptics::read_tool(Json::load(folder / (wanted + ".json")));
+  tool.name = wanted;
+  return tool;
+}
+
+session::ImplantTask read_implant(const Json& json, const Json& tissue, std::span<const haptics::Tool> tools,
+                                  const ScenePlace& place) {
+  json.allow_only({"procedure", "plan", "neighbours"});
+  session::ImplantTask task;
+  const Json procedure = Json::load(find_file(json["procedure"].string(), place));
+  procedure.allow_only({"name", "implant", "bed_diameter_mm", "phases", "limits", "source"});
+  const auto tool_named = [&](const Json& name) {
+    const auto found =
+        std::find_if(tools.begin(), tools.end(), [&](const haptics::Tool& tool) { return tool.name == name.string(); });
+    if (found == tools.end()) {
+      std::vector<std::string> names;
+      for (const haptics::Tool& tool : tools) names.push_back(tool.name);
+      name.fail(fmt::format("\"{}\", which is not among the scene's tools", name.string()),
+                fmt::format("one of: {}", fmt::join(names, ", ")));
+    }
+    return static_cast<std::uint32_t>(found - tools.begin());
+  };
+  const Json plan = json["plan"];
+  plan.allow_only({"entry_mm", "axis"});
+  const haptics::Tool& implant = tools[tool_named(procedure["implant"])];
+  if (!implant.implant || implant.implant->kind != haptics::ImplantToolKind::kImplant)
+    procedure["implant"].fail("a tool of the kind \"implant\"");
+  task.plan.entry_W = plan["entry_mm"].vec3() * kMillimetre;
+  const dvec3 axis = plan["axis"].vec3();
+  if (!(glm::length(axis) > 1e-9)) plan["axis"].fail("a direction into the bone, not zero");
+  task.plan.axis_W = glm::normalize(axis);
+  task.plan.length = implant.length;
+  task.plan.diameter = implant.diameter;
+  task.plan.bed_diameter = procedure["bed_diameter_mm"].number(0.5, 10) * kMillimetre;
+  for (const Json& item : procedure["phases"].items()) {
+    item.allow_only({"name", "deed", "tool", "depth_mm", "volume_mm3"});
+    session::ImplantPhase phase;
+    phase.name = session::read_task_text(item["name"]);
+    const auto deed = session::implant_deed_named(item["deed"].string());
+    if (!deed) item["deed"].fail("smooth, mark, drill, check, tap, place or close");
+    phase.deed = *deed;
+    phase.tool = tool_named(item["tool"]);
+    phase.depth = item.number_or("depth_mm", 0, -5, 30) * kMillimetre;
+    phase.volume = item.number_or("volume_mm3", 0, 0, 1000) * kCubicMillimetre;
+    if (const auto& tool = tools[phase.tool].implant) {
+      phase.speed = tool->speed;
+      phase.irrigated = tool->irrigated;
+    } else {
+      item["tool"].fail("a tool with an \"implant\" block");
+    }
+    task.phases.push_back(std::move(phase));
+  }
+  if (task.phases.empty()) procedure["phases"].fail("at least one phase");
+  const Json limits = procedure["limits"];
+  limits.allow_only({"force_N", "angle_deg", "too_deep_mm", "canal_mm", "source"});
+  task.greatest_force = limits["force_N"].number(0.1, 200);
+  task.greatest_angle = limits["angle_deg"].number(0.1, 45) * kDegree;
+  task.depth_tolerance = limits["too_deep_mm"].number(0.05, 5) * kMillimetre;
+  task.canal_clearance = limits["canal_mm"].number(0, 10) * kMillimetre;
+  for (const haptics::Tool& tool : tools) {
+    task.tip.push_back(tool.half());
+    task.radius.push_back(tool.radius());
+  }
+  const NerveCanal canal = read_nerve_canal(tissue);
+  task.canal_W = canal.path_W;
+  task.canal_radius = canal.radius;
+  if (const auto neighbours = json.find("neighbours")) {
+    for (const Json& root : neighbours->items()) {
+      root.allow_only({"a_mm", "b_mm", "radius_mm"});
+      task.neighbours.push_back({root["a_mm"].vec3() * kMillimetre, root["b_mm"].vec3() * kMillimetre,
+                                 root["radius_mm"].number(0.1, 10) * kMillimetre});
+    }
+  }
+  return task;
+}
+
+void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue, const fs::path& file) {
+  if (!tissue.graded()) {
+    throw Error(file.string(), "tissue", "tissue without grey values: every voxel has its tissue's own hardness",
+                "bone with a hardness per voxel, e.g. {\"bone\": …} or a scan that was imported with its grey values");
+  }
+  const Around bone(tissue, task.plan);
+  const dquat R = across(task.plan.axis_W);
+  constexpr int kDown = 8;
+  for (int d = 0; d <= kDown; ++d) {
+    const double depth = kCrest + (task.plan.length - kCrest) * d / kDown;
+    for (int i = 0; i < kAround; ++i) {
+      const dvec3 p_W = task.plan.entry_W + depth * task.plan.axis_W + R * around(i, task.plan.diameter / 2);
+      if (bone.is_bone(p_W)) continue;
+      const dvec3 mm = p_W / kMillimetre;
+      throw Error(file.string(), "implant.plan",
+                  fmt::format("an implant that leaves the jaw at ({:.1f}, {:.1f}, {:.1f}) mm, {:.1f} mm deep", mm.x,
+                              mm.y, mm.z, depth / kMillimetre),
+                  "an implant with bone all around it");
+    }
+  }
+}
+
+void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
+                 session::ImplantMeasures& measures) {
+  const session::ImplantPlan& plan = task.plan;
+  const Around bone(after, plan);
+  const dquat R = across(plan.axis_W);
+  session::ImplantBedMeasures& bed = measures.bed;
+  if (!bed.found || bed.depth < 2 * kCrest) return;
+  // Area and second moments of what is no bone, in slices across the plan's axis.
+  const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
+  double area = 0, ovality = 0;
+  int slices = 0;
+  for (double depth = kCrest; depth < std::min(bed.depth, plan.length) - 0.5e-3; depth += bone.voxel()) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, syy = 0, sxy = 0;
+    for (double x = -reach; x <= reach; x += step) {
+      for (double y = -reach; y <= reach; y += step) {
+        if (x * x + y * y > reach * reach || bone.is_bone(plan.entry_W + depth * plan.axis_W + R * dvec3(x, y, 0)))
+          continue;
+        n += 1, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+      }
+    }
+    if (n < 16) continue;
+    const double mx = sx / n, my = sy / n, a = sxx / n - mx * mx, b = syy / n - my * my, c = sxy / n - mx * my;
+    const double mean = (a + b) / 2, apart = std::sqrt((a - b) * (a - b) / 4 + c * c);
+    area += n * step * step;
+    ovality += 4 * (std::sqrt(mean + apart) - std::sqrt(std::max(0.0, mean - apart)));
+    ++slices;
+  }
+  if (slices > 0) {
+    bed.diameter = 2 * std::sqrt(area / slices / kPi);
+    bed.ovality = ovality / slices;
+  }
+  int open = 0, looks = 0, touching = 0, surface = 0;
+  for (double depth = kCrest; depth < std::min(bed.depth, plan.length); depth += 2 * bone.voxel()) {
+    for (int i = 0; i < kAround; ++i) {
+      const dvec3 center = plan.entry_W + depth * plan.axis_W;
+      ++looks;
+      if (!bone.is_bone(center + R * around(i, std::max(bed.diameter / 2, plan.bed_diameter / 2) + kBehind))) ++open;
+      ++surface;
+      if (bone.is_bone(center + R * around(i, plan.diameter / 2 + bone.voxel()))) ++touching;
+    }
+  }
+  if (looks > 0) bed.perforated = static_cast<double>(open) / looks;
+  if (surface > 0 && measures.placed) measures.bone_contact = static_cast<double>(touching) / surface;
+}
+
+}  // namespace typodont

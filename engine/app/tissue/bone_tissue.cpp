@@ -1,0 +1,231 @@
+#include "engine/app/tissue/bone_tissue.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <thread>
+
+#include "engine/app/assets.h"
+#include "engine/base/units.h"
+#include "haptics/hardness.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kEndosteum = 0.5e-3;  // m over which grey goes from cortical to cancellous at the shell's inner side
+constexpr double kGrain = 1.2e-3;      // m, size of the grey values' variation: some trabecular spacings
+constexpr double kMostVoxels = 2e8;
+
+/// A repeatable number -1 … 1 for a lattice point (splitmix64).
+double lattice(std::uint64_t seed, const glm::ivec3& at) {
+  std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
+                    static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +
+                    static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.y)) * 0x94d049bb133111ebu +
+                    static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.z)) * 0xd6e8feb86659fd93u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  x ^= x >> 31;
+  return static_cast<double>(x >> 11) * 0x1p-52 - 1;
+}
+
+/// Value noise, -1 … 1, smooth.
+double noise(std::uint64_t seed, const dvec3& p) {
+  const glm::ivec3 at(glm::floor(p));
+  dvec3 f = p - dvec3(at);
+  f = f * f * (3.0 - 2.0 * f);
+  double sum = 0;
+  for (int c = 0; c < 8; ++c) {
+    const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2 & 1);
+    sum += lattice(seed, at + o) * (o.x ? f.x : 1 - f.x) * (o.y ? f.y : 1 - f.y) * (o.z ? f.z : 1 - f.z);
+  }
+  return sum;
+}
+
+/// All that the block says, but for the mesh itself.
+struct Bone {
+  double voxel = 0, band = 0;
+  dvec3 lo{0}, hi{0};  // of the box that is sampled, frame W
+  Pose X_MW;           // from the scene to the mesh
+  BoneClass made_of;
+  BoneGrey grey;
+  double variation = 0;  // of the cancellous bone's grey values
+  std::uint64_t seed = 1;
+  double canal_wall = 0;  // m of cortical bone around the canal
+  NerveCanal canal;
+};
+
+Bone read(const Json& json) {
+  json.allow_only({"mesh", "site_mm", "lingual", "place_mm", "class", "cortical_mm", "cancellous_HU", "voxel_mm",
+                   "band_mm", "domain_mm", "remove", "canal", "variation", "seed"});
+  Bone bone;
+  json["mesh"].allow_only({"file", "scale"});
+  json["mesh"]["file"].string();
+  bone.voxel = json.number_or("voxel_mm", 0.15, 0.04, 1) * kMillimetre;
+  bone.band = json.number_or("band_mm", 1.5, 0.2, 10) * kMillimetre;
+  if (bone.band < 3 * bone.voxel) json["band_mm"].fail("at least three voxels");
+  const auto corners = json["domain_mm"].items();
+  if (corners.size() != 2) json["domain_mm"].fail("two corners [[x0,y0,z0],[x1,y1,z1]]");
+  bone.lo = corners[0].vec3() * kMillimetre, bone.hi = corners[1].vec3() * kMillimetre;
+  if (!(bone.lo.x < bone.hi.x && bone.lo.y < bone.hi.y && bone.lo.z < bone.hi.z))
+    json["domain_mm"].fail("a lower corner below the upper one");
+  const dvec3 size = (bone.hi - bone.lo) / bone.voxel;
+  if (size.x * size.y * size.z > kMostVoxels) {
+    json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
+                           fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
+  }
+  // y points to the tongue, z stays up.
+  dvec3 y = json["lingual"].vec3();
+  y.z = 0;
+  if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
+  y = glm::normalize(y);
+  const dvec3 z(0, 0, 1);
+  const dquat R_MW = glm::normalize(glm::quat_cast(glm::dmat3(glm::cross(y, z), y, z)));
+  const dvec3 place = json["place_mm"].vec3() * kMillimetre;
+  bone.X_MW = {json["site_mm"].vec3() * kMillimetre - R_MW * place, R_MW};
+  bone.made_of = load_bone_class(json["class"]);
+  bone.grey = load_bone_grey();
+  bone.made_of.cortical_thickness =
+      json.number_or("cortical_mm", bone.made_of.cortical_thickness / kMillimetre, 0, 20) * kMillimetre;
+  bone.made_of.cancellous_grey = json.number_or("cancellous_HU", bone.made_of.cancellous_grey, 1, bone.grey.cancellous);
+  bone.variation = json.number_or("variation", 0.15, 0, 0.9);
+  if (const auto seed = json.find("seed")) bone.seed = static_cast<std::uint64_t>(seed->integer(0));
+  if (const auto canal = json.find("canal")) {
+    canal->allow_only({"path_mm", "diameter_mm", "wall_mm"});
+    bone.canal.radius = (*canal)["diameter_mm"].number(0.5, 8) / 2 * kMillimetre;
+    bone.canal_wall = canal->number_or("wall_mm", 0.4, 0, 3) * kMillimetre;
+    for (const Json& point : (*canal)["path_mm"].items()) bone.canal.path_W.push_back(point.vec3() * kMillimetre);
+    if (bone.canal.path_W.size() < 2) (*canal)["path_mm"].fail("at least two points");
+  }
+  return bone;
+}
+
+}  // namespace
+
+std::filesystem::path bone_classes_file() {
+  return assets_folder() / "materials" / "bone_classes.json";
+}
+
+BoneClass load_bone_class(const Json& name) {
+  const Json classes = Json::load(bone_classes_file())["classes"];
+  const std::string wanted = name.string();
+  if (!classes.has(wanted)) name.fail(fmt::format("one of: {}", fmt::join(classes.keys(), ", ")));
+  const Json json = classes[wanted];
+  json.allow_only({"cortical_mm", "cortical_HU", "cancellous_HU", "source"});
+  return {json["cortical_mm"].number(0, 20) * kMillimetre, json["cortical_HU"].number(1, 1e4),
+          json["cancellous_HU"].number(1, 1e4)};
+}
+
+BoneGrey load_bone_grey() {
+  const Json json = Json::load(bone_classes_file())["grey_at_hardness_1_HU"];
+  json.allow_only({"cortical_bone", "cancellous_bone", "source"});
+  return {json["cortical_bone"].number(1, 1e4), json["cancellous_bone"].number(1, 1e4)};
+}
+
+double NerveCanal::distance(const dvec3& p_W) const {
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
+    const dvec3 way = path_W[i + 1] - path_W[i], from = p_W - path_W[i];
+    const double s = std::clamp(glm::dot(from, way) / std::max(glm::dot(way, way), 1e-18), 0.0, 1.0);
+    best = std::min(best, glm::length(from - s * way) - radius);
+  }
+  return best;
+}
+
+NerveCanal read_nerve_canal(const Json& tissue) {
+  const auto bone = tissue.find("bone");
+  return bone ? read(*bone).canal : NerveCanal{};
+}
+
+void check_bone(const Json& bone) {
+  read(bone);
+}
+
+haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& files) {
+  const Bone bone = read(json);
+  const Json mesh = json["mesh"];
+  const auto jaw =
+      files.read_mesh(files.find(mesh["file"].string()), mesh.number_or("scale", 1, 1e-6, 1e6) * kMillimetre);
+  std::vector<std::unique_ptr<haptics::Solid>> removed;
+  if (const auto remove = json.find("remove")) {
+    for (const Json& solid : remove->items()) removed.push_back(haptics::read_solid(solid, files));
+  }
+  haptics::DenseTissue dense;
+  dense.band = bone.band;
+  const double h = bone.voxel;
+  const dvec3 first = glm::floor(bone.lo / h), last = glm::ceil(bone.hi / h);
+  dense.frame = {first * h, h};
+  dense.size = glm::ivec3(last - first + 1.0);
+  const std::size_t count = static_cast<std::size_t>(dense.size.x) * dense.size.y * dense.size.z;
+  dense.distance.resize(count);
+  dense.tissue.assign(count, Tissue::kAir);
+  dense.hardness.assign(count, haptics::kOwnHardness);
+  const auto at = [&](const dvec3& p_W) {
+    const dvec3 p_M = bone.X_MW * p_W;
+    double outer = jaw->distance(p_M);
+    for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
+    return outer;
+  };
+  // A distance changes by no more than the way gone: blocks that are far outside need no closer look.
+  constexpr int kBlock = 8;
+  const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
+  const auto voxel = [&](int x, int y, int z) {
+    const std::size_t i = dense.at(x, y, z);
+    const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
+    const double outer = at(p_W), canal = bone.canal.distance(p_W);
+    // The box's own faces close the jaw.
+    const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
+    const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
+    dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
+    if (d > 1.5 * h) return;
+    if (canal < 0) {
+      dense.tissue[i] = kNerve;
+      return;
+    }
+    const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
+    const bool cortical = below < 0;
+    const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
+    // Under the shell the bone thins out over the endosteum.
+    const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
+    const double grey = cortical ? bone.made_of.cortical_grey
+                                 : std::min(bone.grey.cancellous,
+                                            cancellous_grey + (1 - blend) * (bone.grey.cancellous - cancellous_grey));
+    dense.tissue[i] = cortical ? Tissue::kCorticalBone : Tissue::kCancellousBone;
+    dense.hardness[i] = haptics::hardness_byte(grey / (cortical ? bone.grey.cortical : bone.grey.cancellous));
+  };
+  const auto block = [&](const glm::ivec3& from) {
+    const glm::ivec3 end = glm::min(from + kBlock, dense.size);
+    const bool far = at(dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1))) - reach > dense.band;
+    for (int x = from.x; x < end.x; ++x) {
+      for (int y = from.y; y < end.y; ++y) {
+        for (int z = from.z; z < end.z; ++z) {
+          if (far) {
+            dense.distance[dense.at(x, y, z)] = static_cast<float>(dense.band);
+          } else {
+            voxel(x, y, z);
+          }
+        }
+      }
+    }
+  };
+  const int blocks = (dense.size.x + kBlock - 1) / kBlock;
+  const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  std::vector<std::jthread> workers;
+  for (int t = 0; t < threads; ++t) {
+    workers.emplace_back([&, t] {
+      for (int x = blocks * t / threads; x < blocks * (t + 1) / threads; ++x) {
+        for (int y = 0; y < dense.size.y; y += kBlock) {
+          for (int z = 0; z < dense.size.z; z += kBlock) block({x * kBlock, y, z});
+        }
+      }
+    });
+  }
+  workers.clear();
+  return dense;
+}
+
+}  // namespace typodont

@@ -1,0 +1,295 @@
+#include "engine/session/implant.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "engine/base/units.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
+constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
+    "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
+constexpr double kOverSpeed = 1.1;     // of the phase's speed
+constexpr double kLater = 1.5;         // s of contact with a later phase's tool after which its phase is the one
+constexpr double kHeld = 0.3;          // s that the goal of a smoothing, marking or checking phase must be met
+constexpr double kDrilled = 0.05e-3;   // m that a drill may stay above its depth
+constexpr double kChecked = 0.25e-3;   // m that a gauge may …
+constexpr double kThreaded = 0.3e-3;   // … and a tap
+constexpr double kFelt = 0.05;         // N: less is the air's, where the tool follows the hand
+constexpr double kSeats = 1e-3;        // m that a placed implant or screw may stand out
+constexpr double kGoesIn = 0.1e-3;     // m/s along the plan's axis from which a tool is going in …
+constexpr double kGoesInTime = 0.1;    // … s, time constant of that speed
+constexpr double kAtSite = 3e-3;       // m from the plan's axis within which a mark is at the site
+constexpr double kOffAxisFrom = 1e-3;  // m deep from which the axis counts
+
+double volume_of(const ServoTick& tick) {
+  return total(tick.removed);
+}
+
+double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
+  double best = 1e9;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const dvec3 way = path[i + 1] - path[i], from = p - path[i];
+    const double s = std::clamp(glm::dot(from, way) / std::max(glm::dot(way, way), 1e-18), 0.0, 1.0);
+    best = std::min(best, glm::length(from - s * way));
+  }
+  return best;
+}
+
+/// A bed: a cylinder with a flat bottom. SI, frame W.
+struct BedShape {
+  dvec3 bottom_W, axis_W;  // unit, into the bone
+  double length, radius;
+
+  double distance_to(const dvec3& p_W) const {
+    const dvec3 from = p_W - bottom_W;
+    const double along = glm::dot(from, axis_W);
+    const double aside = std::max(0.0, glm::length(from - along * axis_W) - radius);
+    return std::hypot(aside, std::max({along, -along - length, 0.0}));
+  }
+  double distance_to(const std::vector<dvec3>& path_W) const {
+    constexpr double kStep = 0.05e-3;  // m: a straight line is nearest between two steps by 1 µm at 0.3 mm
+    double best = 1e9;
+    for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
+      const dvec3 way = path_W[i + 1] - path_W[i];
+      const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(way) / kStep)));
+      for (int k = 0; k <= steps; ++k)
+        best = std::min(best, distance_to(path_W[i] + (static_cast<double>(k) / steps) * way));
+    }
+    return best;
+  }
+};
+
+}  // namespace
+
+std::string_view name_of(ImplantDeed deed) noexcept {
+  return kDeeds[static_cast<std::size_t>(deed)];
+}
+
+std::optional<ImplantDeed> implant_deed_named(std::string_view name) noexcept {
+  const auto found = std::find(kDeeds.begin(), kDeeds.end(), name);
+  if (found == kDeeds.end()) return std::nullopt;
+  return static_cast<ImplantDeed>(found - kDeeds.begin());
+}
+
+std::string_view name_of(ImplantNote note) noexcept {
+  return kNotes[static_cast<std::size_t>(note)];
+}
+
+double ImplantMeasures::phases_done() const {
+  if (phases.empty()) return 0;
+  const auto done = std::count_if(phases.begin(), phases.end(), [](const auto& p) { return p.done; });
+  return static_cast<double>(done) / static_cast<double>(phases.size());
+}
+
+ImplantMeter::ImplantMeter(ImplantTask task) : task_(std::move(task)) {
+  measures_.phases.resize(task_.phases.size());
+  for (std::size_t i = 0; i < task_.phases.size(); ++i) {
+    measures_.phases[i].name = task_.phases[i].name.text;
+    measures_.phases[i].force.along.reserve(2 * kBins);
+    measures_.phases[i].force.across.reserve(2 * kBins);
+  }
+  along_.reserve(2 * kBins);
+  across_.reserve(2 * kBins);
+}
+
+void ImplantMeter::add(std::span<const ServoTick> ticks) {
+  for (const ServoTick& tick : ticks) {
+    const double dt = started_ ? std::clamp(to_seconds(tick.t - last_t_), 0.0, 0.1) : 0;
+    if (!started_) removed_last_ = volume_of(tick);
+    started_ = true;
+    last_t_ = tick.t;
+    if (is_finite(tick.X_WG.p)) follow(tick, dt);
+  }
+}
+
+void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
+  // What is not in a bed moves about: it warms at least a bed as deep as it is wide.
+  const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
+  const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
+  const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
+  temperature_ += dt * HeatModel::share * tick.cutting_power / warmed;
+  temperature_ = HeatModel::body + (temperature_ - HeatModel::body) * std::exp(-dt / time);
+  measures_.hottest = std::max(measures_.hottest, temperature_);
+}
+
+ImplantNote ImplantMeter::note_of(const ServoTick& tick, const dvec3& tip_W, const dvec3& axis_W, bool touches) const {
+  const bool turns = std::abs(tick.spindle) > 0.1;
+  if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) return ImplantNote::kWrongTool;
+  const ImplantPhase* phase = phase_ < task_.phases.size() ? &task_.phases[phase_] : nullptr;
+  if (phase && phase->tool == tick.tool) {
+    if (phase->speed > 0 && tick.spindle > kOverSpeed * phase->speed) return ImplantNote::kOverSpeed;
+    const bool deepens = phase->deed == ImplantDeed::kDrill || phase->deed == ImplantDeed::kTap;
+    if (touches && turns && deepens && depth_ > phase->depth + task_.depth_tolerance) return ImplantNote::kTooDeep;
+    if (depth_ > kOffAxisFrom && phase->deed != ImplantDeed::kSmooth &&
+        std::acos(std::clamp(glm::dot(axis_W, task_.plan.axis_W), -1.0, 1.0)) > task_.greatest_angle)
+      return ImplantNote::kOffAxis;
+  }
+  if (!task_.canal_W.empty() && touches && turns &&
+      distance_to(task_.canal_W, tip_W) - task_.canal_radius < task_.canal_clearance)
+    return ImplantNote::kNearCanal;
+  if (temperature_ > HeatModel::harmful) return ImplantNote::kHeat;
+  if (touches && glm::length(tick.f_T_W) > task_.greatest_force) return ImplantNote::kOverForce;
+  return ImplantNote::kNone;
+}
+
+bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, bool touches, double dt) {
+  bool met = false;
+  double needed = 0;
+  switch (phase.deed) {
+    case ImplantDeed::kSmooth:
+    case ImplantDeed::kMark:
+      // Enough has gone, and the bur has left the bone.
+      met = removed_in_phase_ >= phase.volume && !touches;
+      needed = kHeld;
+      break;
+    case ImplantDeed::kDrill:
+      met = depth_ >= phase.depth - kDrilled;
+      break;
+    case ImplantDeed::kCheck:
+      met = tick.level != implant_level::kFree && depth_ >= phase.depth - kChecked;
+      needed = kHeld;
+      break;
+    case ImplantDeed::kTap:
+      met = tick.level == implant_level::kScrewing && depth_ >= phase.depth - kThreaded;
+      break;
+    case ImplantDeed::kPlace:
+    case ImplantDeed::kClose:
+      met = tick.level == implant_level::kPlaced && measures_.phases[phase_].depth >= phase.depth - kSeats;
+      break;
+  }
+  held_ = met ? held_ + dt : 0;
+  return met && held_ >= needed;
+}
+
+void ImplantMeter::record(const ServoTick& tick, double dt) {
+  const double along = glm::dot(tick.f_T_W, task_.plan.axis_W);
+  across_sum_ += dt * glm::length(tick.f_T_W - along * task_.plan.axis_W);
+  along_sum_ += dt * along;
+  span_filled_ += dt;
+  if (span_filled_ < span_) return;
+  across_.push_back(across_sum_ / span_filled_);
+  along_.push_back(along_sum_ / span_filled_);
+  across_sum_ = along_sum_ = span_filled_ = 0;
+  if (across_.size() < 2 * kBins) return;
+  for (std::vector<double>* curve : {&across_, &along_}) {
+    for (std::size_t i = 0; i < kBins; ++i) (*curve)[i] = 0.5 * ((*curve)[2 * i] + (*curve)[2 * i + 1]);
+    curve->resize(kBins);
+  }
+  span_ *= 2;
+}
+
+void ImplantMeter::finish_phase(const ServoTick& tick) {
+  ImplantPhaseMeasures& m = measures_.phases[phase_];
+  if (m.began >= 0) m.ended = to_seconds(tick.t);
+  m.force.span = span_;
+  m.force.across.assign(across_.begin(), across_.end());
+  m.force.along.assign(along_.begin(), along_.end());
+  across_.clear(), along_.clear();
+  span_ = 0.01, span_filled_ = across_sum_ = along_sum_ = 0;
+  removed_in_phase_ = held_ = wrong_for_ = 0;
+  ++phase_;
+}
+
+void ImplantMeter::follow(const ServoTick& tick, double dt) {
+  if (tick.tool >= task_.tip.size()) return;
+  const ImplantPlan& plan = task_.plan;
+  const dvec3 axis_W = tick.X_WG.R * dvec3(0, 0, -1), tip_W = tick.X_WG.p + task_.tip[tick.tool] * axis_W;
+  depth_ = glm::dot(tip_W - plan.entry_W, plan.axis_W);
+  const double force = glm::length(tick.f_T_W);
+  const bool touches = tick.contact_area > 0 || force > kFelt;
+  const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
+  removed_last_ = removed;
+  // Pulling the last phase's tool out is no work: a tool works as it cuts or goes deeper.
+  if (dt > 0) going_in_ += ((depth_ - last_depth_) / dt - going_in_) * (1 - std::exp(-dt / kGoesInTime));
+  last_depth_ = depth_;
+  works_ = touches && (tick.cutting_power > 0 || going_in_ > kGoesIn);
+  // A bur that has smoothed or marked enough may go on, as long as it is in the hand.
+  const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
+  if (before && before->tool == tick.tool &&
+      (before->deed == ImplantDeed::kSmooth || before->deed == ImplantDeed::kMark))
+    works_ = false;
+  // The tool of a later phase, used for a while: what lies between is skipped.
+  if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) wrong_for_ = 0;
+  if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
+    const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
+                                    [&](const ImplantPhase& p) { return p.tool == tick.tool; });
+    wrong_for_ = later == task_.phases.end() ? 0 : wrong_for_ + dt;
+    if (wrong_for_ > kLater) {
+      const auto to = static_cast<std::size_t>(later - task_.phases.begin());
+      while (phase_ < to) {
+        measures_.phases[phase_].skipped = true;
+        finish_phase(tick);
+      }
+    }
+  }
+  const ImplantPhase* phase = phase_ < task_.phases.size() ? &task_.phases[phase_] : nullptr;
+  heat(tick, dt, phase && phase->irrigated);
+  note_ = note_of(tick, tip_W, axis_W, touches);
+  if (touches && force > task_.greatest_force) measures_.over_force += dt;
+
+  // The bed, from the drills' own places in it.
+  if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
+    axis_sum_ += axis_W * dt;
+    if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
+    if (depth_ > bottom_) bottom_ = depth_, bottom_W_ = tip_W;
+    bed_radius_ = std::max(bed_radius_, task_.radius[tick.tool]);
+  }
+  if (!phase) return;
+  ImplantPhaseMeasures& m = measures_.phases[phase_];
+  m.noted[static_cast<std::size_t>(note_)] += dt;
+  if (tick.tool != phase->tool) return;
+  removed_in_phase_ += glm::length(tip_W - plan.entry_W - glm::dot(tip_W - plan.entry_W, plan.axis_W) * plan.axis_W) <
+                               (phase->deed == ImplantDeed::kMark ? kAtSite : 1e9)
+                           ? cut
+                           : 0.0;
+  if (touches) {
+    if (m.began < 0) m.began = to_seconds(tick.t);
+    m.force_max = std::max(m.force_max, force);
+    if (force > task_.greatest_force) m.over_force += dt;
+    if (tick.level != implant_level::kFree && tick.level != implant_level::kPlaced) m.depth = std::max(m.depth, depth_);
+    m.hottest = std::max(m.hottest, temperature_);
+    record(tick, dt);
+  }
+  if (phase->deed == ImplantDeed::kPlace && tick.level == implant_level::kScrewing)
+    measures_.insertion_torque = std::max(measures_.insertion_torque, std::abs(glm::dot(tick.tau_T_W, plan.axis_W)));
+  if (phase->deed == ImplantDeed::kPlace && tick.level == implant_level::kPlaced) measures_.placed = true;
+  if (!is_done(*phase, tick, touches, dt)) return;
+  m.done = true;
+  finish_phase(tick);
+}
+
+ImplantMeasures ImplantMeter::result() const {
+  ImplantMeasures out = measures_;
+  // The phase that was not finished has a curve, too.
+  if (phase_ < out.phases.size()) {
+    ForceCurve& curve = out.phases[phase_].force;
+    curve.span = span_;
+    curve.across.assign(across_.begin(), across_.end());
+    curve.along.assign(along_.begin(), along_.end());
+  }
+  ImplantBedMeasures& bed = out.bed;
+  bed.found = glm::length(axis_sum_) > 0 && bottom_ > 1e-3;
+  if (!bed.found) return out;
+  const ImplantPlan& plan = task_.plan;
+  const dvec3 axis = glm::normalize(axis_sum_);
+  bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
+  bed.depth = bottom_;
+  // Where the bed's axis passes the plan's platform.
+  const double to_platform =
+      glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
+  bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
+  bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
+  const BedShape shape{bottom_W_, axis, to_platform, bed_radius_};
+  if (!task_.canal_W.empty()) bed.canal_distance = shape.distance_to(task_.canal_W) - task_.canal_radius;
+  for (const NeighbourRoot& root : task_.neighbours)
+    bed.neighbour_distance = std::min(bed.neighbour_distance, shape.distance_to({root.a_W, root.b_W}) - root.radius);
+  return out;
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,77 @@
+// The report's part on an exercise in implant surgery: the phases, the bed, the force in each phase.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+#include "engine/session/page/page.h"
+
+namespace typodont::session {
+
+namespace {
+
+constexpr double kLeastNoted = 0.05;  // s that a note must have stood to be shown
+
+}  // namespace
+
+void Page::implant() {
+  if (!input_.implant) return;
+  const ImplantMeasures& m = *input_.implant;
+  put("<section id=\"implant\" aria-labelledby=\"h-implant\" class=\"long\">\n<h2 id=\"h-implant\">{}</h2>\n",
+      say("implant.title"));
+  put("<p class=\"soft\">{}</p>\n", say("implant.models"));
+  put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"h-implant\"><table><thead><tr>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th>"
+      "<th scope=\"col\">{}</th><th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",
+      say("implant.phase"), say("implant.state"), say("time"), say("score.force_max_N"), say("implant.depth"),
+      say("implant.temperature"), say("implant.notes"));
+  const auto language_index = static_cast<std::size_t>(language);
+  const auto name_in = [&](const ImplantPhaseMeasures& phase) {
+    return phase.name[language_index].empty() ? phase.name[0] : phase.name[language_index];
+  };
+  for (std::size_t i = 0; i < m.phases.size(); ++i) {
+    const ImplantPhaseMeasures& phase = m.phases[i];
+    std::string notes;
+    for (std::size_t n = 1; n < phase.noted.size(); ++n) {
+      if (phase.noted[n] < kLeastNoted) continue;
+      notes += fmt::format("{}{} ({} s)", notes.empty() ? "" : ", ",
+                           say(fmt::format("implant.note.{}", name_of(static_cast<ImplantNote>(n)))),
+                           number(phase.noted[n], 1));
+    }
+    const bool begun = phase.began >= 0;
+    put("<tr><th scope=\"row\">{}. {}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+        i + 1, escaped(name_in(phase)),
+        say(phase.done      ? "implant.done"
+            : phase.skipped ? "implant.skipped"
+                            : "implant.open"),
+        begun && phase.ended > phase.began ? quantity(phase.ended - phase.began, "s") : "–",
+        begun ? quantity(phase.force_max, "N") : "–", phase.depth > 0 ? quantity(phase.depth * 1e3, "mm") : "–",
+        begun ? quantity(phase.hottest, "°C") : "–", notes.empty() ? "–" : escaped(notes));
+  }
+  put("</tbody></table></div>\n");
+  for (std::size_t i = 0; i < m.phases.size(); ++i) {
+    const ImplantPhaseMeasures& phase = m.phases[i];
+    const std::size_t n = phase.force.along.size();
+    if (n < 2) continue;
+    Series series;
+    double greatest = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double along = std::abs(static_cast<double>(phase.force.along[k])),
+                   across = static_cast<double>(phase.force.across[k]);
+      series.least.push_back(std::min(along, across));
+      series.mean.push_back(along);
+      series.greatest.push_back(std::max(along, across));
+      greatest = std::max(greatest, series.greatest.back());
+    }
+    TimePlot plot;
+    plot.t1 = phase.force.span * static_cast<double>(n);
+    plot.unit = "N";
+    plot.css = "force";
+    plot.time_label = say("time_axis");
+    plot.label = fmt::format("{}: {}", name_in(phase), quantity(greatest, "N"));
+    put("<h3>{}. {}</h3>\n<div class=\"scroll\">{}</div>\n", i + 1, escaped(name_in(phase)),
+        time_plot(plot, series, number_text()));
+  }
+  put("</section>\n");
+}
+
+}  // namespace typodont::session

@@ -1,0 +1,237 @@
+// Implant surgery as an exercise: bone, plan, procedure, the expert, scores.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/app/assets.h"
+#include "engine/app/hands/implant_expert.h"
+#include "engine/app/implant/implant_scene.h"
+#include "engine/app/scene.h"
+#include "engine/app/tissue/bone_tissue.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/hardness.h"
+#include "haptics/lockstep.h"
+#include "tests/support/campaign.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path scene_file(const std::string& name) {
+  return assets_folder() / "scenes" / (name + ".json");
+}
+nlohmann::ordered_json json_of(const std::string& name) {
+  std::ifstream in(scene_file(name));
+  return nlohmann::ordered_json::parse(in);
+}
+Scene scene_from(const nlohmann::ordered_json& json) {
+  return parse_scene(Json::parse(json.dump(), "scene.json"), "scene.json", scene_file("x").parent_path());
+}
+std::string error_of(const nlohmann::ordered_json& json, bool load = false) {
+  try {
+    const Scene scene = scene_from(json);
+    if (load) load_untouched(scene);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ImplantScenes, TheShippedPlansLieInBoneAndAwayFromTheCanal) {
+  for (const char* name : {"implant-molar", "implant-premolar", "implant-front", "implant-molar-soft"}) {
+    const Scene scene = read_scene(scene_file(name));
+    ASSERT_TRUE(scene.implant) << name;
+    const NerveCanal canal = read_nerve_canal(*scene.tissue);
+    if (!canal.path_W.empty()) {
+      EXPECT_GT(canal.distance(scene.implant->plan.apex_W()), 2e-3) << name;
+    }
+    auto coarse = json_of(name);
+    coarse["tissue"]["bone"]["voxel_mm"] = 0.3;
+    EXPECT_EQ(error_of(coarse, true), "accepted") << name;
+  }
+}
+
+TEST(ImplantScenes, BoneHasAShellANerveInItsCanalAndGreyValuesOfItsClass) {
+  auto json = json_of("implant-molar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.2;
+  const Scene scene = scene_from(json);
+  const haptics::TissueVolume bone = load_untouched(scene);
+  EXPECT_TRUE(bone.graded());
+  const auto look = [&](const dvec3& p_mm) {
+    float d;
+    Tissue t;
+    std::uint8_t hardness;
+    bone.copy(glm::ivec3(glm::round(bone.frame().to_voxels(p_mm * kMillimetre))), glm::ivec3(1), &d, &t, &hardness);
+    return std::tuple(d, t, haptics::hardness_fraction(hardness));
+  };
+  const auto [canal_d, canal_t, canal_h] = look({6.8, 3.2, 1.5});
+  EXPECT_LT(canal_d, 0);
+  EXPECT_EQ(canal_t, kNerve);
+  const auto [wall_d, wall_t, wall_h] = look({6.8, 3.2, 1.5 + 1.5 + 0.2});
+  EXPECT_EQ(wall_t, Tissue::kCorticalBone) << "the canal has a wall";
+  const auto [crest_d, crest_t, crest_h] = look({6.8, 5.8, 18.0});
+  EXPECT_LT(crest_d, 0);
+  EXPECT_EQ(crest_t, Tissue::kCorticalBone) << "the ridge has a shell of its own";
+  EXPECT_NEAR(crest_h, 1.0, 0.01);
+  double sum = 0;
+  int n = 0;
+  for (double x = 2; x < 12; x += 0.5) {
+    const auto [d, t, h] = look({x, 5.3, 11});
+    if (t != Tissue::kCancellousBone) continue;
+    sum += h, ++n;
+  }
+  ASSERT_GT(n, 10);
+  EXPECT_NEAR(sum / n * load_bone_grey().cancellous, 1050, 100) << "class II";
+}
+
+TEST(ImplantScenes, WrongInputIsAnsweredWithItsPlace) {
+  auto json = json_of("implant-molar");
+  json["tools"][3] = "pilot_99";
+  EXPECT_NE(error_of(json).find("pilot_99"), std::string::npos);
+  EXPECT_NE(error_of(json).find("pilot_22"), std::string::npos) << "names those there are";
+
+  json = json_of("implant-molar");
+  json["tools"].erase(3);
+  EXPECT_NE(error_of(json).find("not among the scene's tools"), std::string::npos) << error_of(json);
+
+  json = json_of("implant-molar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.3;
+  json["implant"]["plan"]["entry_mm"] = {6.8, 12.5, 18};
+  EXPECT_NE(error_of(json, true).find("leaves the jaw"), std::string::npos) << error_of(json, true);
+
+  json = json_of("implant-molar");
+  json["tissue"]["bone"]["class"] = "V";
+  EXPECT_NE(error_of(json).find("one of: I, II, III, IV"), std::string::npos) << error_of(json);
+
+  json = json_of("implant-molar");
+  json["tissue"] = {{"voxel_mm", 0.3},
+                    {"solids",
+                     {{{"tissue", "cortical_bone"},
+                       {"solid", {{"box", {{"center_mm", {6.8, 5.8, 8}}, {"size_mm", {20, 20, 20}}}}}}}}}};
+  EXPECT_NE(error_of(json, true).find("without grey values"), std::string::npos) << error_of(json, true);
+
+  json = json_of("implant-molar");
+  json["model"] = "offset";
+  EXPECT_NE(error_of(json).find("\"model\": \"implant\""), std::string::npos) << error_of(json);
+}
+
+/// A copy of the shipped set whose threads turn at `rpm`, in a folder of its own that goes with this object.
+class OtherSet {
+ public:
+  explicit OtherSet(double rpm) {
+    fs::create_directories(folder_);
+    for (const auto& entry : fs::directory_iterator(assets_folder() / "implants" / "bone_level")) {
+      std::ifstream in(entry.path());
+      auto json = nlohmann::ordered_json::parse(in);
+      auto& block = json["implant"];
+      if (block.contains("thread") && block.contains("speed_rpm")) {
+        block["speed_rpm"] = rpm;
+        block["top_speed_rpm"] = 1.5 * rpm;
+      }
+      std::ofstream(folder_ / entry.path().filename()) << json;
+    }
+  }
+  ~OtherSet() { fs::remove_all(folder_); }
+  OtherSet(const OtherSet&) = delete;
+  OtherSet& operator=(const OtherSet&) = delete;
+  std::string folder() const { return folder_.string(); }
+
+ private:
+  fs::path folder_ = fs::temp_directory_path() / fmt::format("typodont_other_set_{}", getpid());
+};
+
+TEST(ImplantScenes, AnotherMakersSetIsAFolderOfFiles) {
+  const OtherSet set(60);
+  auto json = json_of("implant-molar");
+  json["tool_set"] = set.folder();
+  const Scene scene = scene_from(json);
+  const auto tap = std::find_if(scene.servo.tools.begin(), scene.servo.tools.end(),
+                                [](const haptics::Tool& tool) { return tool.name == "tap_48"; });
+  ASSERT_NE(tap, scene.servo.tools.end());
+  EXPECT_NEAR(tap->implant->speed, 2 * kPi, 1e-9);
+}
+
+struct Done {
+  session::ImplantMeasures measures;
+  std::string gave_up;
+  double largest_switch_step = 0;  // N, beyond the hand's own way
+};
+/// The expert in a scene, without the coupling's damper: what that adds changes with the hand's speed, not with a
+/// switch.
+Done expert_in(nlohmann::ordered_json json, double rate) {
+  json["coupling"]["damping_Ns_per_mm"] = 0;
+  const Scene scene = scene_from(json);
+  haptics::TissueVolume tissue = load_untouched(scene);
+  const haptics::ServoSettings settings = servo_settings(scene, tissue, rate);
+  haptics::LockStep steps(std::move(tissue), settings);
+  ImplantExpert hand(scene, rate);
+  session::ImplantMeter meter(*scene.implant);
+  haptics::HandSample sample;
+  ServoTick tick, last;
+  Cut cut;
+  Done done;
+  while (hand.read(sample)) {
+    steps.tick(sample, tick, cut);
+    hand.see(tick);
+    meter.add({&tick, 1});
+    if ((tick.level == 0) != (last.level == 0) && tick.index > 0) {
+      const double own = settings.stiffness * glm::length(tick.X_WT.p - last.X_WT.p);
+      done.largest_switch_step = std::max(done.largest_switch_step, glm::length(tick.f_T_W - last.f_T_W) - own);
+    }
+    last = tick;
+  }
+  done.measures = meter.result();
+  measure_bed(*scene.implant, steps.carver().volume(), done.measures);
+  done.gave_up = hand.gave_up();
+  return done;
+}
+void expect_to_plan(const Done& done, std::size_t phases, double depth, double diameter) {
+  EXPECT_EQ(done.gave_up, "");
+  ASSERT_EQ(done.measures.phases.size(), phases);
+  for (const auto& phase : done.measures.phases) {
+    EXPECT_TRUE(phase.done) << phase.name[0];
+    EXPECT_GE(phase.force.along.size(), 2u) << phase.name[0];
+  }
+  const session::ImplantBedMeasures& bed = done.measures.bed;
+  EXPECT_TRUE(done.measures.placed);
+  EXPECT_NEAR(bed.depth, depth, 0.1e-3);
+  EXPECT_LT(bed.axis_error, 0.2 * kDegree);
+  EXPECT_LT(bed.entry_error, 0.1e-3);
+  EXPECT_LT(bed.apex_error, 0.15e-3);
+  EXPECT_NEAR(bed.diameter, diameter, 0.1e-3);
+  EXPECT_LT(bed.ovality, 0.1e-3);
+  EXPECT_GT(bed.canal_distance, 2e-3);
+  EXPECT_GT(done.measures.insertion_torque, 0.01);
+  EXPECT_LT(done.measures.insertion_torque, 0.5);
+  EXPECT_GT(done.measures.bone_contact, 0.9);
+  EXPECT_LT(done.measures.hottest, 43);
+  EXPECT_LT(done.largest_switch_step, 0.02);
+}
+
+/// Coarse bone, quick threads, few ticks, so that it takes seconds; in ./run stress as it ships, at all sites.
+TEST(ImplantExpert, DoesAllPhasesToThePlan) {
+  if (test::campaign(1) > 1) {
+    expect_to_plan(expert_in(json_of("implant-premolar"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-molar"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-molar-soft"), 1000), 16, 12e-3, 4.2e-3);
+    expect_to_plan(expert_in(json_of("implant-front"), 1000), 14, 10e-3, 3.5e-3);
+    return;
+  }
+  const OtherSet quick(60);
+  auto json = json_of("implant-premolar");
+  json["tissue"]["bone"]["voxel_mm"] = 0.2;
+  json["tool_set"] = quick.folder();
+  expect_to_plan(expert_in(json, 500), 16, 12e-3, 4.2e-3);
+}
+
+}  // namespace
+}  // namespace typodont
