@@ -1,4 +1,4 @@
-// From a recording to an autoregressive model: trimming, checking, estimating. Set-up time.
+// Fits an autoregressive model to a recording: trims, checks, and estimates. Set-up time.
 #pragma once
 
 #include <filesystem>
@@ -17,23 +17,24 @@ std::string_view name_of(DrillPart part) noexcept;
 struct SoundPart {
   DrillPart part = DrillPart::kIdle;
   double from = 0, to = 0;  // s in the recording
-  double level_dB = 0;      // mean of the part's levels
+  double level_dB = 0;      // mean level of the part
 };
 
 struct FitOptions {
   std::string method = "burg";  // burg, yule-walker, modified-covariance
   std::string order = "300";    // a number, "aic" or "bic"
-  int max_order = 600;          // of the criteria
-  std::string window = "none";  // none, hann, hamming, blackman: weights of Burg's errors, taper of Yule–Walker
-  double rate = 0;              // Hz of the model; 0: the recording's
-  int channel = -1;             // -1: the mean of all
-  double from = 0, to = 0;      // s of the recording; to = 0: its end
-  bool trim = true;             // silence off both ends
-  bool steady = false;          // only the longest stretch of even loudness
-  std::string part;             // only the longest "run-up", "idle", "load" or "run-down"; empty: all of it
-  std::string hum = "auto";     // auto, off, 50, 60
-  double spindle = 0;           // rad/s of the drill in the recording; 0: estimated from its lines
-  bool lines = true;            // steady lines become sinusoids; false: all is noise
+  int max_order = 600;          // highest order that the criteria may choose
+  std::string window =
+      "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
+  double rate = 0;   // Hz of the model; 0: the recording's
+  int channel = -1;  // -1: the mean of all
+  double from = 0, to = 0;  // s of the recording; to = 0: its end
+  bool trim = true;         // cut off silence at both ends
+  bool steady = false;      // use only the longest stretch of constant level
+  std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
+  std::string hum = "auto";  // auto, off, 50, 60
+  double spindle = 0;        // rad/s of the drill in the recording; 0: estimated from its lines
+  bool lines = true;         // model steady lines as sinusoids; false: everything is noise
   std::string name, source, licence;
 };
 
@@ -42,21 +43,21 @@ struct FitReport {
   double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
   double level_dB = 0;                    // re full scale, of that part
   double hum = 0;                         // Hz that was removed with its harmonics; 0: none
-  double distance_dB = 0;  // log-spectral: Welch spectrum of that part to the model seen through the same window
-  double unsmoothed_distance_dB = 0;  // to the model's noise as it is, which may be narrower than the window shows
+  double distance_dB = 0;             // log-spectral distance of that part's Welch spectrum to the model's expected one
+  double unsmoothed_distance_dB = 0;  // the same to the model's true spectrum, whose peaks the window may broaden
   double itakura_saito = 0;
-  double up_to = 0;  // Hz the two distances reach to: 16 kHz or 0.45 of the rate
+  double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
-  double condition = 0;  // of the direct form, see ar/filter.h
-  std::string form;      // that the synthesizer will use: float, double, lattice
+  double condition = 0;  // condition number of the direct form, see ar/filter.h
+  std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
   std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
   std::vector<SoundPart> parts;                             // of the whole recording, in their order
-  std::vector<std::string> notes;                           // what was done to the recording, for people
+  std::vector<std::string> notes;                           // what was done to the recording, in sentences for the user
 };
 
-/// Throws Error with the reason where there is nothing to fit: silence, clipping, a pure tone, too short for the order,
-/// a sample that is not finite, an unknown method.
+/// Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone, a recording too short for the
+/// order, a sample that is not finite, an unknown method.
 FitReport fit_recording(const std::filesystem::path& file, const FitOptions& options);
 
 }  // namespace typodont::audio

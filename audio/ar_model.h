@@ -7,18 +7,18 @@
 
 namespace typodont::audio {
 
-/// A small autoregressive process, renewed every kLineStep samples of the model's rate. No coefficients and no gain:
-/// zero.
+/// A slow autoregressive process that has one value per kLineStep samples of the model's rate. Without coefficients and
+/// gain it is constantly zero.
 struct LineNoise {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of its residual
 
-  double deviation() const;  // its own standard deviation
+  double deviation() const;  // standard deviation of the process
 };
 inline constexpr int kLineStep = 64;
 
-/// A line that a rotor sounds: a sinusoid whose amplitude and frequency waver about their means. The whistle of a
-/// turbine is one; filtered noise of the same spectrum hisses.
+/// A spectral line of a rotor: a sinusoid whose amplitude and frequency vary slowly about their means. A turbine's
+/// whistle is such a line. Filtered noise with the same spectrum would hiss instead.
 struct ModelLine {
   double frequency = 0;       // Hz, mean
   double amplitude = 0;       // mean; full scale is 1
@@ -34,7 +34,7 @@ struct ArModel {
   double gain = 0;                 // standard deviation of the residual; full scale is 1
   double rate = 48000;             // Hz, the rate the coefficients belong to
   double spindle = 0;              // rad/s of the recorded drill; 0: not known
-  bool spindle_estimated = false;  // read off the spectrum's lines, not told by the user
+  bool spindle_estimated = false;  // estimated from the spectral lines, not given by the user
   std::size_t samples = 0;         // of the recording it was fitted to; 0: not known
   std::vector<ModelLine> lines;
   std::string name, method, source, licence, notes;
@@ -42,14 +42,15 @@ struct ArModel {
   std::size_t order() const { return reflection.size(); }
 };
 
-/// The power of the model's output: gain² Π 1/(1 − k²), and that of its lines.
+/// Mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
 double power_of(const ArModel& model);
 /// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz; of the noise, without the lines.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
-/// The same model cut down to its first `order` stages: for Burg exactly the fit of that order, power kept.
+/// The model reduced to its first `order` lattice stages, with the same power. For Burg's method this is exactly the
+/// fit of that order.
 ArModel truncated(const ArModel& model, std::size_t order);
-/// The order at which the Bayesian information criterion is least; the model's own where `samples` is not known.
+/// The order with the least Bayesian information criterion; the model's own order if `samples` is unknown.
 std::size_t sufficient_order(const ArModel& model);
 
 /// Reads and checks a model file; throws Error naming file, key, found and expected.

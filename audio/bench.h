@@ -1,4 +1,4 @@
-// What the sound costs and how true it is: work-precision rows for `typodont bench`.
+// Work-precision rows of the sound for `typodont bench`: error against time per sample.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 namespace typodont::audio {
 
 struct BenchOptions {
-  std::filesystem::path recording;  // that the models are fitted to
+  std::filesystem::path recording;  // the models are fitted to it
   std::vector<int> orders = {4, 16, 50, 100, 200, 300, 400, 600};
   int repeats = 9;
-  int samples = 16384;  // a repeat
+  int samples = 16384;  // per repetition
 };
 
 /// Throws Error as fit_recording does.

@@ -1,4 +1,4 @@
-// How far two sounds are apart, in numbers that the ear would sign.
+// Differences between two sounds, in measures that agree with hearing.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@ struct SoundMeasure {
   double duration = 0, rate = 0;
   double level_dB = 0;  // rms re full scale
   double peak_dB = 0;
-  double centroid = 0;                 // Hz, of the power spectrum up to the common limit: brightness
+  double centroid = 0;                 // Hz, spectral centroid up to the common limit: a measure of brightness
   double rotor = 0;                    // Hz, estimated; 0: none found
   std::vector<double> tones;           // Hz, up to five strongest lines
   std::vector<double> tone_variation;  // of each tone's amplitude, over its mean: 0 steady, 0.52 noise in a narrow band
@@ -18,15 +18,15 @@ struct SoundMeasure {
 
 struct Comparison {
   SoundMeasure a, b;
-  double distance_dB = 0;          // log-spectral, levels included
-  double shape_distance_dB = 0;    // after the mean difference in dB is taken off
+  double distance_dB = 0;          // log-spectral distance, including the difference in level
+  double shape_distance_dB = 0;    // the same after the mean difference in dB is subtracted
   double itakura_saito = 0;        // of a against b
   double level_difference_dB = 0;  // b − a
-  double tone_ratio = 0;           // strongest tone of b over that of a; 0 where one has none
-  double up_to = 0;                // Hz that the distances reach to
+  double tone_ratio = 0;           // frequency of b's strongest tone over a's; 0 if one sound has none
+  double up_to = 0;                // Hz, upper limit of the distances
 };
 
-/// Channels are averaged, silence is not trimmed; different rates are compared where both have something. `up_to`: Hz,
+/// Averages the channels and keeps silence. Sounds of different rates are compared up to the lower limit. `up_to`: Hz,
 /// 200 or more. Throws Error as read_recording does, and where a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
 

@@ -23,23 +23,23 @@ struct ContactTrack {
 /// Throws Error naming file, line, column, found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Voices a track, state by state as it is heard: those between its rows are interpolated every millisecond, a tissue
-/// holds until the next row. Where the track does not tell the spindle's speed, it is `free_speed` (rad/s) while the
-/// pedal is down, less what the bur's friction costs an air turbine: its torque falls straight from stall to free
+/// Gives the states of a track one after the other. Between two rows it interpolates a state every millisecond; the
+/// tissue stays that of the earlier row. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the
+/// pedal is down, reduced by the bur's friction as for an air turbine, whose torque falls linearly from stall to free
 /// speed.
 class VoicedTrack {
  public:
-  /// The track outlives it, and has a row.
+  /// The track must outlive this object and have at least one row.
   VoicedTrack(const ContactTrack& track, double free_speed) : track_(track), free_speed_(free_speed) {}
 
-  /// The next state; nothing after the track's last row.
+  /// The next state; empty after the last row.
   std::optional<SoundState> next() noexcept;
 
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // the last one passed …
-  Nanos after_ = 0;      // … and how long ago
+  std::size_t row_ = 0;  // the last row that was passed …
+  Nanos after_ = 0;      // … and the time since then, ns
 };
 
 }  // namespace typodont::audio

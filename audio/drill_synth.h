@@ -1,5 +1,5 @@
-// The drill's sound, made from what the servo says. Deterministic: the same models, rate, seed and states give the same
-// samples to the bit, however the samples are divided into buffers.
+// Synthesizes the drill's sound from the servo's ticks. Deterministic: equal models, rate, seed and states give equal
+// samples to the bit, for any buffer size.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace typodont::audio {
 
-/// What the ear needs of one servo tick. Plain data, trivially copyable, SI.
+/// The part of a servo tick that determines the sound. Plain data, trivially copyable, SI.
 struct SoundState {
-  Nanos t = 0;              // the tick's time; takes effect at the sample nearest to it
-  double spindle = 0;       // rad/s, its sign does not matter
+  Nanos t = 0;              // time of the tick; the state takes effect at the nearest sample
+  double spindle = 0;       // rad/s, either sign
   double pedal = 0;         // 0..1
   double contact_area = 0;  // m² of the head that touches tissue
   double force = 0;         // N
@@ -27,8 +27,8 @@ struct SoundState {
 };
 
 struct SynthOptions {
-  double hold = 0;           // s without a new state after which contact ends and the drill runs down; 0: never
-  bool lower_order = false;  // cut models down to the order at which their criterion says nothing is lost
+  double hold = 0;           // s; if no state comes for so long, contact ends and the drill runs down. 0: never
+  bool lower_order = false;  // reduce each model to the order with the least BIC (sufficient_order())
 };
 
 /// One thread at a time (the audio callback's, or the offline renderer's). Only the constructor allocates.
@@ -39,8 +39,8 @@ class DrillSynth {
   DrillSynth(DrillSynth&&) noexcept;
   DrillSynth& operator=(DrillSynth&&) noexcept;
 
-  /// In order of time. A state older than the next sample takes effect at once and counts as late; where more than
-  /// kPending wait to be heard, the newest is not taken and counts as dropped.
+  /// Adds a state; states come in order of time. A state older than the next sample takes effect at once and is counted
+  /// as late. If more than kPending states wait, the newest is dropped and counted.
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
@@ -52,7 +52,7 @@ class DrillSynth {
   double sample_rate() const noexcept;
   std::uint64_t late() const noexcept;
   std::uint64_t dropped() const noexcept;
-  /// How many autoregressive filters the last sample needed: 0 silent, 1 idle, 2 while working.
+  /// Number of autoregressive filters that the last sample needed: 0 if silent, 1 idle, 2 working.
   int active_filters() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// A drill's voice: the models it speaks with, idle and working, and how they answer to the spindle.
+// The sound models of a drill: idle, working in each tissue, and how they depend on the spindle's speed.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace typodont::audio {
 
-/// A tone at a multiple of the rotor's frequency, for drills whose tone no recording at hand contains.
+/// A tone at a multiple of the rotor's frequency, for drills of which no recording contains the tone.
 struct RotorTone {
   double multiple = 1;   // of the rotor's turns per second
-  double amplitude = 0;  // at free speed, and in proportion to the speed below it; full scale is 1
+  double amplitude = 0;  // at free speed; proportional to the speed below it; full scale is 1
 };
 
 /// Plain data. A working model that is missing is derived from the idle one by the mapping in audio/README.md
@@ -23,9 +23,9 @@ struct RotorTone {
 struct SoundModels {
   ArModel idle;
   std::array<std::optional<ArModel>, kTissueCount> working;  // from recordings, where there are any
-  double free_speed = 0;  // rad/s at which the idle model sounds as recorded; 0: the fastest spindle heard so far
+  double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
-  double level = 1;  // factor on everything, so that voices of different recordings are equally loud
+  double level = 1;  // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };
 

@@ -1,4 +1,4 @@
-// From the servo's ticks to what the synthesizer needs of them.
+// Converts the servo's ticks to states of the synthesizer.
 #pragma once
 
 #include <array>
@@ -11,11 +11,12 @@
 
 namespace typodont::audio {
 
-/// Feed it every tick in order, on one thread (the audio callback's); never allocates. Removal rate and slip are
-/// differences over some ticks, because single ones are noisy; over as long at any rate, so that it sounds alike.
+/// Takes every tick in order, on one thread (the audio callback's). Never allocates. Removal rate and slip are
+/// differences over several ticks, because differences of single ticks are noisy. The time between them does not depend
+/// on the servo rate, so the sound does not either.
 class TickVoice {
  public:
-  /// Of every tool of the session, in their order, whether it cuts; hand instruments scrape and tap.
+  /// `tools_cut`: for each tool of the session, whether it is a bur. Other tools scrape and tap.
   explicit TickVoice(std::vector<bool> tools_cut) : tools_cut_(std::move(tools_cut)) {}
 
   SoundState state_of(const ServoTick& tick) noexcept;
@@ -27,9 +28,9 @@ class TickVoice {
     double removed = 0;  // m³, all tissues
     dvec3 p_WG{0, 0, 0};
   };
-  static constexpr std::size_t kSeen = 64;  // a ring: enough for 12 kHz
+  static constexpr std::size_t kSeen = 64;  // ring buffer, long enough for 12 kHz
   std::array<Seen, kSeen> seen_{};
-  std::size_t count_ = 0, back_ = 0;  // seen so far; the one that differences are taken to
+  std::size_t count_ = 0, back_ = 0;  // ticks seen so far; the tick from which differences are taken
   std::vector<bool> tools_cut_;
 };
 

@@ -9,17 +9,18 @@ namespace typodont::audio {
 
 struct Estimate {
   std::vector<double> reflection;
-  double variance = 0;           // of the residual
-  std::vector<double> by_order;  // residual variance of orders 0…p, where the method gives them; for the criteria
-  bool refactored = false;       // the solution was not stable: replaced by the stable model of equal spectrum
+  double variance = 0;           // of the prediction residual
+  std::vector<double> by_order;  // residual variance of orders 0…p for the criteria; may be empty
+  bool refactored = false;  // the solution was unstable and was replaced by the stable model with the same spectrum
 };
 
-/// Burg 1975, with the errors weighted by `weights` (Swingler 1979) where there are any: weights.size() == x.size().
-/// Stable by construction.
+/// Burg's method (Burg 1975). `weights`, if not empty, weight the prediction errors (Swingler 1979); weights.size() ==
+/// x.size(). The result is stable by construction.
 Estimate burg(std::span<const double> x, std::size_t order, std::span<const double> weights = {});
 /// Yule–Walker: Levinson–Durbin on the biased autocorrelation of the (tapered) samples. Stable by construction.
 Estimate yule_walker(std::span<const double> x, std::size_t order, std::span<const double> taper = {});
-/// Modified covariance (Marple 1980): least squares of forward and backward prediction. May come out unstable.
+/// Modified covariance method (Marple 1980): least squares of forward and backward prediction. The solution may be
+/// unstable; then `refactored` is set.
 Estimate modified_covariance(std::span<const double> x, std::size_t order);
 
 enum class Criterion { kAkaike, kBayes };

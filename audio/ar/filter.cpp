@@ -25,7 +25,7 @@ struct VectorOf<double> {
   using Unaligned = Double8Unaligned;
 };
 
-// a[1…order], order even; y[−order…−1] the past; response[kBlock + j] the impulse response, zero for j < 0.
+// a[1…order]: coefficients, order even. y[−order…−1]: past output. response[kBlock + j]: impulse response, 0 for j < 0.
 template <class T>
 inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t order, const T* response, const T* noise,
                                                        T gain, T* y) {
@@ -33,19 +33,19 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
   using Unaligned = typename VectorOf<T>::Unaligned;
   constexpr int kLanes = static_cast<int>(sizeof(Vector) / sizeof(T));
   constexpr int kBlock = BlockFilter<T>::kBlock;
-  constexpr int kSlice = 4 * kLanes;  // four vectors: as many sums as stay in registers
+  constexpr int kSlice = 4 * kLanes;  // four vectors: the sums then stay in registers
 
   for (int slice = 0; slice < kBlock; slice += kSlice) {
     T* const p = y + slice;
-    // What the past contributes. The slice itself reads as zero, so every lane may run over all coefficients.
+    // Contribution of the past output. The slice itself is set to zero, so every lane can run over all coefficients.
     std::memset(p, 0, kSlice * sizeof(T));
     Vector even[4], odd[4];
     for (int v = 0; v < 4; ++v) {
       even[v] = gain * *reinterpret_cast<const Unaligned*>(noise + slice + v * kLanes);
       odd[v] = Vector{};
     }
-    // From the oldest sample to the newest: the newest were stored a moment ago, and a load across several fresh stores
-    // has to wait for them.
+    // Go from the oldest sample to the newest. The newest were stored just now, and a load that spans several recent
+    // stores has to wait for them.
     for (std::size_t pair = order / 2; pair-- > 0;) {
       const std::size_t i = 2 * pair + 1;
       const T* const q = p - i;
@@ -54,7 +54,7 @@ inline __attribute__((always_inline)) void block_of_64(const T* a, std::size_t o
         odd[v] -= a[i + 1] * *reinterpret_cast<const Unaligned*>(q + v * kLanes - 1);
       }
     }
-    // What the slice contributes to itself: its impulse response, one source vector after the other.
+    // Contribution of the slice to itself: convolve it with the impulse response, one source vector at a time.
     T source[kSlice];
     for (int v = 0; v < 4; ++v) *reinterpret_cast<Unaligned*>(source + v * kLanes) = even[v] + odd[v];
     Vector sum[4] = {};
@@ -120,7 +120,7 @@ BlockFilter<T>::BlockFilter(const ArModel& model) : order_((model.order() + 1) /
     for (std::size_t i = 1; i <= std::min(j, a.size()); ++i) h[j] -= a[i - 1] * h[j - i];
     response_[kBlock + j] = static_cast<T>(h[j]);
   }
-  const std::size_t room = order_ + 4096;  // moved back to the front every few thousand samples
+  const std::size_t room = order_ + 4096;  // the history moves back to the front every few thousand samples
   history_.assign(room + kBlock, T(0));
   at_ = order_;
 }

@@ -1,4 +1,4 @@
-// All-pole filters 1/A(z), in three forms of one thing. None allocates after construction.
+// All-pole filters 1/A(z): direct form, block form and normalised lattice. None allocates after construction.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,12 @@
 
 namespace typodont::audio {
 
-/// How ill-conditioned the direct form is: Σ|a| times the output's standard deviation over the residual's. Rounding
-/// enters the direct recursion like a second excitation, about (machine epsilon × this) times the true one.
+/// Condition number of the direct form: Σ|a| times the ratio of the standard deviations of output and residual.
+/// Rounding acts on the direct recursion like a second excitation of (machine epsilon × this number) times the true
+/// one.
 double direct_form_condition(const ArModel& model);
 
-/// The plain loop, for comparison: y[n] = gain·e[n] − Σ a_i y[n−i].
+/// Reference implementation, a plain loop: y[n] = gain·e[n] − Σ a_i y[n−i].
 template <class T>
 class DirectFilter {
  public:
@@ -21,39 +22,40 @@ class DirectFilter {
   void process(const T* noise, T* out, int count) noexcept;
 
  private:
-  std::vector<T> a_, past_;  // past_: order newest samples, newest first, written twice so that it never wraps
+  std::vector<T> a_, past_;  // past_: the newest `order` samples, newest first; stored twice, so a read never wraps
   T gain_;
   std::size_t head_ = 0;
 };
 
-/// Sixty-four samples at once: what the past contributes is a convolution over independent lanes; what the block
-/// contributes to itself is solved by the first 64 samples of the impulse response, which is the inverse of the
-/// triangular system of the block.
+/// Filters blocks of 64 samples. The contribution of earlier blocks is a convolution, computed in independent lanes.
+/// The contribution of the block to itself is a triangular system; its inverse is the first 64 samples of the impulse
+/// response.
 template <class T>
 class BlockFilter {
  public:
   static constexpr int kBlock = 64;
   explicit BlockFilter(const ArModel& model);
-  /// kBlock samples.
+  /// Filters kBlock samples.
   void process(const T* noise, T* out) noexcept;
 
  private:
-  std::size_t order_;  // padded to a multiple of 2
+  std::size_t order_;  // the model's order, padded to a multiple of 2
   std::vector<T> a_, response_, history_;
   T gain_;
-  std::size_t at_;  // where the next block goes in history_
+  std::size_t at_;  // index in history_ where the next block is written
 };
 
-/// Normalised lattice (Gray & Markel 1975): each stage is a rotation, so the states' energy never exceeds what went in,
-/// for any path of the coefficients inside |k| ≤ 1. `level` is the output's standard deviation.
+/// Normalised lattice (Gray & Markel 1975). Each stage is a rotation, so the energy of the states never exceeds the
+/// energy that was put in, even while the coefficients change, as long as |k| ≤ 1. `level` is the standard deviation of
+/// the output.
 class LatticeFilter {
  public:
   explicit LatticeFilter(const ArModel& model);
 
   double next(double noise) noexcept;
-  /// Jumps to other coefficients of the same order between two samples; states are kept.
+  /// Sets other coefficients of the same order between two samples. The states are kept.
   void set(const std::vector<double>& reflection, double level) noexcept;
-  double energy() const noexcept;  // Σ of the states' squares
+  double energy() const noexcept;  // sum of the squared states
   double level() const noexcept { return level_; }
 
  private:
@@ -61,12 +63,13 @@ class LatticeFilter {
   double level_;
 };
 
-/// The form that suits the model: blocks in float, blocks in double, or the lattice, by direct_form_condition.
+/// Chooses the form by direct_form_condition(): blocks in float, blocks in double, or the lattice.
 class ArFilter {
  public:
   static constexpr int kBlock = 64;
-  static constexpr double kFloatLimit = 4e3;    // rounding 70 dB under the excitation
-  static constexpr double kDoubleLimit = 1e10;  // rounding 110 dB under it; beyond, the lattice
+  static constexpr double kFloatLimit = 4e3;  // condition limit for float: rounding 70 dB below the excitation
+  static constexpr double kDoubleLimit =
+      1e10;  // condition limit for double: 110 dB below; above it the lattice is used
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);

@@ -25,11 +25,11 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kSilence = 1e-3;       // peak, -60 dB re full scale
-constexpr double kQuietBelowLoud = 40;  // dB: quieter ends are silence, not sound
-constexpr double kSteadyWithin = 3;     // dB of the loud part's median
+constexpr double kSilence = 1e-3;       // peak amplitude, -60 dB re full scale
+constexpr double kQuietBelowLoud = 40;  // dB below the loud part: quieter ends count as silence
+constexpr double kSteadyWithin = 3;     // dB, tolerance around the median level of the loud part
 constexpr std::size_t kSamplesPerOrder = 10;
-constexpr double kWelchWindow = 1024.0 / 48000;  // s, about the resolution of 300 poles at 48 kHz
+constexpr double kWelchWindow = 1024.0 / 48000;  // s; about the resolution of a model of order 300 at 48 kHz
 
 double mean_power(std::span<const double> x) {
   return x.empty() ? 0.0 : std::inner_product(x.begin(), x.end(), x.begin(), 0.0) / static_cast<double>(x.size());
@@ -51,7 +51,7 @@ void refuse_what_is_not_finite(const std::filesystem::path& file, const Recordin
   }
 }
 
-/// Flat tops: many samples at the very extreme, some of them neighbours.
+/// Throws Error if the recording is clipped: many samples have the extreme value, some of them adjacent.
 void refuse_clipping(const std::filesystem::path& file, std::span<const double> x) {
   const auto [low, high] = std::minmax_element(x.begin(), x.end());
   std::size_t extreme = 0, neighbours = 0;
@@ -71,7 +71,7 @@ void refuse_clipping(const std::filesystem::path& file, std::span<const double> 
   }
 }
 
-/// A single line that holds nearly all the power: nothing to excite with noise.
+/// Throws Error if a single line has nearly all the power: noise cannot excite such a model.
 void refuse_one_tone(const std::filesystem::path& file, std::span<const double> x, double rate) {
   constexpr std::size_t kPoints = 8192;
   const auto power = welch(x, kPoints, rate);
@@ -79,7 +79,7 @@ void refuse_one_tone(const std::filesystem::path& file, std::span<const double> 
   double total = 0, line = 0;
   for (std::size_t i = 0; i < power.size(); ++i) {
     total += power[i];
-    if (i + 4 >= peak && i <= peak + 4) line += power[i];  // the window's main lobe and its first side lobes
+    if (i + 4 >= peak && i <= peak + 4) line += power[i];  // main lobe and first side lobes of the window
   }
   if (line > 0.999 * total) {
     throw Error(file.string(), "",
@@ -102,7 +102,7 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(at)];
 }
 
-/// First and one-past-last sample of what is not silence.
+/// First sample that is not silence, and one past the last.
 std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.02 * rate);
   const auto levels = frame_levels(x, frame);
@@ -115,7 +115,7 @@ std::pair<std::size_t, std::size_t> audible(std::span<const double> x, double ra
   return {static_cast<std::size_t>(first) * frame, to_end ? x.size() : static_cast<std::size_t>(last) * frame};
 }
 
-/// The longest stretch whose level stays near the median of the loud frames.
+/// The longest stretch whose level stays within kSteadyWithin of the median of the loud frames.
 std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rate) {
   const auto frame = static_cast<std::size_t>(0.05 * rate);
   const auto levels = frame_levels(x, frame);
@@ -135,10 +135,10 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// The mains frequency when it stands out of its neighbourhood by 20 dB, else 0.
+/// The mains frequency (Hz) if it is 20 dB above its neighbourhood, else 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
-  if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to tell 50 from 60
+  if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to distinguish 50 Hz from 60 Hz
   const auto power = welch(x, points, rate);
   const double bin = rate / static_cast<double>(points);
   for (const double mains : {50.0, 60.0}) {
@@ -154,7 +154,7 @@ double detected_hum(std::span<const double> x, double rate) {
   return 0;
 }
 
-/// Notches at the mains frequency and four harmonics, run both ways: no phase, no delay.
+/// Applies notch filters at the mains frequency and four harmonics, forward and backward, so without phase or delay.
 void remove_hum(std::vector<double>& x, double mains, double rate) {
   for (int harmonic = 1; harmonic <= 5; ++harmonic) {
     const double w = 2 * kPi * mains * harmonic / rate;

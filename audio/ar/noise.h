@@ -1,11 +1,11 @@
-// White Gaussian noise, the same bits on every machine, made sixteen at a time.
+// White Gaussian noise with the same bits on every machine, computed sixteen samples at a time.
 #pragma once
 
 #include <cstdint>
 
 namespace typodont::audio {
 
-/// 64-bit mixer (Steele, Lea & Flood 2014, splitmix64): independent seeds from one.
+/// 64-bit mixer (splitmix64; Steele, Lea & Flood 2014). It derives independent seeds from one.
 constexpr std::uint64_t mixed(std::uint64_t seed) {
   seed += 0x9e3779b97f4a7c15u;
   seed = (seed ^ (seed >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -13,13 +13,13 @@ constexpr std::uint64_t mixed(std::uint64_t seed) {
   return seed ^ (seed >> 31);
 }
 
-/// Unit variance, zero mean. No allocation, no library function, no table.
+/// Samples with zero mean and unit variance. Uses no allocation, no library function and no table.
 class GaussianNoise {
  public:
   explicit GaussianNoise(std::uint64_t seed) noexcept;
   /// `count` is a multiple of 32.
   void fill(float* out, int count) noexcept;
-  /// One at a time, for slow uses.
+  /// One sample, for uses that are not time-critical.
   float next() noexcept;
 
  private:

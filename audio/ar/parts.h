@@ -10,9 +10,9 @@
 
 namespace typodont::audio {
 
-/// The parts of a sound in their order, from loudness alone. A drill runs up before its first even stretch and down
-/// after its last one. Between them it idles; stretches that are louder by 2.5 dB or more are under load. Empty where
-/// the sound is shorter than 0.5 s or nowhere even.
+/// Divides a sound into its parts, in order of time, by loudness alone. The drill runs up before the first stretch of
+/// constant level and runs down after the last one. In between it idles; a stretch that is at least 2.5 dB louder is
+/// under load. Empty if the sound is shorter than 0.5 s or has no stretch of constant level.
 std::vector<SoundPart> parts_of(std::span<const double> x, double rate);
 
 std::optional<DrillPart> drill_part_named(std::string_view name) noexcept;

@@ -1,4 +1,4 @@
-// From one sampling rate to another by windowed sinc (Smith 1984): whole sounds at set-up, noise on the run.
+// Sample-rate conversion by windowed sinc (Smith 1984): of whole sounds at set-up time, and of noise while it is made.
 #pragma once
 
 #include <span>
@@ -6,26 +6,26 @@
 
 namespace typodont::audio {
 
-/// A whole sound at another rate: Kaiser window, 64 zero crossings to a side, stop band under -110 dB; the pass band
-/// ends at 0.47 of the lower rate. Delay-free. Set-up time.
+/// Converts a whole sound to another rate. Kaiser window, 64 zero crossings on each side, stop band below -110 dB. The
+/// pass band ends at 0.47 of the lower rate. No delay. Set-up time.
 std::vector<double> resampled(std::span<const double> x, double from_rate, double to_rate);
 
-/// Interpolation kernels for reading samples at any place between them, one set per reading speed, so that reading
-/// faster does not fold. Shared by all streams of a synthesizer; constant after construction.
+/// Interpolation kernels that evaluate a sampled signal between its samples. There is one set per playback speed, with
+/// a cut-off that prevents aliasing at that speed. Shared by all streams of a synthesizer; constant after construction.
 class InterpolationKernels {
  public:
   static constexpr int kPhases = 512;
-  /// For reading speeds up to `fastest` samples per sample.
+  /// `fastest`: the highest playback speed, input samples per output sample.
   explicit InterpolationKernels(double fastest);
 
-  /// Where the sound lies `offset` (0 ≤ offset < 1) after *x, read at `speed`: x[−reach+1 … reach] are looked at.
+  /// The signal at `offset` (0 ≤ offset < 1) samples after *x, for playback at `speed`. Reads x[−reach+1 … reach].
   float read(const float* x, double offset, double speed) const noexcept;
-  int reach(double speed) const noexcept;  // samples to either side
+  int reach(double speed) const noexcept;  // samples read on each side
   int longest_reach() const noexcept { return sets_.back().taps / 2; }
 
  private:
   struct Set {
-    double speed;             // up to which it is used
+    double speed;             // the highest playback speed for which this set is used
     int taps;                 // a multiple of 16
     std::vector<float> rows;  // (kPhases + 1) × taps
   };

@@ -1,4 +1,4 @@
-// Spectra and what differs between them. Set-up time; FFTW behind.
+// Power spectra and distances between them, computed with FFTW. Set-up time.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,25 @@ namespace typodont::audio {
 enum class Window { kNone, kHann, kHamming, kBlackman };
 std::vector<double> window_samples(Window window, std::size_t n);
 
-/// One-sided power density (1/Hz) at i·rate/n, i = 0…n/2: Welch's mean over half-overlapping Hann windows of n samples.
-/// A sound shorter than one window is taken whole, padded with zeros.
+/// One-sided power density (1/Hz) at i·rate/n, i = 0…n/2, by Welch's method: the mean over Hann windows of n samples
+/// that overlap by half. A sound shorter than one window is padded with zeros.
 std::vector<double> welch(std::span<const double> x, std::size_t n, double rate);
 
-/// What welch() gives on average for a sound of power spectrum `power`, sampled on 2^m + 1 frequencies as the
-/// double-sided density times the rate (see sampled_power): the spectrum seen through the window.
+/// Expected value of welch() for a sound with the power spectrum `power`: that spectrum convolved with the window's.
+/// `power` is the double-sided density times the rate at 2^m + 1 frequencies (see sampled_power()).
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate);
 
 /// r_0…r_lags of the samples, biased: Σ x[i] x[i+l] / count.
 std::vector<double> autocorrelation(std::span<const double> x, std::size_t lags);
-/// From a power spectrum sampled at 0 … half the rate (2^m + 1 points): r_0 … r_(2^m).
+/// Autocorrelation r_0 … r_(2^m) of a power spectrum that is sampled at 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> autocorrelation_of_power(const std::vector<double>& power);
 
 /// |1 + Σ taps_i z^-i|² at `points` = 2^m + 1 frequencies from 0 to half the rate.
 std::vector<double> power_of_taps(std::span<const double> taps, std::size_t points);
 
-/// Power spectra as dB apart: root mean square of 10·log10(a/b).
+/// Log-spectral distance, dB: the root mean square of 10·log10(a/b).
 double log_spectral_distance(std::span<const double> a, std::span<const double> b);
-/// Itakura & Saito 1968: mean of a/b − ln(a/b) − 1; not symmetric, 0 when equal.
+/// Itakura–Saito distance (1968): the mean of a/b − ln(a/b) − 1. Not symmetric; 0 for equal spectra.
 double itakura_saito(std::span<const double> a, std::span<const double> b);
 
 }  // namespace typodont::audio

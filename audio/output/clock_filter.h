@@ -1,4 +1,4 @@
-// The audio device's clock, told by callbacks that come when the scheduler lets them.
+// Estimates the audio device's clock from callback times, which the scheduler delays by random amounts.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// A callback for `samples` samples came at `t`: when it would have come without jitter. Callbacks more than four
-  /// periods off (the device was stopped, or starved) start afresh.
+  /// The time at which the callback for `samples` samples would have come without jitter, when it came at `t`. A
+  /// callback that is more than four periods off (a stopped or starved device) restarts the filter.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
@@ -25,7 +25,7 @@ class ClockFilter {
       period_ = nominal;
       next_ = t;
       rest_ = 0;
-      // A wide loop at first, so that one late callback at the start is soon forgotten.
+      // Begin with a wide loop bandwidth, so that one late callback at the start has a short effect.
       seen_ = 0;
     }
     const double error = static_cast<double>(t - next_) - rest_;

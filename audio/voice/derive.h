@@ -1,4 +1,5 @@
-// The working sound where none was recorded: derived from the idle model by a mapping anyone can read, not measured.
+// Derives the working sound from the idle model, for drills of which no working sound was recorded. The mapping was
+// chosen by ear; it is not measured.
 #pragma once
 
 #include <array>
@@ -8,19 +9,19 @@
 
 namespace typodont::audio {
 
-/// How a tissue colours the drill's spectrum. Chosen by ear and reason, see audio/README.md: hard, brittle tissue chips
-/// in short bursts (level and slope up); bone and dentin ring lower; soft tissue damps.
+/// How a tissue changes the drill's spectrum; see audio/README.md. Hard, brittle tissue chips in short bursts (higher
+/// level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps.
 struct TissueColour {
   double level_dB;       // power of the working sound above the idle one, at free speed
-  double slope_dB;       // per octave about 3 kHz, held beyond 200 Hz and 16 kHz
+  double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
   double centre;         // Hz of the resonance
   double resonance_dB;   // at its centre
   double width_octaves;  // standard deviation
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 
-/// One working model per tissue (air: the idle one itself): the idle model's power spectrum times the tissue's colour,
-/// as a model of the same order and rate; stable by construction (autocorrelation, then Levinson).
+/// One working model per tissue; that of air is the idle model. Each is the idle power spectrum times the tissue's
+/// colour, as a model of the same order and rate. Stable by construction (autocorrelation, then Levinson–Durbin).
 std::array<ArModel, kTissueCount> derived_working_models(const ArModel& idle);
 
 }  // namespace typodont::audio

@@ -9,7 +9,7 @@
 
 namespace typodont::audio {
 
-/// Three decaying modes per tissue (van den Doel & Pai 1998), struck by taps and stirred by scraping.
+/// Three decaying modes per tissue (van den Doel & Pai 1998), excited by taps and by scraping.
 class ModalBank {
  public:
   explicit ModalBank(double sample_rate);
@@ -20,8 +20,8 @@ class ModalBank {
  private:
   static constexpr int kModes = 3;
   struct Mode {
-    float re = 0, im = 0;            // the ringing, as a turning arrow
-    float turn_re = 0, turn_im = 0;  // its turn and decay per sample
+    float re = 0, im = 0;            // complex amplitude of the mode
+    float turn_re = 0, turn_im = 0;  // factor per sample: rotation and decay
     float weight = 0;
   };
   std::array<std::array<Mode, kModes>, kTissueCount> modes_;
@@ -30,11 +30,11 @@ class ModalBank {
   int until_check_ = 0;
 };
 
-/// A tip dragged over asperities 20 µm apart: noise around the rate at which it meets them.
+/// A tip that slides over asperities 20 µm apart: band-pass noise around the rate at which it meets them.
 class Scrape {
  public:
   Scrape(double sample_rate, std::uint64_t seed);
-  /// `slip` in m/s, `level` the amplitude wanted.
+  /// `slip`: m/s. `level`: the wanted amplitude.
   float next(float slip, float level) noexcept;
 
  private:
@@ -43,7 +43,7 @@ class Scrape {
   float low_ = 0, high_ = 0;
 };
 
-/// A saliva ejector: hiss through a narrow mouth, gurgling slowly.
+/// A saliva ejector: noise through a resonance, modulated slowly (gurgling).
 class Suction {
  public:
   Suction(double sample_rate, std::uint64_t seed);

@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-constexpr int kWarmUp = 4000;  // values until a process that starts from rest varies as it always will
+constexpr int kWarmUp = 4000;  // values after which a process that starts from zero is stationary
 }
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)
@@ -37,7 +37,7 @@ void RotorLines::add(const ModelLine& line, double model_rate, const Factors& fa
                .step = std::max(1, static_cast<int>(std::lround(kLineStep * rate_ / model_rate)))};
   o.varies = o.amplitude_noise.next();
   o.wanders = o.frequency_noise.next();
-  o.phase = static_cast<double>(mixed(seed + 2) >> 11) * 0x1p-53;  // any, of [0, 1)
+  o.phase = static_cast<double>(mixed(seed + 2) >> 11) * 0x1p-53;  // random phase in [0, 1)
   oscillators_.push_back(std::move(o));
 }
 

@@ -1,4 +1,4 @@
-// The lines of a drill's models, as oscillators that turn with the spindle.
+// Oscillators for the spectral lines of a drill's models; their frequency is proportional to the spindle's speed.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::audio {
 
-/// A LineNoise on the run: one value each kLineStep samples of the model's rate.
+/// Generates a LineNoise: one value per kLineStep samples of the model's rate.
 class RunningNoise {
  public:
   RunningNoise(const LineNoise& noise, std::uint64_t seed);
@@ -20,23 +20,23 @@ class RunningNoise {
  private:
   GaussianNoise white_;
   double gain_;
-  std::vector<double> a_, past_;  // past_: a ring
+  std::vector<double> a_, past_;  // past_: ring buffer
   std::size_t at_ = 0;
 };
 
-/// One rotor, whatever tissue it works in: idle and working sound share the oscillators of a line, so that nothing
-/// beats while one gives way to the other. Only construction allocates.
+/// The lines of one rotor. Idle and working sounds share the oscillator of a line, so no beat is heard while one fades
+/// into the other. Only construction allocates.
 class RotorLines {
  public:
-  /// How loud each line is in each tissue's sound, against its own amplitude.
+  /// Gain of a line in each tissue's sound, relative to its own amplitude.
   using Factors = std::array<float, kTissueCount>;
 
   explicit RotorLines(double device_rate) : rate_(device_rate) {}
   void add(const ModelLine& line, double model_rate, const Factors& factors, std::uint64_t seed);
   bool empty() const noexcept { return oscillators_.empty(); }
 
-  /// Adds the next samples to `out`. `speeds`: of the recorded spindle. gains[t][i]: of tissue t's sound, read where
-  /// active[t]; idle noise is tissue air's.
+  /// Adds the next samples to `out`. `speeds`: spindle speed over the recorded speed. gains[t][i]: gain of tissue t's
+  /// sound, read only if active[t]. The idle sound is that of tissue air.
   template <std::size_t kLength>
   void add(const double* speeds, const float (*gains)[kLength], const bool* active, float* out, int count) noexcept {
     for (Oscillator& o : oscillators_) {
@@ -58,7 +58,7 @@ class RotorLines {
     float amplitude;
     Factors factors;
     RunningNoise amplitude_noise, frequency_noise;
-    int step;  // device samples between two values of the noises
+    int step;  // device samples between two values of the line noises
     int left = 0;
     double phase = 0;                      // turns
     double varies = 0, varies_step = 0;    // relative amplitude, and its change per sample

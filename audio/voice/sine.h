@@ -1,4 +1,4 @@
-// A sine with the same bits on every machine.
+// A sine function that gives the same bits on every machine.
 #pragma once
 
 #include <cmath>

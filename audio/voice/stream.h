@@ -1,4 +1,4 @@
-// One model's endless sound, read at any speed.
+// The endless sound of one model, played at a variable speed.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,15 @@
 
 namespace typodont::audio {
 
-/// White noise through the model's filter at the model's own rate, and from there to the device's rate times the speed
-/// by interpolation: lines and body move together, as they do when a rotor slows down. Reading every sample once, it
-/// costs the filter only. Nothing runs unless it is read.
+/// Filters white noise at the model's own rate, then interpolates it to the device's rate times the playback speed. All
+/// parts of the spectrum shift together, as they do when a rotor slows down. Nothing is computed unless it is read.
 class ModelStream {
  public:
-  /// `kernels` outlives the stream and covers the fastest speed it is read at.
+  /// `kernels` must outlive the stream and cover the highest playback speed.
   ModelStream(const ArModel& model, double device_rate, const InterpolationKernels& kernels, std::uint64_t seed);
 
-  /// Adds gain[i] times the next sample read at speed[i] (1: as recorded) to out[i]. Where the gain is zero the
-  /// sound stands still.
+  /// Adds gain[i] times the next sample, played at speed[i] (1: as recorded), to out[i]. While the gain is zero, the
+  /// playback position does not move.
   void add(const double* speed, const float* gain, float* out, int count) noexcept;
 
  private:
@@ -29,11 +28,11 @@ class ModelStream {
   ArFilter filter_;
   GaussianNoise noise_;
   const InterpolationKernels* kernels_;
-  double step_;  // source samples per device sample at speed 1
+  double step_;  // model samples per device sample at speed 1
   std::vector<float> samples_;
   int filled_ = 0;
-  int at_ = 0;         // the sample before the reading place
-  double offset_ = 0;  // of the reading place from it, 0 … 1
+  int at_ = 0;         // index of the sample before the playback position
+  double offset_ = 0;  // of the playback position from that sample, 0 … 1
 };
 
 }  // namespace typodont::audio

@@ -20,28 +20,28 @@ namespace typodont::audio {
 
 namespace {
 
-// The mapping from hand to ear; audio/README.md says where each number comes from.
-constexpr double kTypicalArea = 1e-6;  // m² of contact, N and m³/s of removal at which 63 % of the idle sound
-constexpr double kTypicalForce = 1;    //   has given way to the working sound
+// Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
+constexpr double kTypicalArea = 1e-6;  // m²: contact area, force (N) and removal (m³/s) at which 63 % of the idle
+constexpr double kTypicalForce = 1;    //   sound is replaced by the working sound
 constexpr double kTypicalRemoval = 1e-9;
-constexpr double kBrightForce = 1.5;  // N and m³/s at which the highs have risen by 63 % of what they can
+constexpr double kBrightForce = 1.5;  // force (N) and removal (m³/s) at which high frequencies have 63 % of their gain
 constexpr double kBrightRemoval = 0.5e-9;
-constexpr double kBrightFrom = 4000;     // Hz
-constexpr double kFastestSpeed = 2;      // of the free speed; what turns faster sounds like this
-constexpr double kAttack = 0.5e-3;       // s, time constant of every level
-constexpr double kRunUp = 0.4;           // s from rest to free speed, where the spindle's speed jumps …
-constexpr double kRunDown = 1.25;        // s, time constant of running down; both from the same recording
-constexpr double kJump = 0.5;            // of free speed between two ticks: a switch, not a load
-constexpr double kAtRest = 0.03;         // of free speed: not heard any more
-constexpr float kTouchStrength = 0.02f;  // of a tap's first contact, full scale 1
+constexpr double kBrightFrom = 4000;  // Hz
+constexpr double kFastestSpeed = 2;   // limit, as a ratio to the free speed
+constexpr double kAttack = 0.5e-3;    // s, time constant of all level changes
+constexpr double kRunUp = 0.4;        // s from rest to free speed, used where the spindle's speed jumps
+constexpr double kRunDown = 1.25;     // s, time constant of running down; both measured in one recording
+constexpr double kJump = 0.5;     // ratio to free speed: a change between two ticks above it is a switch, not a load
+constexpr double kAtRest = 0.03;  // ratio to free speed below which the drill is silent
+constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-constexpr double kSlowRise = 20;       // N/s; what rises more slowly is a push, not a tap
-constexpr float kScrapeLevel = 0.08f;  // at 1 N and 20 mm/s
+constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly is a push, not a tap
+constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
 constexpr int kChunk = 64;
 
-/// Denormals are zero while this lives, whichever thread renders: a decaying filter costs no more than a loud one, and
-/// the bits do not depend on who calls.
+/// Sets denormal numbers to zero during its lifetime. So a decaying filter costs no more than a loud one, and the bits
+/// do not depend on the calling thread's mode.
 class FlushDenormals {
  public:
 #ifdef __SSE2__
@@ -63,7 +63,7 @@ class FlushDenormals {
 #endif
 };
 
-/// A level on its way: exponential towards its target, and there at last.
+/// A level that moves exponentially towards its target and finally reaches it exactly.
 struct Level {
   float value = 0, target = 0;
   float next(float rate) noexcept {
@@ -74,7 +74,7 @@ struct Level {
   bool zero() const noexcept { return value == 0 && target == 0; }
 };
 
-/// Straight up to 0.7 of full scale, then bent so that it never passes it.
+/// Soft limiter: linear up to 0.7 of full scale, then compressed so that full scale is never exceeded.
 float limited(float x) noexcept {
   const float size = std::abs(x);
   if (size <= 0.7f) return x;
@@ -118,8 +118,8 @@ struct DrillSynth::Impl {
       streams.emplace_back(recorded ? lowered(*recorded, options.lower_order) : derived[t], rate, kernels,
                            mixed(seed + t));
     }
-    // A tissue whose working sound is derived sounds the idle model's lines, in its own colour; one that was recorded
-    // has its own.
+    // A derived working sound has the idle model's lines with the tissue's colour. A recorded working sound has its
+    // own lines.
     std::uint64_t line_seed = mixed(seed ^ 0x11e5);
     for (std::size_t i = 0; i < idle.lines.size(); ++i) {
       RotorLines::Factors factors{1};
@@ -144,7 +144,7 @@ struct DrillSynth::Impl {
     return fastest / sample_rate;
   }
 
-  /// Sample index at a time, exact for sessions of months.
+  /// Sample index of a time. Exact even for sessions that last months.
   double index_of(Nanos t) const noexcept {
     const Nanos seconds = t / kNanosPerSecond;
     return static_cast<double>(seconds) * rate + static_cast<double>(t - seconds * kNanosPerSecond) * 1e-9 * rate;
@@ -174,10 +174,10 @@ struct DrillSynth::Impl {
     const bool contact = area > 0 || removal > 0 || force > 0.02;
     const bool by_hand = !state.cutting_tool || ratio == 0;
     const bool named = state.tissue != Tissue::kAir && static_cast<std::size_t>(state.tissue) < kTissueCount;
-    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // what is not named sounds middling
+    const Tissue tissue = named ? state.tissue : Tissue::kDentin;  // an unnamed tissue sounds like dentin
     const auto touched = static_cast<std::size_t>(tissue);
 
-    // Drill: from the idle to the tissue's working sound at equal power.
+    // Drill: cross-fade from the idle to the tissue's working sound at equal power.
     const bool cutting = contact && !by_hand;
     const double load =
         cutting ? 1 - std::exp(-(area / kTypicalArea + force / kTypicalForce + removal / kTypicalRemoval)) : 0.0;
@@ -188,7 +188,7 @@ struct DrillSynth::Impl {
     bright.target =
         cutting ? static_cast<float>(1 - std::exp(-(force / kBrightForce + removal / kBrightRemoval))) : 0.0f;
 
-    // Hand instrument: a tap where the force rises, scraping where it slides.
+    // Hand instrument: a tap when the force rises, scraping when it slides.
     if (by_hand && contact) {
       const double slow = kSlowRise * std::max(0.0, index_now - last_state) / rate;
       const double rise = std::max(0.0, force - (in_contact ? last_force + slow : 0.0));
@@ -204,7 +204,7 @@ struct DrillSynth::Impl {
     suction_level.target = kSuctionLevel * finite_or_zero(state.suction, 1);
     in_contact = contact;
     last_force = force;
-    if (!heard_any) {  // the sound starts as if it had always been so
+    if (!heard_any) {  // the first state takes effect without a fade
       for (Level& weight : weights) weight.value = weight.target;
       bright.value = bright.target;
       suction_level.value = suction_level.target;
@@ -213,14 +213,14 @@ struct DrillSynth::Impl {
     last_state = index_now;
   }
 
-  /// Up to kChunk samples in which no state takes effect.
+  /// Renders up to kChunk samples during which no state takes effect.
   void chunk(float* out, int count) noexcept {
     double speeds[kChunk];
     float gains[kTissueCount][kChunk], brightness[kChunk], rotor[kChunk];
     float working[kChunk] = {};
     std::fill(out, out + count, 0.0f);
 
-    // The spindle, and whether it is heard at all.
+    // Speed of the spindle, and whether it is audible.
     bool turning = false;
     for (int i = 0; i < count; ++i) {
       if (gliding) {
@@ -244,8 +244,8 @@ struct DrillSynth::Impl {
       active[t] = turning && !weights[t].zero();
       filters += active[t];
     }
-    // At rest every level is where it wants to be; decided sample by sample, so that the division into chunks, which
-    // follows the caller's buffers, leaves no trace.
+    // A level at rest equals its target. This is decided for each sample, so the result does not depend on the chunks,
+    // which follow the caller's buffers.
     const auto level_at = [&](Level& x, int i) noexcept {
       if (speeds[i] == 0) x.value = x.target;
       return speeds[i] == 0 ? 0.0f : x.next(attack);
@@ -262,7 +262,7 @@ struct DrillSynth::Impl {
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
         if (!active[t]) continue;
-        // Idle noise is the air's and the bearings'; cutting goes on as long as the bur turns, ~ its speed.
+        // The idle noise comes from air and bearings. The cutting sound is proportional to the bur's speed.
         for (int i = 0; i < count; ++i) {
           gains[t][i] = level_at(weights[t], i) * (t == 0 ? rotor[i] : static_cast<float>(speeds[i]));
         }
@@ -284,7 +284,7 @@ struct DrillSynth::Impl {
       }
     }
 
-    // By hand.
+    // Hand instruments.
     if (!scrape_level.zero() || !modal.silent()) {
       for (int i = 0; i < count; ++i) {
         if (!scrape_level.zero()) {
@@ -308,7 +308,7 @@ struct DrillSynth::Impl {
     std::size_t done = 0;
     while (done < mono.size()) {
       index_now = first + static_cast<double>(done);
-      // States whose nearest sample is this one, or is already past.
+      // Take the states whose nearest sample is this one or an earlier one.
       while (count_pending > 0) {
         const double away = index_of(pending[head].t) - index_now;
         if (away >= 0.5) break;
@@ -349,7 +349,7 @@ struct DrillSynth::Impl {
   const float attack, bright_pole;
   const double run_up, run_down;
 
-  std::vector<SoundState> pending;  // a ring
+  std::vector<SoundState> pending;  // ring buffer
   std::size_t head = 0, count_pending = 0;
   std::uint64_t late = 0, dropped = 0;
 

@@ -90,6 +90,8 @@ struct UserInput {
   std::array<bool, 3> clicked{};  // left, right, middle: went down since the last poll
   dvec2 pixel{-1, -1};            // of the pointer, from the picture's upper left
   bool focused = true;
+
+  std::vector<std::string> dropped;  // files and folders that were let fall on the window since the last poll
 };
 
 class Output {

@@ -326,6 +326,40 @@ Given given(const Preparation& in) {
   return g;
 }
 
+/// Voxels of air that are connected with the border of the box through air. The rest are pores.
+std::vector<bool> open_air(const DenseField& field) {
+  std::vector<bool> open(field.distance.size());
+  std::vector<glm::ivec3> front;
+  const auto reach = [&](const glm::ivec3& p) {
+    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, field.size))) return;
+    const std::size_t i = field.at(p.x, p.y, p.z);
+    if (open[i] || field.distance[i] < 0) return;
+    open[i] = true;
+    front.push_back(p);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (const int side : {0, field.size[axis] - 1}) {
+      glm::ivec3 p;
+      p[axis] = side;
+      for (p[a] = 0; p[a] < field.size[a]; ++p[a])
+        for (p[b] = 0; p[b] < field.size[b]; ++p[b]) reach(p);
+    }
+  }
+  while (!front.empty()) {
+    const glm::ivec3 p = front.back();
+    front.pop_back();
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int step : {-1, 1}) {
+        glm::ivec3 to = p;
+        to[axis] += step;
+        reach(to);
+      }
+    }
+  }
+  return open;
+}
+
 CavityMeasures measure(const Preparation& in, const Given& known, const DenseField& after) {
   CavityMeasures m;
   m.has_ideal = !in.ideal.distance.empty();
@@ -354,11 +388,14 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // The surface as it was left: how far it lies from the ideal, and what of it is new.
+  // The surface as it was left: how far it lies from the ideal, and what of it is new. The inside of a pore is no
+  // surface of the result: no probe reaches it. A pore counts in the volumes above.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
+  const std::vector<bool> open = open_air(after);
   double contour_square = 0, contour_area = 0;
   each_triangle(after, [&](const EdgeTriangle& t) {
+    if (!open[after.distance[t[0].i] < 0 ? t[0].j : t[0].i]) return;
     Facet f;
     const dvec3 normal = glm::cross(t[1].p - t[0].p, t[2].p - t[0].p);
     f.area = 0.5 * glm::length(normal);

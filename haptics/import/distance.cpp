@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace typodont::haptics::importing {
 
@@ -13,21 +14,19 @@ template <class Distance>
 static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double band, double step, Distance distance) {
   // A queue of buckets, a quarter of a step wide: near enough to order by distance, and O(1).
   const double width = 0.25 * step;
-  std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
-  const auto push = [&](std::size_t i) {
-    const auto b = static_cast<std::size_t>(nearest.v[i] / width);
-    if (b < buckets.size()) buckets[b].push_back(i);
-  };
+  std::vector<std::vector<std::uint32_t>> buckets(static_cast<std::size_t>(band / width) + 2);
+  std::vector<std::uint8_t> untold(feature.v.size(), 0);  // has a feature that its neighbours do not know of
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
-    if (feature.v[i] >= 0) push(i);
+    if (feature.v[i] < 0) continue;
+    const auto b = static_cast<std::size_t>(nearest.v[i] / width);
+    untold[i] = 1;
+    if (b < buckets.size()) buckets[b].push_back(static_cast<std::uint32_t>(i));
   }
-  std::vector<std::int32_t> spread(feature.v.size(), -1);  // the feature each sample last told its neighbours of
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow while it is worked off
       const std::size_t i = buckets[b][k];
+      if (!std::exchange(untold[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
-      if (spread[i] == f) continue;
-      spread[i] = f;
       const glm::ivec3 p = feature.place(i);
       for (int x = -1; x <= 1; ++x) {
         for (int y = -1; y <= 1; ++y) {
@@ -40,15 +39,16 @@ static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double 
             if (d < nearest.v[j]) {
               nearest.v[j] = d;
               feature.v[j] = f;
+              untold[j] = 1;
               // Never into a bucket already passed.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
-              if (into < buckets.size()) buckets[into].push_back(j);
+              if (into < buckets.size()) buckets[into].push_back(static_cast<std::uint32_t>(j));
             }
           }
         }
       }
     }
-    std::vector<std::size_t>().swap(buckets[b]);
+    std::vector<std::uint32_t>().swap(buckets[b]);
   }
 }
 

@@ -85,12 +85,15 @@ struct Imported {
   std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
 };
 
+/// Whether the file or folder is read as DICOM: then its name, too, may be a person's.
+bool is_dicom(const std::filesystem::path& file);
+
 /// Endings of the files that can be read, lower case: ".nrrd", …
 const std::vector<std::string>& scan_endings();
 const std::vector<std::string>& mesh_endings();
 
-/// Reads scans (NRRD, NIfTI, MetaImage) and closed meshes (STL, PLY, OBJ). Positions are the file's own (its first
-/// voxel at its own origin), in metres; those of an oblique scan are turned so that its axes are the volume's
+/// Reads scans (DICOM, NRRD, NIfTI, MetaImage) and meshes (STL, PLY, OBJ, glTF). Positions are the file's own (its
+/// first voxel at its own origin), in metres; those of an oblique scan are turned so that its axes are the volume's
 /// (ImportReport::world_rotation turns them back). `file` is not read where the options name parts.
 Imported import_tissue(const std::filesystem::path& file, const ImportOptions& options);
 

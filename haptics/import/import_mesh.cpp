@@ -250,6 +250,31 @@ double redness(const Color& c) {
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
+/// The plane z = a·x + b·y + c along the upper ones of these points: fitted again and again to those that are at
+/// most 2 mm below the last one. Nothing where they do not span a plane, or where it is steeper than 30 degrees.
+std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
+  constexpr int kRounds = 20;
+  constexpr double kBelow = 2e-3, kSteepest = 0.577;  // m; tangent
+  constexpr std::size_t kLeast = 6;
+  std::optional<dvec3> plane;
+  for (int round = 0; round < kRounds && points.size() >= kLeast; ++round) {
+    dvec3 middle(0);
+    for (const dvec3& p : points) middle += p / static_cast<double>(points.size());
+    double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+    for (const dvec3& p : points) {
+      const dvec3 d = p - middle;
+      xx += d.x * d.x, xy += d.x * d.y, yy += d.y * d.y, xz += d.x * d.z, yz += d.y * d.z;
+    }
+    const double determinant = xx * yy - xy * xy;
+    if (!(determinant > 0.01 * xx * yy)) return std::nullopt;
+    const double a = (xz * yy - yz * xy) / determinant, b = (yz * xx - xz * xy) / determinant;
+    if (std::hypot(a, b) > kSteepest) return std::nullopt;
+    plane = dvec3(a, b, middle.z - a * middle.x - b * middle.y);
+    if (std::erase_if(points, [&](const dvec3& p) { return p.z < a * p.x + b * p.y + plane->z - kBelow; }) == 0) break;
+  }
+  return plane;
+}
+
 /// Otsu 1979: the bound that splits values into two groups most unlike each other; nothing where they are one group
 /// (the split explains less than 0.6 of the variance).
 std::optional<double> bound_between(std::vector<double> values) {
@@ -280,19 +305,27 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
       return gum;
     }
   }
-  // By height below the highest point near by, in a plane across `up`.
+  // By height below the highest point near by, in a plane across `up`; and what lies far below the plane of the cusps
+  // has no tooth near by: a floor of the mouth, a palate.
   constexpr double kReach = 6e-3;  // m: the nearest cusp of the same tooth or its neighbour
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
+  constexpr double kFarBelow = 3e-3;  // m more than a crown's height
   std::map<std::pair<int, int>, double> highest;
+  std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest points
   const auto cell = [&](const dvec3& p) {
     return std::pair(static_cast<int>(std::floor(glm::dot(p, u) / kReach)),
                      static_cast<int>(std::floor(glm::dot(p, v) / kReach)));
   };
   for (const dvec3& p : mesh.points) {
     double& top = highest.try_emplace(cell(p), -1e300).first->second;
-    top = std::max(top, glm::dot(p, up));
+    if (glm::dot(p, up) <= top) continue;
+    top = glm::dot(p, up);
+    cusps[cell(p)] = {glm::dot(p, u), glm::dot(p, v), top};
   }
+  std::vector<dvec3> tops;
+  for (const auto& [at, top] : cusps) tops.push_back(top);
+  const std::optional<dvec3> plane = upper_plane(std::move(tops));
   for (std::size_t i = 0; i < gum.size(); ++i) {
     const auto [x, y] = cell(mesh.points[i]);
     double top = -1e300;
@@ -302,7 +335,10 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
         if (near != highest.end()) top = std::max(top, near->second);
       }
     }
-    gum[i] = glm::dot(mesh.points[i], up) < top - crown;
+    const dvec3& p = mesh.points[i];
+    gum[i] =
+        glm::dot(p, up) < top - crown ||
+        (plane && glm::dot(p, up) < glm::dot(*plane, dvec3(glm::dot(p, u), glm::dot(p, v), 1)) - crown - kFarBelow);
   }
   notes.push_back(fmt::format("no colours that tell gum from teeth: what lies more than {:g} mm below the cusps is gum",
                               crown / kMillimetre));

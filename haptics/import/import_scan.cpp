@@ -89,6 +89,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   report.notes = scan.notes;
   progress(0.1);
 
+  const auto read_voxels = static_cast<double>(scan.grey.v.size());
   const double finest = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   const double voxel = options.voxel.value_or(finest);
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
@@ -140,15 +141,16 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Measured (typodont bench import): bytes per voxel of the box around the body while it is segmented, and of the
-    // result while it is made.
-    constexpr double kSegmented = 40, kResult = 26, kResidue = 30e6;
+    // Measured (typodont bench import): bytes per voxel of the scan while it is read, of the box around the body while
+    // it is segmented, and of the result while it is made.
+    constexpr double kRead = 8, kSegmented = 66, kResult = 26, kResidue = 30e6;
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const glm::dvec3 around = extent + 20 * working;
     const double segmented = voxels(around, working);
-    require_memory(kResidue + std::max(kSegmented * segmented,
-                                       12 * segmented + kResult * voxels(extent + 2 * options.band + 4 * voxel, voxel)),
-                   options, report);
+    require_memory(
+        kResidue + std::max({kRead * read_voxels, kSegmented * segmented,
+                             12 * segmented + kResult * voxels(extent + 2 * options.band + 4 * voxel, voxel)}),
+        options, report);
   }
   progress(0.2);
 

@@ -1,8 +1,11 @@
 #include "haptics/import/mesh_solid.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "haptics/import/mesh.h"
 #include "haptics/import/triangle_tree.h"
 
@@ -29,6 +32,11 @@ class MeshSolid : public Solid {
 std::unique_ptr<Solid> read_mesh_solid(const std::filesystem::path& file, double unit) {
   importing::MeshRepairs repairs;
   const importing::Mesh mesh = importing::read_mesh(file, unit, repairs);
+  // Nobody would be told of holes that are closed here; `typodont import` reports what it mends.
+  if (repairs.holes > 0) {
+    throw Error(file.string(), "", fmt::format("{} holes with {} edges in all", repairs.holes, repairs.hole_edges),
+                "a closed surface; typodont import closes small holes");
+  }
   std::vector<importing::Triangle> triangles;
   for (const auto& c : mesh.corners) {
     const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(c[k])]; };

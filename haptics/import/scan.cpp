@@ -158,6 +158,26 @@ static std::string formats_in_words() {
   return text;
 }
 
+/// By its first bytes, else by its ending; null where it is none of them.
+static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
+  const std::string name = lower_name(file);
+  const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
+  for (const ScanFormat& format : scan_formats()) {
+    if ((format.begins && format.begins(start)) || std::any_of(format.endings.begin(), format.endings.end(), ends) ||
+        std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends))
+      return &format;
+  }
+  return nullptr;
+}
+
+static std::string first_bytes(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string head(512, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  return head;
+}
+
 static RawScan read_any(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   const std::string a_scan = fmt::format("a scan ({})", formats_in_words());
@@ -165,22 +185,13 @@ static RawScan read_any(const ScanRequest& request) {
   if (std::filesystem::is_directory(file)) return dicom_format.read(request);
 #endif
   if (size_of_file(file) == 0) throw Error(file.string(), "", "an empty file", a_scan);
-  std::ifstream in(file, std::ios::binary);
-  char head[512] = {};
-  in.read(head, sizeof head);
-  if (in.gcount() == 0) throw Error(file.string(), "", "an unreadable file", a_scan);
-  const std::string_view start(head, static_cast<std::size_t>(in.gcount()));
-  const std::string name = lower_name(file);
+  const std::string start = first_bytes(file);
+  if (start.empty()) throw Error(file.string(), "", "an unreadable file", a_scan);
 #ifndef TYPODONT_DICOM
   if (start.size() >= 132 && start.substr(128, 4) == "DICM")
     throw Error(file.string(), "", "a DICOM file, which this build does not read (it was built without GDCM)", a_scan);
 #endif
-  const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
-  for (const ScanFormat& format : scan_formats()) {
-    if (format.begins && format.begins(start)) return format.read(request);
-    if (std::any_of(format.endings.begin(), format.endings.end(), ends)) return format.read(request);
-    if (std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends)) return format.read(request);
-  }
+  if (const ScanFormat* format = format_of(file, start)) return format->read(request);
   throw Error(file.string(), "", fmt::format("a file that starts with {}", excerpt(start)),
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
@@ -395,3 +406,14 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
 }
 
 }  // namespace typodont::haptics::importing
+
+namespace typodont::haptics {
+
+bool is_dicom(const std::filesystem::path& file) {
+  std::error_code code;
+  if (std::filesystem::is_directory(file, code)) return true;
+  const importing::ScanFormat* format = importing::format_of(file, importing::first_bytes(file));
+  return format && format->name == std::string_view("DICOM");
+}
+
+}  // namespace typodont::haptics

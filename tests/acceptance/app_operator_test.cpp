@@ -10,6 +10,8 @@
 
 #include "engine/base/json.h"
 #include "tests/support/desktop.h"
+#include "tests/support/dicom_files.h"
+#include "tests/support/drop_source.h"
 #include "tests/support/program.h"
 
 namespace typodont::test {
@@ -412,6 +414,44 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   press("F10");
   press("ctrl+q");
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
+TEST_F(OperatorWindow, ADicomFolderThatIsDroppedOnItIsBroughtInAndDrilledAndThePatientIsNamedNowhere) {
+  Phantom tooth;
+  tooth.size = {30, 26, 28};
+  tooth.spacing = glm::dvec3(0.25);
+  tooth.fine = 2;
+  tooth.grey = [](const glm::dvec3& q) {
+    const double r = glm::length(q - glm::dvec3(3.4, 3.1, 3.6));
+    return r < 1.6 ? 830.0 : r < 2.4 ? 1220.0 : 400.0;
+  };
+  const std::filesystem::path scan = folder / kPatient;
+  std::filesystem::create_directories(scan);
+  int number = 0;
+  for (const DicomImage& image : slices_of(tooth.scan(), tooth.size, tooth.spacing, {}))
+    write(scan / fmt::format("{}_{:03}", kPatientId, number++), dicom_bytes(image));
+  Program program(folder);
+  open(program);
+  const Window window = std::stoul(Desktop::xdotool("search --name '^Typodont$'"));
+  EXPECT_TRUE(drop_on(window, {scan.string(), (folder / "hand.csv")}));
+  program.wait_for("Drop one file or one folder.");
+  EXPECT_TRUE(drop_on(window, {scan.string()}));
+  EXPECT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Sessions and files$'").empty(); }));
+  press("ctrl+b");
+  const std::string scene = program.wait_for("imported: ");
+  press("F10");
+  wait_for_choice();
+  press("F5");
+  EXPECT_EQ(program.wait_for("session started: ").substr(0, 6), "Scan 2");
+  press("Escape");
+  program.wait_for("session ended");
+  EXPECT_EQ(folder.run("render '" + scene + "' --rig closeup --size 64x48 --out " + (folder / "seen")).status, 0);
+  std::string all = program.said();
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "home")) {
+    all += entry.path().string() + "\n";
+    if (entry.is_regular_file()) all += read_text(entry.path().string());
+  }
+  for (const char* secret : {"HUSH", "HANNAH", kPatientId, kBirthDate}) EXPECT_EQ(all.find(secret), std::string::npos);
 }
 
 TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProgramEnds) {

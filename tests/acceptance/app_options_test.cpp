@@ -132,10 +132,11 @@ TEST_F(Options, OfTheWholeProgramAreHelpAndNoneWhichOpensTheWindow) {
   EXPECT_THAT(run("--help").out, HasSubstr("Without arguments, typodont opens the operator's window."));
 }
 
-TEST_F(Options, ADicomFileIsToldWhatToDo) {
+TEST_F(Options, ADamagedDicomFileAndAFolderWithoutScansAreRefused) {
   folder.write("slice.dcm", std::string(128, '\0') + "DICM" + std::string(400, '\0'));
-  refuse("import {}/slice.dcm --out {}/x.vdb", AllOf(HasSubstr("a DICOM file"), HasSubstr("dcm2niix -o")));
-  refuse("import {} --out {}/x.vdb", AllOf(HasSubstr("a folder"), HasSubstr("dcm2niix -o")));
+  refuse("import {}/slice.dcm --out {}/x.vdb", HasSubstr("found a damaged DICOM file"));
+  std::filesystem::create_directory(folder.path() / "empty");
+  refuse("import {}/empty --out {}/x.vdb", HasSubstr("found no DICOM images"));
 }
 
 TEST_F(Options, PicturesHaveTheSizeThatIsAskedForAtEveryQuality) {

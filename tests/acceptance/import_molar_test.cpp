@@ -12,6 +12,7 @@
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/tissue_volume.h"
+#include "tests/support/dicom_files.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
@@ -105,6 +106,52 @@ TEST(ImportCommand, KeepsTheHardnessThatTheGreysGiveInTheVolume) {
   EXPECT_GT(of_volume, 0.8);
   EXPECT_LT(of_volume, 1);
   EXPECT_EQ(mean["enamel"].number(), 1);
+}
+
+TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndThePatientIsNamedNowhere) {
+  test::Phantom tooth;
+  tooth.size = {30, 26, 28};
+  tooth.spacing = dvec3(0.25);
+  tooth.fine = 2;
+  tooth.grey = [](const dvec3& q) {
+    const double r = glm::length(q - dvec3(3.4, 3.1, 3.6));
+    return r < 1.6 ? 830.0 : r < 2.4 ? 1220.0 : 400.0;
+  };
+  std::vector<test::DicomImage> images = test::slices_of(tooth.scan(), tooth.size, tooth.spacing);
+  for (std::size_t k = 0; k < 28; ++k) {
+    images.push_back(images[k]);
+    images.back().series = "1.2.9", images.back().series_number = 2,
+    images.back().instance = fmt::format("1.2.9.{}", k);
+  }
+  const auto folder = test::write_series("two", images), out = scratch("series.vdb");
+  const Ran asked = run(fmt::format("{} --out {}", folder.string(), out.string()));
+  EXPECT_EQ(asked.status, 2);
+  EXPECT_THAT(asked.err, testing::AllOf(HasSubstr("2 series"), HasSubstr("--series N")));
+  const Ran ran = run(fmt::format("{} --series 2 --turn x180 --out {} --json", folder.string(), out.string()));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  const Json report = Json::parse(ran.out, "report");
+  EXPECT_EQ(report["input"].string(), "DICOM");
+  for (const std::string& text : {ran.out, ran.err, text_of(out)}) {
+    for (const char* secret : {"HUSH", "HANNAH", test::kPatientId, test::kBirthDate})
+      EXPECT_THAT(text, testing::Not(HasSubstr(secret)));
+  }
+}
+
+TEST(ImportCommand, AMeshIsBroughtInAndOptionsOfScansAreRefusedForIt) {
+  std::string cube =
+      "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face "
+      "6\nproperty list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 8; ++i) cube += fmt::format("{} {} {}\n", i & 1 ? 6 : 0, i & 2 ? 6 : 0, i & 4 ? 8 : 0);
+  test::write(scratch("cube.ply"), cube + "4 0 2 3 1\n4 4 5 7 6\n4 0 1 5 4\n4 2 6 7 3\n4 0 4 6 2\n4 1 3 7 5\n");
+  const std::string mesh = scratch("cube.ply").string(), out = scratch("cube.vdb").string();
+  const Ran ran = run(fmt::format("{} --preset bone --voxel-mm 0.2 --out {} --json", mesh, out));
+  ASSERT_EQ(ran.status, 0) << ran.err;
+  EXPECT_NEAR(Json::parse(ran.out, "report")["volume_mm3"]["total"].number(), 6 * 6 * 8, 3);
+  for (const char* option : {"--series 1", "--spacing-mm 1", "--hounsfield 0", "--nan-as 0", "--thresholds 1"}) {
+    const Ran refused = run(fmt::format("{} {} --out {}", mesh, option, out));
+    EXPECT_EQ(refused.status, 2) << option;
+    EXPECT_THAT(refused.err, HasSubstr("a scan")) << option;
+  }
 }
 
 TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {

@@ -363,6 +363,41 @@ TEST(ImportArch, WithoutColoursTheGumIsToldByHeightAndThatIsSaid) {
   EXPECT_GT(volume(i, Tissue::kGingiva), 50);
 }
 
+TEST(ImportArch, AFloorOfTheMouthFarFromAnyToothIsGum) {
+  // A cast: teeth along half a circle, a flat floor 13 mm below their cusps inside it and around it.
+  constexpr int kAcross = 140, kDeep = 90;
+  constexpr double kStep = 0.5, kRow = 24;  // mm
+  const auto height = [](double x, double y) { return 13 * std::exp(-std::pow((std::hypot(x, y) - kRow) / 4.5, 4)); };
+  std::string points, faces;
+  for (int i = 0; i <= kAcross; ++i) {
+    for (int j = 0; j <= kDeep; ++j) {
+      const double x = kStep * (i - 0.5 * kAcross), y = kStep * j;
+      points += fmt::format("{} {} {}\n", x, y, height(x, y));
+      if (i == kAcross || j == kDeep) continue;
+      const int a = i * (kDeep + 1) + j, b = a + kDeep + 1;
+      faces += fmt::format("3 {} {} {}\n3 {} {} {}\n", a, b, a + 1, a + 1, b, b + 1);
+    }
+  }
+  test::write(
+      scratch("cast.ply"),
+      fmt::format("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float "
+                  "z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                  (kAcross + 1) * (kDeep + 1), 2 * kAcross * kDeep) +
+          points + faces);
+  ImportOptions o = arch_options();
+  o.voxel = 0.3e-3;
+  const Imported i = import_tissue(scratch("cast.ply"), o);
+  const auto tissue_at = [&](double x, double y) {
+    const glm::ivec3 at(glm::round(i.tissue.frame.to_voxels(dvec3(x, y, height(x, y) - 0.5) * kMillimetre)));
+    return i.tissue.tissue[i.tissue.at(at.x, at.y, at.z)];
+  };
+  for (const double x : {-6.0, 0.0, 5.0}) {
+    for (const double y : {2.0, 6.0, 9.0}) EXPECT_EQ(tissue_at(x, y), Tissue::kGingiva) << x << " " << y;
+  }
+  for (const double angle : {0.3, 1.0, kPi / 2, 2.5})
+    EXPECT_EQ(tissue_at(kRow * std::cos(angle), kRow * std::sin(angle)), Tissue::kEnamel) << angle;
+}
+
 TEST(ImportArch, MetresAreAskedForNotGuessed) {
   test::write(scratch("m.ply"), Arch::ply(1e-3, true, false));
   EXPECT_THAT(message_of(scratch("m.ply"), arch_options()), HasSubstr("with --unit-mm 1000 it would be 2"));

@@ -160,6 +160,26 @@ TEST(Cavity, AFillingIsTooMuchOrTooLittleLikeACut) {
   EXPECT_EQ(m.under_volume, 0);
 }
 
+TEST(Cavity, APoreInAFillingCountsInItsVolumeAndNotInItsSurface) {
+  Preparation in = a_block();
+  in.ideal = in.before;
+  in.before = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));
+  const auto measure = [&](double mouth) {  // a pore 0.8 mm deep, and a channel of this half width from it to the top
+    const dvec3 middle = kMiddle - dvec3(0, 0, 1e-3);
+    const auto pore = ball(middle, 0.2e-3);
+    in.after = without([&](const dvec3& p) {
+      return std::min(pore(p), std::max(std::hypot(p.x - middle.x, p.y - middle.y) - mouth, middle.z - p.z));
+    });
+    return measure_cavity(in);
+  };
+  const CavityMeasures closed = measure(-1e-3), open = measure(0.1e-3);
+  EXPECT_NEAR(closed.over_volume, 4 * kPi / 3 * std::pow(0.2, 3) * kMm3, 0.003 * kMm3);
+  EXPECT_EQ(closed.over.depth, 0);
+  EXPECT_LT(closed.contour.value_or(0), 1 * kUm);
+  EXPECT_GT(open.over.depth, 1.1e-3);
+  EXPECT_GT(open.contour.value(), 100 * kUm);
+}
+
 TEST(Cavity, MarginIsAsRoughAsItsWaves) {
   const auto wavy = [](double amplitude) {
     return measure_hole([=](const dvec3& p) {

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "engine/app/live/session.h"
@@ -50,6 +51,11 @@ class Client {
   void greet(const std::string& more = "") {
     say("GET / HTTP/1.1\r\nHost: here\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + more +
         "sec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n");
+  }
+  /// As much of what no reader has to say as fits now.
+  void chatter() {
+    const std::string text(65536, 'x');
+    (void)::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   }
   /// What is there to be read now.
   void read() {
@@ -167,12 +173,35 @@ TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsLetGo) {
 
 TEST(StateStream, APageFromElsewhereInABrowserIsRefused) {
   StateStream stream({"ws:0"}, kSession);
-  Client elsewhere(stream.port()), here(stream.port());
-  elsewhere.greet("Origin: https://example.org\r\n");
-  here.greet("Origin: http://localhost:8000\r\n");
-  turn_until(stream, [&] { return !elsewhere.status().empty() && !here.status().empty(); });
-  EXPECT_EQ(elsewhere.status(), "HTTP/1.1 403 Forbidden");
-  EXPECT_EQ(here.status(), "HTTP/1.1 101 Switching Protocols");
+  const auto status_of = [&](const std::string& origin) {
+    Client client(stream.port());
+    client.greet("Origin: " + origin + "\r\n");
+    turn_until(stream, [&] { return !client.status().empty(); });
+    return client.status();
+  };
+  for (const char* elsewhere : {"https://example.org", "http://localhost.example.org",
+                                "http://127.0.0.1.example.org:80", "null", "file://localhost", "localhost"})
+    EXPECT_EQ(status_of(elsewhere), "HTTP/1.1 403 Forbidden") << elsewhere;
+  for (const char* here : {"http://localhost", "http://localhost:8000", "https://127.0.0.1:8443", "http://[::1]:8000"})
+    EXPECT_EQ(status_of(here), "HTTP/1.1 101 Switching Protocols") << here;
+}
+
+TEST(StateStream, AReaderThatNeverStopsTalkingDelaysNobody) {
+  StateStream stream({"ws:0"}, kSession);
+  Client loud(stream.port()), quiet(stream.port());
+  loud.greet();
+  quiet.greet();
+  turn_until(stream, [&] { return stream.counts().readers == 2; });
+  std::jthread talk([&](const std::stop_token& over) {
+    while (!over.stop_requested()) loud.chatter();
+  });
+  stream.begin(now());
+  for (int i = 1; i <= 200; ++i) {
+    stream.state(a_tick(i * Nanos{1'000'000}), 0);
+    stream.turn();
+  }
+  turn_until(stream, [&] { return !quiet.messages().empty() && quiet.messages().back().value("tick", 0) == 200; });
+  EXPECT_EQ(quiet.messages().back()["tick"], 200);
 }
 
 TEST(StateStream, AnAddressThatIsNoneOrInUseIsAnError) {

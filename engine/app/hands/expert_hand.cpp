@@ -17,102 +17,108 @@ namespace typodont {
 
 namespace {
 
-/// How the hand leads a tool along a leg.
+/// Motion of the hand along a leg.
 struct Lead {
   static constexpr double travel_pace = 60e-3;  // m/s through the air
   static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 40e-3;  // m/s of an edge drawn by hand
-  // A cut slows down before its end: with the hand's lag it would run on into tissue that should stay.
+  static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
+  // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.06;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
-  // Tolerances of the tool against the wanted place, m.
-  static constexpr double ahead = 0.05e-3;   // the wanted place of a cut may lead the tool by so much
-  static constexpr double beside = 0.02e-3;  // a cutting tool may be so far beside its line
-  static constexpr double there = 0.01e-3;   // a cut has ended when the tool is so near its end
+  // Tolerances between the tool and the wanted place.
+  static constexpr double ahead = 0.05e-3;   // m, largest distance at which the wanted place of a cut moves on
+  static constexpr double beside = 0.02e-3;  // m, largest distance from the line at which it moves on
+  static constexpr double there = 0.01e-3;   // m from the stroke's end at which a cut is finished
   static constexpr double near_line =
-      0.015e-3;                          // an edge has carved a run of strokes when it was nowhere farther beside
-  static constexpr int most_times = 3;   // times that an edge goes back along a run
+      0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
+  static constexpr int most_times = 3;   // passes back along a run of an edge
   static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
-  // The hand aims ahead of the wanted place by a gain times the tool's error; the coupling makes a force of that.
+  // The hand leads the wanted place by a gain times the tool's error; the coupling turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, lag of the hand
   static constexpr double gain = 50;             // of a cut
-  static constexpr double steady_gain = 1.5;     // limit of the gain, in reaction times per tick: above, it oscillates
-  static constexpr double scrape_gain = 30;      // of an edge in soft filling
-  static constexpr double most_scrape_lead = 2.5e-3;  // m
-  // The lead of a cut is limited; the limit is adjusted until the push is the working force, whatever the tissue.
-  static constexpr double working_force = 1.85;                        // N
-  static constexpr double lead_per_force = 15e-3;                      // m/s of limit for each N that the push is off
+  static constexpr double steady_gain = 1.5;  // limit of the gain, in reaction times per tick: a higher one oscillates
+  static constexpr double scrape_gain = 30;   // of an edge in soft filling
+  static constexpr double most_scrape_lead = 1.2e-3;  // m
+  // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
+  static constexpr double bulk_force = 1.8, finishing_force = 1.4;     // N
+  static constexpr double lead_per_force = 15e-3;                      // m/s, change of the limit per N of force error
   static constexpr double least_most_lead = 0.6e-3, most_lead = 4e-3;  // m, bounds of the limit
 };
 
-/// How strokes are joined to legs.
+/// Joins strokes to legs.
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          turn = 0.3;  // cosine between two strokes: above, full pace; between, slower
-  static constexpr double aside_pace = 5e-3, turn_pace = 1.5e-3;  // m/s between the two cosines, and below both
-  static constexpr double no_gap = 1e-6;                          // m; strokes nearer than this meet
-  static constexpr double longest_run = 3e-3;                     // m that an edge is drawn to and fro at once
-  static constexpr double joined = 0.6e-3;        // m; strokes nearer than this are joined without lifting
-  static constexpr double hop = 0.5e-3;           // m over what stands between two strokes
-  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must pass as well
-  static constexpr double beside = 0.3e-3;        // m kept to what stands higher
-  static constexpr double above = 1.0e-3;         // m over everything, to travel
-  static constexpr double run_up = 1.0;           // s until the drill has its speed
+                          turn = 0.3;  // cosines between two strokes: above the first, full pace
+  static constexpr double aside_pace = 5e-3, turn_pace = 1.5e-3;  // m/s between the cosines; below both
+  static constexpr double no_gap = 1e-6;                          // m; strokes with a smaller gap meet
+  static constexpr double longest_run = 3e-3;                     // m, longest run of an edge
+  static constexpr double joined = 0.6e-3;        // m; strokes with a smaller gap are joined without lifting
+  static constexpr double hop = 0.5e-3;           // m above the highest obstacle between two strokes
+  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must clear obstacles too
+  static constexpr double beside = 0.3e-3;        // m, lateral clearance to obstacles
+  static constexpr double above = 1.0e-3;         // m above all tissue, for travel
+  static constexpr double run_up = 0.6;           // s until the drill has its speed
 };
 
-/// Which tools cut, and in which order.
+/// Choice and order of the cutting tools.
 struct ToolChoice {
-  static constexpr double pass = 0.22, least_pass = 0.12e-3, most_pass = 0.3e-3;  // diameters, m, m between passes
-  // m that an edge is sent into it: it stays off, since enamel that the edge touches bears its push, and the filling
-  // beside it is hardly cut.
-  static constexpr double edge_allowance = -0.015e-3;
-  static constexpr double allowance = 0.005e-3;  // m that a bur is sent into what should stay: it lags by about as much
-  // The widest tool wins that removes at least 1 - hardly_more of what the best one removes: it cuts fastest.
+  static constexpr double pass = 0.22, least_pass = 0.12e-3,
+                          most_pass = 0.3e-3;  // distance of passes: diameters, bounds in m
+  // m that an edge reaches into tissue that should stay. Negative: enamel that the edge touches would carry its push,
+  // and the filling beside the enamel would hardly be cut.
+  static constexpr double edge_allowance = -0.02e-3;
+  static constexpr double allowance = 0.005e-3;  // m that a bur reaches into tissue that should stay, about its lag
+  // Of the tools that remove at least 1 - hardly_more of what the best one removes, the widest is taken: it is fastest.
   static constexpr double hardly_more = 0.12;
   static constexpr double same_width = 0.01e-3;  // m
-  static constexpr double hardly_less = 0.7;  // where another tool leaves less than this fraction, it makes the finish
-  // The next tool must leave less than this fraction of what the last one left, and gain so much of the whole task.
+  static constexpr double hardly_less = 0.7;     // another tool that leaves less than this fraction makes the finish
+  // The next tool must leave less than the fraction worth_it of the present error, and gain least_gain of the task.
   static constexpr double worth_it = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
-/// How filling is put down, portion by portion. A portion is a dome that grows from the surface nearest to the
-/// instrument's free end.
+/// Filling is put down in portions. A portion is a dome that grows from the surface point nearest to the instrument's
+/// free end.
 struct Filling {
-  static constexpr double hop_over = 0.3e-3;  // m over the tissue, from one portion to the next
-  static constexpr double grid = 0.15e-3;     // m between places that are tried
+  static constexpr double hop_over = 0.3e-3;  // m above the tissue, on the way to the next portion
+  static constexpr double grid = 0.15e-3;     // m between the places that are evaluated
   static constexpr int head_points = 120;
-  static constexpr double down = 0.04e-3;  // m, step when an instrument is lowered onto the tissue
-  static constexpr double free = 0.1;      // voxels kept between the instrument and the tissue
+  static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
+  static constexpr double trusted = 0.7;   // fraction of a distance by which an instrument is lowered at once
+  static constexpr double free = 0.1;      // voxels between the instrument and the tissue
   static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
-  static constexpr double below_wall = 0.8;  // instrument radii above the floor at most: higher, the wall is nearest
-  static constexpr double near_wall = 0.2e-3, nudge = 0.02e-3;  // m: nearer walls are moved up against, in such steps
-  static constexpr double head_free = 0.5;                      // voxels that the dome keeps off the instrument
-  static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
-  static constexpr double proud = 0.12e-3, overfill = 0.4e-3;  // m of the instrument's end above the contour at most
-  // Cost of filling that is not wanted, per volume that is: over the cavity, in the usual and in the last layers, where
-  // it is carved away again; and over the tooth beside it, where an edge hardly takes it off the enamel.
+  static constexpr double below_wall =
+      0.8;  // instrument radii, largest height above the floor: above, the wall is nearer
+  static constexpr double near_wall = 0.2e-3,
+                          nudge = 0.02e-3;    // m: an instrument nearer to a wall moves up to it, in steps
+  static constexpr double rise = 0.3e-3;      // m, step of an instrument that fills its own hole
+  static constexpr double head_free = 0.5;    // voxels between the dome and the instrument
+  static constexpr double one_surface = 0.5;  // a point with a lower slope of the field lies midway between surfaces
+  static constexpr double proud = 0.12e-3,
+                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour
+  // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity it is low, since it is
+  // carved away again: `carved_again`, and `overfilled` in the last layers. On the enamel beside the cavity, where an
+  // edge hardly removes it, it is high: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  static constexpr double rim = 1;                  // voxels below the contour, where the two are told apart
-  static constexpr double layer = 0.4e-3;           // m above the lowest voxel, that portions are chosen by
-  static constexpr double whole_voxel = 0.9;        // voxels that a dome must reach beyond a voxel to fill it
-  static constexpr double least_volume = 0.004e-9;  // m³ of a portion: a tick puts down so much
-  static constexpr int at_once = 1;                 // portions between two looks at the tissue
-  // A portion is given up after so many times the time that it should take, and so many seconds.
+  static constexpr double rim = 1;            // voxels below the contour, where cavity and enamel are distinguished
+  static constexpr double layer = 0.4e-3;     // m above the lowest missing voxel: filling higher than that is no gain
+  static constexpr double whole_voxel = 0.9;  // voxels by which a dome must pass a voxel's centre to fill it
+  static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: what one tick puts down
+  static constexpr int at_once = 1;                 // portions per plan
+  // A portion is given up after `longer` times its nominal time, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// When the expert is done.
+/// Termination.
 struct Rounds {
-  // Another round of cutting is planned only while the last one at least halved the volume that is off: what a round
-  // hardly changed, the next will not change either.
+  // Another round of cutting is planned only while the last one at least halved the error.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;             // rounds of cutting
-  static constexpr double least_layer = 0.01e-9;  // m³ that a layer of filling must bring
-  static constexpr int most_vain = 3;             // layers in a row that bring less
+  static constexpr double least_layer = 0.01e-9;  // m³, smallest useful layer of filling
+  static constexpr int most_vain = 3;             // consecutive smaller layers before the next instrument
 };
 
-/// m³ of tissue too much and too little.
+/// Volume by which the tissue differs from the ideal, m³.
 double left_to_do(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -122,7 +128,7 @@ double left_to_do(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// m³ that should be full and are not.
+/// Missing volume, m³.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -132,7 +138,7 @@ double missing_in(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// m, over the length of the head.
+/// Mean diameter over the length of the head, m.
 double mean_width(const haptics::Tool& tool) {
   constexpr int kPlaces = 16;
   double sum = 0;
@@ -140,7 +146,7 @@ double mean_width(const haptics::Tool& tool) {
   return sum / kPlaces;
 }
 
-/// How high tissue, neighbours and gum stand along the axis, on a grid square to it: what a tool lifts over.
+/// Height map of tissue, neighbours and gum along the axis, on a grid perpendicular to it. Tools lift above it.
 class Terrain {
  public:
   Terrain(const haptics::TissueVolume& tissue, const SurroundingsShape* around, const dvec3& axis) {
@@ -178,7 +184,7 @@ class Terrain {
       }
     }
   }
-  /// m along the axis, of the highest within `beside` of the line from a to b, seen along the axis.
+  /// The greatest height (m along the axis) within `beside` of the line from a to b, seen along the axis.
   double highest(const dvec3& a, const dvec3& b, double beside) const {
     const glm::ivec2 ca = cell_of(a), cb = cell_of(b), around(static_cast<int>(beside / kCell) + 1);
     const glm::ivec2 lo = glm::max(glm::min(ca, cb) - around, glm::ivec2(0)),
@@ -214,7 +220,7 @@ class Terrain {
 
 class Plan {
  public:
-  /// `filled`: where portions were put down so far; those of this plan are added.
+  /// `filled`: places of all portions so far; the plan adds its own.
   Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, const SurroundingsShape* around,
        double whole, std::vector<FilledSpot>& filled)
       : whole_(whole),
@@ -234,14 +240,13 @@ class Plan {
     for (const haptics::Tool& tool : tools_) above_ = std::max(above_, top_ + tool.reach() + Joining::above);
   }
 
-  /// With the widest tool that leaves hardly more than the best, for it cuts fastest; then with others as long as they
-  /// bring it nearer.
+  /// Plans the cutting with one tool after the other (ToolChoice), as long as the next tool reduces the error.
   void cut(bool by_hand) {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
       const double before = left_to_do(now);
-      now.before = now.after;  // what is to go is what is there now
+      now.before = now.after;  // strokes are planned for the present tissue
       const double most = std::min(ToolChoice::worth_it * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
@@ -276,13 +281,13 @@ class Plan {
     }
   }
 
-  /// How many instruments of the tray fill.
+  /// Number of filling instruments.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans some portions of filling with the finest instrument but `coarser`; none where it gains nothing. `over`: the
-  /// instrument may stand higher over the contour, and what is too much costs less: it is carved away again.
+  /// Plans portions of filling with instrument number `coarser`, counted from the finest; none where they gain nothing.
+  /// `over`: overfills, the instrument may stand higher above the contour and excess costs less.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -306,11 +311,12 @@ class Plan {
                         by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance, around_, finish);
   }
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
-    double run = 0;  // m, of an edge
+    double run = 0;  // m, length of an edge's run
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
+      force_ = s.bulk ? Lead::bulk_force : Lead::finishing_force;
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
@@ -322,7 +328,7 @@ class Plan {
     }
     lift();
   }
-  /// m/s from one stroke into the next.
+  /// Pace from one stroke into the next, m/s.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -336,7 +342,7 @@ class Plan {
 
  private:
   void add(ExpertLeg::Kind kind, const Pose& to, double seconds = 0, double volume = 0) {
-    legs_.push_back({kind, to, pedal_, tool_, seconds, volume});
+    legs_.push_back({kind, to, pedal_, tool_, seconds, volume, /*end_pace=*/0, force_});
   }
   Pose over(Pose pose) const {
     pose.p += (above_ - glm::dot(pose.p, axis_)) * axis_;
@@ -345,7 +351,7 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// To the place above this one, over all that stands between; first up from the last place where it `lifts`.
+  /// Moves to the place above `to`, over all obstacles between; `lifts`: first straight up from the last place.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -359,7 +365,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Up, across at this height, and down: what was just put down lies between.
+  /// Moves up to `height`, across, and down to `to`, over the filling that was just put down.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -378,13 +384,13 @@ class Plan {
     if (drill) add(ExpertLeg::Kind::kWait, here, Joining::run_up);
   }
 
-  /// A tool that fills, held upright.
+  /// A filling instrument, held along the axis.
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
     dvec3 u, v, w;             // its axes in W
-    double half;               // m from the head's middle to its free end
-    std::vector<dvec3> head;   // m, its surface in W, about its middle
+    double half;               // m from the head's centre to its free end
+    std::vector<dvec3> head;   // m, points on its surface in W, relative to its centre
     haptics::HeadField field;  // m
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
@@ -397,28 +403,27 @@ class Plan {
       for (const haptics::HeadSample& sample : haptics::sample_head(t, Filling::head_points))
         head.push_back(R_WT * sample.p_TQ);
     }
+    dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, its free end
   };
-  /// A portion of filling: the instrument's end stands over the surface, and a dome grows from the surface point
-  /// nearest to it.
+  /// A candidate portion: the instrument's pose and the dome that it puts down.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m
-    // Of a dome of radius k + 1 voxels: the cost of its excess, and the voxels that it brings up to level j.
+    dvec3 center;  // m, of the dome
+    // Of a dome of radius k + 1 voxels: the cost of its excess, and the wanted voxels that it fills up to level j.
     std::vector<double> excess, wanted;
-    double lowest = 0, step = 0;  // m along the axis, of the levels
+    double lowest = 0, step = 0;  // m along the axis, of the lowest level and between levels
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// Where an instrument may be put down: its axis, m along its u and v.
+  /// A place of the instrument's axis, m along u and v, and the portion that can be put down there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Portions for the lowest voxels that should be full and are not. What lies deep must be filled first: later it is
-  /// out of every instrument's reach.
+  /// Plans portions for the lowest missing voxels. Deep voxels come first: later no instrument reaches them.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -433,7 +438,7 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // a portion has filled it
+      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // filled by a portion of this plan
       double radius = 0;                                             // voxels
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
@@ -446,10 +451,8 @@ class Plan {
       filled_.push_back({which, glm::dot(portion.X_WT.p, instrument.u), glm::dot(portion.X_WT.p, instrument.v)});
       if (portions++ == 0) take(which, false);
       hop(portion.X_WT, above);
-      pedal_ = 1;
-      add(ExpertLeg::Kind::kWait, portion.X_WT, Filling::longer * volume / tool.fill_rate + Filling::least_time,
-          volume);
-      pedal_ = 0;
+      press(instrument, portion.X_WT, volume);
+      withdraw(instrument, portion, radius, layer);
       const double a = glm::dot(portion.center, instrument.u), b = glm::dot(portion.center, instrument.v);
       for (Spot& spot : spots) {
         if (std::hypot(spot.a - a, spot.b - b) < 2 * tool.fill_reach)
@@ -459,7 +462,36 @@ class Plan {
     if (portions > 0) lift();
   }
 
-  /// Voxels that should be full and are not, in order of their height.
+  /// Holds the pedal until `volume` (m³) is put down.
+  void press(const Instrument& instrument, const Pose& X_WT, double volume) {
+    pedal_ = 1;
+    add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
+        volume);
+    pedal_ = 0;
+  }
+
+  /// Fills the hole that the instrument leaves in a dome of `radius` (m): it rises in steps and puts down a small dome
+  /// under its free end at each step. Left open, later domes would close the hole and make it a void.
+  void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
+    const haptics::Tool& tool = instrument.tool;
+    const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
+    const double a = glm::dot(from.X_WT.p, instrument.u), b = glm::dot(from.X_WT.p, instrument.v),
+                 first = glm::dot(from.X_WT.p, instrument.w),
+                 top = glm::dot(from.center, instrument.w) + radius + instrument.half;
+    for (int step = 1; first + step * Filling::rise < top; ++step) {
+      const auto portion = portion_standing(instrument, layer, a, b, first + step * Filling::rise);
+      if (!portion) return;
+      const double gap = glm::length(instrument.end(portion->X_WT) - portion->center);
+      const double small = std::hypot(hole, gap) + Filling::whole_voxel * voxel;
+      const double volume = put(haptics::Fill(tool, portion->center, small, portion->X_WT, layer.frame), layer);
+      if (volume < Filling::least_volume) continue;
+      state_.fill(haptics::Fill(tool, portion->center, small, portion->X_WT, state_.frame()));
+      add(ExpertLeg::Kind::kMove, portion->X_WT);
+      press(instrument, portion->X_WT, volume);
+    }
+  }
+
+  /// Missing voxels, in order of their height.
   std::vector<dvec3> lowest_first(const session::Preparation& in) const {
     std::vector<std::pair<double, dvec3>> by_height;
     for (int x = 0; x < in.after.size.x; ++x) {
@@ -478,8 +510,9 @@ class Plan {
     return voxels;
   }
 
-  /// The portion that fills q (voxels) and brings most in the layer over it, and its radius in voxels; null where its
-  /// excess would cost more. What lies higher brings nothing: it would only be in the way of the instrument.
+  /// The portion that fills q (voxels) with the greatest gain, and its radius (voxels); null where no portion gains.
+  /// The gain is the wanted volume in the layer above q less the cost of excess. Higher filling is no gain, since it
+  /// would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -502,12 +535,12 @@ class Plan {
     }
     return best;
   }
-  /// Voxels.
+  /// Largest radius of a dome, voxels.
   static double most_radius(const session::Preparation& in, const Instrument& instrument) {
     return Filling::portion_radius * instrument.tool.fill_reach / in.frame.voxel;
   }
 
-  /// The dome into the layer; m³ that came.
+  /// Adds the dome to the layer. Returns the added volume, m³.
   static double put(const haptics::Fill& dome, session::Preparation& layer) {
     const glm::ivec3 from = glm::max(dome.lo(), glm::ivec3(0)), to = glm::min(dome.hi(), layer.after.size - 1);
     if (glm::any(glm::lessThan(to, from))) return 0;
@@ -515,10 +548,10 @@ class Plan {
     PerTissue added{};
     dome.lower(from, to - from + 1, &layer.after.distance[at], &layer.tissue[at],
                row * static_cast<std::size_t>(layer.after.size.y), row, &added);
-    return std::accumulate(added.begin(), added.end(), 0.0) * std::pow(layer.frame.voxel, 3);
+    return total(added) * std::pow(layer.frame.voxel, 3);
   }
 
-  /// A grid of spots over what should be full and is not.
+  /// A grid of spots over the missing voxels.
   std::vector<Spot> spots_for(const Instrument& instrument, const session::Preparation& layer) const {
     glm::dvec2 lo(1e9), hi(-1e9);
     for (int x = 0; x < layer.after.size.x; ++x) {
@@ -540,23 +573,32 @@ class Plan {
     return spots;
   }
 
-  /// Down at this spot until the instrument stands on something, and up again by the height of a portion.
+  /// Lowers the instrument at (a, b) until it stands on tissue, then lifts it by the height of a portion.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    const auto clear = [&](double c) {
-      return std::all_of(instrument.head.begin(), instrument.head.end(), [&](const dvec3& p) {
-        return layer.after.sample(layer.frame.to_voxels(at(c) + p)) > Filling::free;
-      });
+    const auto room = [&](double c) {  // voxels between instrument and tissue beyond those that stay free; 0: too close
+      double least = 1e9;
+      for (const dvec3& p : instrument.head) {
+        least = std::min(least, layer.after.sample(layer.frame.to_voxels(at(c) + p)) - Filling::free);
+        if (least <= 0) return 0.0;
+      }
+      return least;
     };
+    const auto clear = [&](double c) { return room(c) > 0; };
     const dvec3 size = dvec3(layer.after.size - 1) * h;
     const double middle = glm::dot(layer.frame.to_world(dvec3(layer.after.size - 1) * 0.5), instrument.w),
                  span = 0.5 * glm::length(size);
     double c = middle + span + half;
-    while (c > middle - span && clear(c - Filling::down)) c -= Filling::down;
-    // Up against the wall beside it: a slit between the two would stay open.
+    while (c > middle - span) {
+      const double below = room(c - Filling::down);
+      if (below <= 0) break;
+      // The distance says how many more steps are clear.
+      c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
+    }
+    // Move up to a near wall: a slit between instrument and wall would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -569,30 +611,43 @@ class Plan {
         break;
       }
     }
-    const auto below = [&] {  // m to what lies below the end
-      double way = 0;
-      while (way < reach && layer.after.sample(end(c - way)) > 0) way += Filling::down;
-      return way;
-    };
     const double height = std::min(Filling::portion_height * reach, Filling::below_wall * instrument.tool.radius());
-    for (const double from = c; below() < height && c < from + height; c += 0.5 * Filling::down) {
+    for (const double from = c; way_down(instrument, layer, end(c)) < height && c < from + height;
+         c += 0.5 * Filling::down) {
       if (layer.ideal.sample(end(c)) * h > (over_ ? Filling::overfill : Filling::proud)) break;
     }
-    const double gap = layer.after.sample(end(c)) * h;
+    return portion_standing(instrument, layer, a, b, c);
+  }
+
+  /// The portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is where the servo
+  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end. None
+  /// where the end is out of reach of any surface.
+  std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
+                                          double b, double c) const {
+    const double reach = instrument.tool.fill_reach;
+    const Pose X_WT{a * instrument.u + b * instrument.v + c * instrument.w, instrument.R_WT};
+    dvec3 center = instrument.end(X_WT);
+    const dvec3 end = layer.frame.to_voxels(center), g = layer.after.gradient(end);
+    const double gap = layer.after.sample(end) * layer.frame.voxel;
     if (gap <= 0 || gap > reach) return std::nullopt;
-    // As the servo finds it: the nearest surface, or midway between walls what lies below.
-    dvec3 center = at(c - half);
-    const dvec3 g = layer.after.gradient(end(c));
     if (glm::length(g) >= Filling::one_surface) {
       center -= gap * glm::normalize(g);
     } else {
-      const double way = below();
+      const double way = way_down(instrument, layer, end);
       if (way >= reach) return std::nullopt;
       center -= way * instrument.w;
     }
-    Portion portion{{at(c), instrument.R_WT}, center, {}};
+    Portion portion{X_WT, center, {}, {}};
     measure(layer, instrument, portion);
     return portion;
+  }
+
+  /// Distance from p (voxels) down to tissue, m; at most the reach.
+  static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
+    const double reach = instrument.tool.fill_reach;
+    double way = 0;
+    while (way < reach && layer.after.sample(p - way / layer.frame.voxel * instrument.w) > 0) way += Filling::down;
+    return way;
   }
 
   void measure(const session::Preparation& in, const Instrument& instrument, Portion& portion) const {
@@ -633,7 +688,7 @@ class Plan {
     }
   }
 
-  /// What filling at p (voxels), where none is wanted, costs in filling that is.
+  /// Cost of filling at p (voxels), where none is wanted.
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -642,12 +697,12 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Empty, and to be filled: not what only lies outside the tooth.
+  /// Whether sample i is missing: empty now, inside the ideal, and part of the task's change.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
 
-  /// m along the axis, of the highest tissue.
+  /// Height of the highest tissue, m along the axis.
   double top_of(const VoxelFrame& frame, const session::DenseField& field) const {
     double top = -1e9;
     for (int x = 0; x < field.size.x; ++x) {
@@ -671,8 +726,9 @@ class Plan {
   double top_ = -1e9, above_ = -1e9;  // m along the axis
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
+  double force_ = 0;  // N
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // it fills over the contour
+  bool over_ = false;  // overfills the contour
 };
 
 }  // namespace
@@ -687,12 +743,19 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
-  // What the finest instrument leaves open under its own filling, one that reaches farther gets at.
+  // An instrument with a longer reach fills what the finer one could not reach.
   const double missing = missing_in(judge_.preparation(now));
   vain_ = missing > missing_ - Rounds::least_layer ? vain_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (vain_ > Rounds::most_vain) vain_ = 0, ++instrument_;
-  if (cuts_ == 0) {
+  if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
+    // Once more after the first carving: overfill what is still open, to carve it again.
+    layers_cut_ = layers_;
+    instrument_ = plan.fillers();
+    vain_ = 0;
+    missing_ = missing;
+  }
+  if (cuts_ <= (layers_cut_ > 0 ? 1 : 0)) {
     while (plan.idle() && instrument_ < 2 * plan.fillers()) {
       plan.fill(instrument_ % plan.fillers(), /*over=*/instrument_ >= plan.fillers());
       if (plan.idle()) ++instrument_;
@@ -702,7 +765,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const double off = left_to_do(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);
@@ -710,6 +773,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
     plan.cut(/*by_hand=*/true);
     legs = plan.take_legs();
     if (!legs.empty()) ++cuts_;
+    if (cuts_ > 1) layers_cut_ = layers_;
     off_ = off;
   }
   planned_ = plan.take_state();
@@ -746,7 +810,7 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   info.address = "expert:";
   info.model = "a hand that knows the task";
   info.rate = rate;
-  info.force_limit = info.torque_limit = 1e9;  // it bears whatever the servo gives
+  info.force_limit = info.torque_limit = 1e9;  // no limit: a simulated hand bears any force
   return info;
 }
 
@@ -756,7 +820,7 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
       dt_(1 / rate),
       from_(legs_.front().to),
       free_(from_),
-      most_lead_(Lead::working_force * 1e-3) {
+      most_lead_(Lead::least_most_lead) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -821,7 +885,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   bool done = false, stuck = false;
   if (leg.kind == Kind::kWait) {
     along_ = length;
-    const double now = -std::accumulate(seen_.removed.begin(), seen_.removed.end(), 0.0);
+    const double now = -total(seen_.removed);
     if (waited_ < 1.5 * dt_) filled_ = now;
     done = waited_ >= leg.seconds || (leg.volume > 0 && now - filled_ >= leg.volume);
   } else if (leg.kind == Kind::kTake) {
@@ -852,11 +916,10 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
   if (size > most) {
     wanted *= most / size;
-    // Soft tissue gives way under the same lead: more of it, until the force is right.
+    // Soft tissue needs more lead for the same force: adjust the limit until the push is the leg's force.
     if (!scrapes)
-      most_lead_ =
-          std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (Lead::working_force - glm::length(seen_.f_T_W)),
-                     Lead::least_most_lead, Lead::most_lead);
+      most_lead_ = std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (leg.force - glm::length(seen_.f_T_W)),
+                              Lead::least_most_lead, Lead::most_lead);
   }
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;

@@ -1,6 +1,7 @@
-// A hand that knows how the task should be left, and does it: "--hand expert:" of `typodont servo`. Other than a path
-// it sees where its tool is, leads it where it should go, presses while tissue is in the way, and waits until it has
-// gone. What it does through the servo, in real tissue, is a session to learn from, and to compare with.
+// A simulated hand that carries out a task: "--hand expert:" of `typodont servo`. Expert plans the strokes from the
+// task's ideal. ExpertHand follows them in a closed loop: it reads the tool's pose, leads the tool along the stroke,
+// presses while tissue is in the way, and goes on when the tissue has been removed. Trainees can watch the recorded
+// session, and compare their own with it.
 #pragma once
 
 #include <array>
@@ -17,77 +18,80 @@
 
 namespace typodont {
 
-/// One thing to do after another.
+/// One step of a plan.
 struct ExpertLeg {
   enum class Kind {
     kMove,    // through the air
     kCut,     // along a line, as fast as the tissue goes
-    kScrape,  // along a line; with an edge, to and fro until the tool lies on it
-    kWait,    // for `seconds`, or until so much `volume` was put down; the pedal as it is
-    kTake,    // another tool, when the drill stands
+    kScrape,  // along a line with an edge, to and fro until the tool reaches the line
+    kWait,    // for `seconds`, or until `volume` is put down
+    kTake,    // another tool, once the drill stands still
   } kind = Kind::kMove;
   Pose to;
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
   double volume = 0;    // m³
-  double end_pace = 0;  // m/s with which a stroke goes over into the next leg; 0: it stops there
+  double end_pace = 0;  // m/s at the end of a stroke that continues in the next leg; 0: the stroke stops there
+  double force = 0;     // N, push of a cut
 };
 
-/// Where a portion of filling was put down: m along the two axes square to the preparation's. The instrument leaves a
-/// hole there into which it fits no other way.
+/// Where a portion of filling was put down: m along the two axes perpendicular to the preparation's axis. The
+/// instrument leaves a hole there, and fits into it only at this place.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
 };
 
-/// Plans what takes tissue to what the scene's task wants, with the tools of its tray that leave it closest to that.
-/// Cavities, crowns and caries are cut; fillings are put down in layers and carved.
+/// Plans the strokes that bring the tissue to the ideal of the scene's task. Chooses the tools of the scene with which
+/// the result comes closest to the ideal. Cavities, crowns and caries are cut; fillings are put down in layers and
+/// carved.
 class Expert {
  public:
   /// Throws Error where the task names no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// What to do next, from how it is now: a layer of filling, or all cutting and carving. Empty where nothing is left
-  /// that is worth it. Throws Error where the tray has nothing that could begin.
+  /// Plans from the present tissue: one layer of filling, or all cutting and carving. Empty when no further plan would
+  /// improve the result. Throws Error when no tool of the scene can begin the task.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
-  /// What a hand of endless patience would leave by the last plan, without a servo.
+  /// The tissue that the last plan would leave if the tool followed it exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:
   const Scene& scene_;
   TaskJudge judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³ that the task changes
+  double whole_;  // m³ by which the tissue differs from the ideal at the start
   std::optional<haptics::TissueVolume> planned_;
-  std::vector<FilledSpot> filled_;  // so far
-  int layers_ = 0, cuts_ = 0;       // planned so far
-  double missing_ = 1e9;            // m³ of filling, at the least when it looked
-  double off_ = 0;                  // m³ that were off before it cut last
-  int vain_ = 0;                    // layers in a row that brought nothing
-  std::size_t instrument_ = 0;      // that fills, from the finest; then all of them again, over the contour
+  std::vector<FilledSpot> filled_;
+  int layers_ = 0, cuts_ = 0;   // plans of filling and of cutting so far
+  int layers_cut_ = 0;          // layers before the last carving; 0 until filling goes on after the first carving
+  double missing_ = 1e9;        // m³, the smallest missing volume of filling so far
+  double off_ = 0;              // m³ by which the tissue differed from the ideal before the last cutting
+  int vain_ = 0;                // consecutive layers that reduced the missing volume too little
+  std::size_t instrument_ = 0;  // filling instrument, from the finest; the second pass overfills the contour
 };
 
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate);
-  /// What info() says of such a hand. Like a scripted one it follows every turn, whatever the torque.
+  /// The hand's info(). Like a scripted hand it holds every orientation, whatever the torque.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// The eyes of this hand: it leads its tool from where the servo last had it.
+  /// Stores the servo's last tick: the hand leads its tool from there.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
-  /// Begins the next plan, once read() has ended the last one. Swaps: the finished plan is in `legs` afterwards, so
-  /// that nothing is freed. Servo thread.
+  /// Begins the next plan, after read() has ended the last one. Swaps: `legs` holds the finished plan afterwards, so
+  /// that the servo thread frees no memory. Servo thread.
   void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
 
  private:
   void next_leg() noexcept;
-  /// At the end of a leg of an edge: on along its run, or back, or to the next run.
+  /// At the end of an edge's leg: continues along the run, turns back, or begins the next run.
   void end_scraping() noexcept;
-  /// Leaves a stroke that it cannot finish: out the way the shank points, over to where the next begins. Straight there
-  /// it would press through what should stay.
+  /// Leaves a stroke that the hand cannot finish: withdraws along the shank, then moves to the start of the next leg.
+  /// The direct way could press into tissue that should stay.
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
@@ -95,26 +99,27 @@ class ExpertHand final : public haptics::HapticDevice {
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
-  std::array<ExpertLeg, 2> way_out_;  // of a stroke that it left …
-  std::size_t way_ = 2;               // … and where on it: 2, it is at its plan
+  std::array<ExpertLeg, 2> way_out_;  // legs that leave a stroke
+  std::size_t way_ = 2;               // current leg of way_out_; 2: the hand follows its plan
   std::uint64_t ticks_ = 0;
-  Pose from_;          // where this leg began
-  Pose free_;          // where it last went through the air
-  double along_ = 0;   // m of it that the wanted place has come
-  double filled_ = 0;  // m³ in the tissue when it began, more or less than at the start
-  double waited_ = 0;  // s that it has stood still
-  // Strokes of an edge that go on into each other are a run: it is drawn to and fro until the tool lies on the line.
-  std::size_t run_ = 0;  // the leg that begins the run …
-  Pose run_from_;        // … and where that begins
-  double worst_ = 0;     // m, how far the tool was beside the line in this pass
-  int times_ = 0;        // that it went back and forth
-  bool back_ = false;    // it goes back now
-  dvec3 lead_{0};        // m, by which the hand leads the tool
-  double most_lead_;     // m, of a cut: as much as gives the force that it works with
+  Pose from_;          // start of this leg
+  Pose free_;          // end of the last leg through the air
+  double along_ = 0;   // m from the leg's start to the wanted place
+  double filled_ = 0;  // m³ filled since the session's start, when this leg began
+  double waited_ = 0;  // s without progress
+  // Strokes of an edge that continue in each other form a run. The edge is drawn to and fro along it until the tool
+  // reaches the line.
+  std::size_t run_ = 0;  // first leg of the run
+  Pose run_from_;        // start of that leg
+  double worst_ = 0;     // m, largest distance of the tool from the line in this pass
+  int times_ = 0;        // passes to and fro
+  bool back_ = false;    // this pass goes back
+  dvec3 lead_{0};        // m from the wanted place to the hand
+  double most_lead_;     // m, limit of a cut's lead, adjusted until the push is the leg's force
 };
 
-/// Runs the hand in simulated time until nothing is left to do: it carries out its plan, looks at the tissue, and plans
-/// the rest. `each`: called after every tick.
+/// Runs the hand in simulated time: after each finished plan the expert plans again from the tissue as it is, until the
+/// plan is empty. `each`: called after every tick.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);
 

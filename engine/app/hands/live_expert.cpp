@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-constexpr auto kLook = 2ms;  // how often the planner looks whether it is asked for a plan, or its copy is there
+constexpr auto kLook = 2ms;  // period at which the planner checks for requests and for its copy of the tissue
 
 class LiveExpert final : public haptics::HapticDevice {
  public:
@@ -62,8 +62,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// The next sample into `last_`: along the plan, or at rest with the pedal up until there is the next plan. False
-  /// when the next plan is empty: nothing is left to do. Servo thread.
+  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal up while the next plan is made. Returns
+  /// false when the next plan is empty. Servo thread.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -94,7 +94,7 @@ class LiveExpert final : public haptics::HapticDevice {
       made_.push_back(std::make_unique<Legs>());
       try {
         *made_.back() = expert_.plan(*tissue);
-      } catch (const std::exception& e) {  // an empty plan ends the session
+      } catch (const std::exception& e) {  // the empty plan then ends the session
         log::warn("the expert cannot go on: {}", e.what());
       }
       plans_.push(made_.back().get());
@@ -103,16 +103,16 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // the planner's, once that runs
-  ExpertHand hand_;  // the servo thread's, as is what follows
+  Expert expert_;    // planner thread, once that runs
+  ExpertHand hand_;  // servo thread, as all members up to asked_
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;                       // for a plan
+  bool waits_ = false;                       // until the planner has made the next plan
   std::atomic<bool> asked_{false};           // SERVO → PLANNER
   Ring<Legs*> plans_{2};                     // PLANNER → SERVO
-  std::vector<std::unique_ptr<Legs>> made_;  // all plans; the planner's, freed when the session is over
+  std::vector<std::unique_ptr<Legs>> made_;  // all plans; planner thread; freed at the session's end
   std::jthread planner_;
 };
 

@@ -1,5 +1,5 @@
-// The expert's hand in a live session ("--hand expert:" of `typodont run`). It works in a closed loop like the one of
-// `typodont servo`: it watches its tool tick by tick, and after each plan it looks at the tissue and plans the rest.
+// The expert hand in a live session ("--hand expert:" of `typodont run`). As in `typodont servo` it works in a closed
+// loop: it reads its tool's pose in every tick, and after each finished plan it plans again from the tissue as it is.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,11 @@
 
 namespace typodont {
 
-/// Plans the first strokes now, from `start`, the tissue as the session begins: takes seconds. Later plans are made on
-/// a thread of its own from copies of the tissue that the carver makes; meanwhile the hand waits above the tooth, pedal
-/// up. While the session is held it stands still. Its read() ends the session when nothing is left to do. `paced`:
-/// waits for each sample's time on the clock; otherwise it waits for its plans only. Throws Error where the task names
-/// no ideal, or no tool serves it.
+/// Makes the first plan before it returns, from `start`, the tissue at the session's start; this takes seconds. Later
+/// plans are made on a thread of the hand's own, from copies of the tissue that the carver makes. Meanwhile the hand
+/// waits above the tooth with the pedal up. It stands still while the session is held. read() ends the session when the
+/// plan is empty. `paced`: read() waits for each sample's time on the clock; otherwise only for plans. Throws Error
+/// when the task has no ideal, or when no tool of the scene can begin it.
 std::unique_ptr<haptics::HapticDevice> make_live_expert(const Scene& scene, const haptics::TissueVolume& start,
                                                         Wiring& wiring, double rate, bool paced);
 

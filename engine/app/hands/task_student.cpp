@@ -14,28 +14,28 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;          // voxels that a head may reach into what should stay: the field's own error
-constexpr double kGrid = 0.1e-3;         // m between the places that are looked at
-constexpr double kLayer = 0.5;           // of the head's diameter: from one layer of the bulk to the next …
-constexpr double kRow = 0.6;             // … and from one row to the next
-constexpr double kSameLevel = 10e-6;     // m: floors whose heights differ by less are one …
-constexpr double kLeastFlat = 0.1e-6;    // … and worth a pass along their walls from so many m² on
-constexpr double kFromWall = 0.45;       // of the diameter: rows end so far from a wall, which its own pass follows
-constexpr double kFromAround = 0.015e-3; // m between the head and neighbouring teeth or gum
-constexpr double kLeastTaken = 0.05;     // voxels: tissue thinner than this is not worth a pass
-constexpr double kOnLine = 2e-6;         // m: points nearer to the line between their neighbours are left out
-constexpr double kBridged = 0.4e-3;      // m of a pass without anything to take that are not worth lifting for
-constexpr double kStraight = 3e-3;       // m: longer ways between passes go through the air above
-constexpr double kHop = 0.3e-3;          // m between heights that are tried for a way through the air
-constexpr double kRamp = 0.8e-3;         // m: a first row at least so long is entered aslant, by the side of the head
-constexpr double kSteep = 2;             // slope of a floor from which on the passes along the walls are finer
-constexpr double kAlongShank = 6e-3;     // m of the shank, from the head on, that may come near the tissue
-constexpr double kDown = 0.1e-3;         // m between looks down a column
-constexpr double kFloorOfColumn = 1e-6;  // m to which the lowest place of a column is found
+constexpr double kClear = 0.05;           // voxels that a head may reach into the ideal: the error of the field
+constexpr double kGrid = 0.1e-3;          // m between the places that are evaluated
+constexpr double kLayer = 0.5;            // diameters between two layers of the bulk
+constexpr double kRow = 0.6;              // diameters between two rows of a layer
+constexpr double kSameLevel = 10e-6;      // m; heights that differ by less belong to one floor
+constexpr double kLeastFlat = 0.1e-6;     // m², smallest floor whose walls get a pass
+constexpr double kFromWall = 0.45;        // diameters from the end of a row to a wall; the wall has a pass of its own
+constexpr double kFromAround = 0.015e-3;  // m between the head and neighbours or gum
+constexpr double kLeastTaken = 0.05;      // voxels; thinner tissue gets no pass
+constexpr double kOnLine = 2e-6;          // m; points nearer to the line between their neighbours are left out
+constexpr double kBridged = 0.4e-3;       // m, longest piece of a pass through the air without lifting
+constexpr double kStraight = 3e-3;        // m; longer ways between passes go above the tissue
+constexpr double kHop = 0.3e-3;           // m between the heights that are tried for such a way
+constexpr double kRamp = 0.8e-3;          // m, shortest first row that the head enters on a ramp
+constexpr double kSteep = 2;              // slope at which a floor is split into pieces
+constexpr double kAlongShank = 6e-3;      // m of the shank, from the head on, that is checked for contact
+constexpr double kDown = 0.1e-3;          // m, step down a column
+constexpr double kFloorOfColumn = 1e-6;   // m, resolution of the lowest place of a column
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr int kHalvings = 7;  // to find the border between two places of the grid
+constexpr int kHalvings = 7;  // bisections between two places of the grid
 
-/// Places of the head's centre as (a, b, c): m along the axes u, v and w, w out of the opening.
+/// Places of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -68,7 +68,8 @@ class StrokePlanner {
       for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
     }
     if (!finish) return std::move(strokes_);
-    // Where walls stand on a floor, then from below: the side of a long head takes a steep wall in one pass.
+    bulk_ = false;
+    // First where walls meet a floor, then from below: the side of a long head cuts a steep wall in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -81,13 +82,13 @@ class StrokePlanner {
   using Chain = std::vector<dvec3>;
   struct Layer {
     double height = 0;             // m
-    std::vector<std::uint8_t> in;  // of the grid: the head can come here from above
+    std::vector<std::uint8_t> in;  // cells of the grid that the head reaches from above
   };
 
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// The head there leaves what should stay.
+  /// Whether a head at p leaves the ideal whole.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<dvec3>& points, double into) {
@@ -95,7 +96,7 @@ class StrokePlanner {
     };
     return keeps(head_, allowed_) && keeps(shank_, 0) && (!around_ || spares_around(world(p)));
   }
-  /// The head there touches neither neighbour nor gum. The gum reaches into the tooth that it hides.
+  /// Whether a head at p touches neither neighbour nor gum. Gum inside the tooth does not count.
   bool spares_around(const dvec3& p_W) const {
     const double near = tool_.reach() + kFromAround;
     if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
@@ -104,14 +105,14 @@ class StrokePlanner {
       return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
     });
   }
-  /// The head there has something to take.
+  /// Whether a head at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
                        [&](const dvec3& d) { return left_.sample(q + d) < -kLeastTaken && ideal_.sample(q + d) > 0; });
   }
 
-  /// The box in which anything is to be taken, widened by the head.
+  /// Finds the box around all tissue to be removed, widened by the head. False when there is none.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -138,7 +139,7 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * kGrid, lo_.y + j * kGrid, height}; }
 
-  /// Of one layer: where the head can be, and come to from the layer above.
+  /// The cells that the head reaches at this height, from the layer above.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -177,7 +178,7 @@ class StrokePlanner {
       }
     }
   }
-  /// The layer next above a height.
+  /// The lowest layer at or above a height.
   const Layer& layer_above(double height) const {
     const Layer* best = &layers_.front();
     for (const Layer& layer : layers_)
@@ -185,7 +186,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// The last clear place between a clear and an unclear one.
+  /// The border between a clear and an unclear place, by bisection; the result is clear.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kHalvings; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -194,7 +195,7 @@ class StrokePlanner {
     return clear_place;
   }
 
-  /// Fewer points for the same line.
+  /// The chain without points that lie on the line between their neighbours.
   static Chain straightened(const Chain& chain) {
     Chain result{chain.front()};
     std::size_t from = 0;
@@ -224,8 +225,8 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// From where the last stroke ended: straight, or up, across and down, where the head stays clear of what should
-  /// stay. Elsewhere the next stroke begins anew, and who follows them lifts off.
+  /// Adds the way from the last stroke's end to `to`: straight, or up, across and down, where the head stays clear of
+  /// the ideal. Where no such way is found, adds none; the hand then lifts off.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -247,7 +248,7 @@ class StrokePlanner {
     return true;
   }
   void add(const dvec3& from, const dvec3& to, bool goes_on) {
-    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on};
+    const Stroke s{{world(from), R_WT_}, {world(to), R_WT_}, goes_on, bulk_};
     strokes_.push_back(s);
     last_ = to;
     const haptics::Sweep sweep(tool_, s.from, s.to, in_.frame);
@@ -259,13 +260,13 @@ class StrokePlanner {
                 &in_.tissue[at], &removed);
   }
 
-  /// The pieces of a line on which there is something to take, as strokes. A closed one may begin anywhere.
+  /// Adds strokes for the pieces of a chain that remove tissue. A closed chain may begin anywhere.
   void take(Chain& chain, bool closed) {
     if (chain.empty()) return;
     std::vector<std::uint8_t> has(chain.size());
     for (std::size_t k = 0; k < chain.size(); ++k) has[k] = useful(chain[k]);
     closed = closed && chain.size() > 2 && glm::length(chain.front() - chain.back()) < 1e-9;
-    if (closed) {  // begin where nothing is to be taken, so that no piece is cut in two
+    if (closed) {  // begin at a point that removes nothing, so that no piece is split
       const auto idle = static_cast<std::ptrdiff_t>(std::find(has.begin(), has.end(), 0) - has.begin());
       if (idle > 0 && idle < static_cast<std::ptrdiff_t>(chain.size())) {
         chain.pop_back(), has.pop_back();
@@ -293,7 +294,7 @@ class StrokePlanner {
     }
   }
 
-  /// The bulk of one layer, in rows along its longer side that keep away from the walls.
+  /// Adds strokes for the bulk of one layer: rows along its longer side, at a distance from the walls.
   void rows(const Layer& layer) {
     const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / kGrid));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
@@ -332,7 +333,7 @@ class StrokePlanner {
     }
   }
 
-  /// Down along a row from the layer above it: the end of a bur cuts badly, so it goes aslant.
+  /// Adds a ramp down along a row from the layer above it: the end of a bur cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < kRamp) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -341,7 +342,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Cells of `in` farther than so many from the rest, the grid's edge left out.
+  /// Cells of `in` that are farther than `away` cells from cells outside it; the grid's edge does not count.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -360,8 +361,8 @@ class StrokePlanner {
     return result;
   }
 
-  /// The lines along which the head touches what should stay, at this height (marching squares; Lorensen & Cline 1987
-  /// in the plane).
+  /// The lines along which the head touches the ideal at this height (marching squares: Lorensen & Cline 1987 in the
+  /// plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
@@ -396,7 +397,7 @@ class StrokePlanner {
           if (layer.in[cell(p.x, p.y)] != layer.in[cell(q.x, q.y)]) crossed.push_back(point_on(p, q));
         }
         if (crossed.size() == 2) join(crossed[0], crossed[1]);
-        if (crossed.size() == 4) {  // two lines: about the corners that are outside
+        if (crossed.size() == 4) {  // two lines, each around an outside corner
           const bool first = layer.in[cell(i, j)];
           join(crossed[first ? 0 : 3], crossed[first ? 1 : 0]);
           join(crossed[first ? 2 : 1], crossed[first ? 3 : 2]);
@@ -427,7 +428,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// The lowest place of a column that the head comes to.
+  /// The lowest height that the head reaches in a column.
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / kGrid)),
               j = static_cast<int>(std::lround((b - lo_.y) / kGrid));
@@ -447,7 +448,7 @@ class StrokePlanner {
     return height;
   }
 
-  /// Along the floor, in rows along its longer side. Returns the heights at which much of it is flat.
+  /// Adds passes along the floor, in rows along its longer side. Returns the heights of its flat parts.
   std::vector<double> floors() {
     std::map<long, int> columns;  // by height
     const glm::ivec2 extent = count_;
@@ -484,18 +485,19 @@ class StrokePlanner {
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // what the strokes so far leave
+  session::DenseField left_;  // tissue that the strokes so far leave
   dquat R_WT_;
   glm::dmat3 axes_;                  // columns u, v, w
   double step_;                      // m
   double allowed_;                   // voxels
-  std::vector<dvec3> head_, shank_;  // voxels, points on them, about the head's centre
-  glm::dvec2 lo_{0};                 // m along u and v, where the grid begins
+  std::vector<dvec3> head_, shank_;  // voxels, points on head and shank relative to the head's centre
+  glm::dvec2 lo_{0};                 // m along u and v, origin of the grid
   glm::ivec2 count_{0};
   double top_ = 0, bottom_ = 0;  // m along w
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
-  std::optional<dvec3> last_;  // where they end
+  std::optional<dvec3> last_;  // end of the last stroke
+  bool bulk_ = true;           // whether added strokes are bulk
 };
 
 }  // namespace

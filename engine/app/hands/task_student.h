@@ -1,5 +1,5 @@
-// Hands that know a task's ideal: where to put the head so that it takes away what should go and nothing else. For the
-// expert hand, and for tests of tasks.
+// Plans strokes that cut the tissue to a task's ideal and spare the rest. Used by the expert hand and by tests of
+// tasks.
 #pragma once
 
 #include <vector>
@@ -14,21 +14,21 @@ namespace typodont {
 /// A straight movement of the head.
 struct Stroke {
   Pose from, to;
-  bool goes_on = false;  // the next stroke begins where this one ends, without a stop
+  bool goes_on = false;  // the next stroke continues without a stop where this one ends
+  bool bulk = false;     // removes volume away from the final surface
 };
 
-/// Turns T's z, the shank, to the axis.
+/// The rotation that turns T's z axis, the shank, to `axis_W`.
 dquat toward(const dvec3& axis_W);
 
-/// Strokes from the opening down that take away what the preparation's ideal does not leave: layer by layer the bulk,
-/// then the floor, then the walls. Head and shank stay clear of what the ideal leaves, or the head reaches no more than
-/// `into` (m) into it. A stroke is left out where those before it leave nothing for it to take. The shank points along
-/// the preparation's axis. `step`: m between the passes along floor and walls. `around`: neighbours and gum, which the
-/// head keeps off; null: there are none.
+/// Plans strokes that remove the tissue outside the preparation's ideal: the bulk layer by layer from the opening down,
+/// then, with `finish`, the floor and the walls. The head reaches at most `into` (m) into the ideal, the shank does not
+/// touch it. Strokes that would remove nothing are left out. The shank points along the preparation's axis. `step`: m
+/// between the passes along floor and walls. `around`: neighbours and gum, which the head does not touch; null: none.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true);
 
-/// Takes the strokes out of the tissue as they are, without a servo: what a hand of endless patience would leave.
+/// Cuts the strokes out of the tissue, without a servo: the result of a tool that follows them exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
 
 }  // namespace typodont

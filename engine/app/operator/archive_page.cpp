@@ -105,7 +105,8 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
-  const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_surface")};
+  const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_arch"), s.text("op.preset_bone"),
+                              s.text("op.preset_surface")};
   ImGui::SetNextItemWidth(half);
   ImGui::Combo("##preset", &f.preset, presets.data(), static_cast<int>(presets.size()));
   ImGui::SameLine();
@@ -129,6 +130,11 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SameLine();
   ImGui::BeginDisabled(as_scanned);
   length("##spacing", f.spacing_mm, "op.spacing", "op.spacing_of_file");
+  ImGui::SetNextItemWidth(half);
+  const std::string series = f.series > 0 ? fmt::format("{} %d", s.text("op.series")) : s.text("op.series_only");
+  ImGui::InputScalar("##series", ImGuiDataType_S32, &f.series, nullptr, nullptr, series.c_str(),
+                     ImGuiInputTextFlags_AutoSelectAll);
+  f.series = std::max(f.series, 0);
   ImGui::EndDisabled();
   ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
              !s.busy && f.file[0] != 0 && f.name[0] != 0, true);

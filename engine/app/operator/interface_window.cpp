@@ -264,8 +264,9 @@ bool InterfaceWindow::poll(double most_seconds) {
   const display::UserInput before = input_;
   input_ = output_->poll();
   const Nanos t = now();
-  const bool used = input_.close || !input_.keys.empty() || input_.wheel != 0 || input_.pixel != before.pixel ||
-                    input_.left != before.left || input_.right != before.right || input_.focused != before.focused;
+  const bool used = input_.close || !input_.keys.empty() || input_.wheel != 0 || !input_.dropped.empty() ||
+                    input_.pixel != before.pixel || input_.left != before.left || input_.right != before.right ||
+                    input_.focused != before.focused;
   if (used) last_input_ = t;
   ImGuiIO& io = ImGui::GetIO();
   keys_.add(input_.keys);

@@ -83,6 +83,12 @@ class Operator {
       quit_ = true;
       return;
     }
+    // While a session runs, the window is the hand's.
+    const std::vector<std::string>& dropped = window_.input().dropped;
+    if (!dropped.empty() && !desk_.running() && !s_.busy) {
+      s_.dropped = dropped.size() == 1 ? dropped[0] : "";
+      s_.ask(Ask::kDropped);
+    }
     const bool drew = desk_.running() && step_session();
     const bool finished = work_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
@@ -203,8 +209,8 @@ class Operator {
 
   /// What an author made and has not saved would be gone.
   static bool leads_away(Ask ask) {
-    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial,
-                                  Ask::kArchive, Ask::kDoctor, Ask::kGoOnFrom, Ask::kQuit};
+    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial, Ask::kArchive,
+                                  Ask::kDropped, Ask::kDoctor, Ask::kGoOnFrom, Ask::kQuit};
     return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
   }
   bool unsaved() {
@@ -287,6 +293,10 @@ class Operator {
         break;
       case Ask::kArchive:
         open_archive();
+        break;
+      case Ask::kDropped:
+        open_archive();
+        take_dropped(s_);
         break;
       case Ask::kSessionReport:
         show_report(s_, work_, chosen_session());

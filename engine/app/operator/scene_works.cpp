@@ -25,7 +25,8 @@ NewTooth tooth_of(const ImportForm& form) {
   tooth.name = form.name.data();
   tooth.crown = static_cast<Crown>(form.crown);
   tooth.as_scanned = form.preset == kScannedSurface;
-  tooth.options.preset = form.preset == 1 ? haptics::ImportPreset::kBone : haptics::ImportPreset::kTooth;
+  if (!tooth.as_scanned) tooth.options.preset = static_cast<haptics::ImportPreset>(form.preset);
+  if (form.series > 0) tooth.options.series = form.series;
   if (form.voxel_mm > 0) tooth.options.voxel = static_cast<double>(form.voxel_mm) * kMillimetre;
   if (form.shell_mm > 0) tooth.options.shell = static_cast<double>(form.shell_mm) * kMillimetre;
   if (form.spacing_mm > 0) tooth.options.spacing = dvec3(static_cast<double>(form.spacing_mm) * kMillimetre);
@@ -82,6 +83,20 @@ void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text,
 }
 
 }  // namespace
+
+void take_dropped(OperatorState& s) {
+  ImportForm& form = s.import;
+  const fs::path file = s.dropped;
+  if (s.dropped.empty() || s.dropped.size() >= form.file.size()) return s.fail(s.text("op.drop_one"));
+  form = {};
+  s.dropped.copy(form.file.data(), form.file.size() - 1);
+  // The names of DICOM files and folders are often those of persons.
+  std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
+                                             : file.stem().string();
+  name.resize(std::min(name.size(), form.name.size() - 1));
+  name.copy(form.name.data(), name.size());
+  s.say(s.text("op.dropped"));
+}
 
 void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
   begin(s, work, choices, "op.imported", "imported",

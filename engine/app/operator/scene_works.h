@@ -9,6 +9,9 @@
 
 namespace typodont {
 
+/// The file or folder that was let fall on the window stands in the form, with a name for it.
+void take_dropped(OperatorState& s);
+
 /// As OperatorState::import says; chosen once it is there.
 void bring_in(OperatorState& s, LongWork& work, Choices& choices);
 /// As OperatorState::exercise says, of what was authored, which stays until the work has ended; chosen once it is

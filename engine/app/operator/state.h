@@ -61,6 +61,7 @@ enum class Ask {
   kExportMesh,       // the tissue as it left it
   kGoOnFrom,         // a session from there
   kImport,           // a scan or mesh, as ImportForm says
+  kDropped,          // the file or folder OperatorState::dropped was let fall on the window
   kTutorial,         // chosen and started
   kWelcomed,         // the first look around is over
   kCancel,           // the long work that is under way
@@ -115,12 +116,13 @@ struct ExerciseForm {
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
-constexpr int kScannedSurface = 2;  // ImportForm::preset: the mesh itself is carved
+constexpr int kScannedSurface = 3;  // ImportForm::preset: the mesh itself is carved
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
-  int preset = 0;                    // 0 tooth, 1 bone, kScannedSurface
+  int preset = 0;                    // ImportPreset, or kScannedSurface
+  int series = 0;                    // of several in a folder of DICOM files; 0: there is one
   int crown = 0;                     // Crown
   float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
   float unit_mm = 1;                 // of a mesh
@@ -218,6 +220,7 @@ struct OperatorState {
   std::vector<SessionEntry> sessions;
   int session = 0, mesh_format = 0;
   ImportForm import;
+  std::string dropped;
 
   // Doctor.
   std::vector<DoctorFinding> findings;

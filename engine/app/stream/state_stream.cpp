@@ -113,9 +113,21 @@ struct Reader {
   std::string asked;           // its request, until it is answered
   std::string waiting;         // to be sent
   bool greeted = false;        // the handshake is done
-  std::optional<Nanos> stuck;  // since when nothing of `waiting` has gone
+  std::optional<Nanos> stuck;  // since when nothing of `waiting` has gone, or its request has been due
   bool gone = false;
 };
+
+/// Whether a page comes from this computer: scheme://host[:port]. "null" says nothing: a frame of any page may have it.
+bool is_local(std::string_view origin) {
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!origin.starts_with(scheme)) continue;
+    for (const std::string_view host : {"localhost", "127.0.0.1", "[::1]"}) {
+      const std::string_view rest = origin.substr(scheme.size());
+      if (rest.starts_with(host) && (rest.size() == host.size() || rest[host.size()] == ':')) return true;
+    }
+  }
+  return false;
+}
 
 std::string state_text(const ServoTick& tick, const StreamedSession& session, std::uint64_t lost) {
   const auto vec = [](const dvec3& v, double unit) { return Text{v.x / unit, v.y / unit, v.z / unit}; };
@@ -227,8 +239,7 @@ void StateStream::Impl::answer(Reader& reader) {
     return "";
   };
   const std::string key = field("Sec-WebSocket-Key"), origin = field("Origin");
-  const bool local = origin.empty() || origin == "null" || origin.starts_with("file:") ||
-                     origin.starts_with("http://127.0.0.1") || origin.starts_with("http://localhost");
+  const bool local = origin.empty() || is_local(origin);
   if (!reader.asked.starts_with("GET ") || key.empty() || !local) {
     reader.waiting = local ? "HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
                            : "HTTP/1.1 403 Forbidden\r\nContent-Length: 0\r\nConnection: close\r\n\r\n";
@@ -247,7 +258,8 @@ void StateStream::Impl::answer(Reader& reader) {
 /// Readers have nothing to say but their request and goodbye.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  for (;;) {
+  constexpr int kMostReads = 16;  // one that never stops talking takes no more of a turn
+  for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return;
@@ -372,7 +384,7 @@ void StateStream::event(Nanos t, const std::string& kind, const std::string& tex
 void StateStream::turn() {
   for (const Socket& listening : impl_->listening) {
     for (int fd; (fd = ::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) {
-      Reader reader{Socket(fd), "", "", false, std::nullopt, false};
+      Reader reader{Socket(fd), "", "", false, now(), false};
       const int yes = 1;
       ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
       if (impl_->readers.size() < kMostReaders) impl_->readers.push_back(std::move(reader));

@@ -20,7 +20,8 @@ struct StreamedSession {
 };
 
 /// Sends to everyone who listens. All functions are called from one thread, never the servo's. None of them waits: a
-/// reader that does not keep up loses messages, one that reads nothing for kPatience is cut off.
+/// reader that does not keep up loses messages, one that reads nothing, or sends no request, for
+/// kPatience is cut off.
 class StateStream {
  public:
   /// `addresses`: "osc:PORT", "osc:HOST:PORT" (messages are sent there), "ws:PORT", "ws:HOST:PORT" (readers connect

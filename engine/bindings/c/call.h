@@ -60,28 +60,23 @@ template <class Handle>
 class Held {
  public:
   using Object = typename ObjectOf<Handle>::Type;
-  explicit Held(const Handle* handle) noexcept : handle_(handle) {
-    found_ = take(handle, ObjectOf<Handle>::kKind, object_);
-  }
-  ~Held() {
-    if (found_ == Found::kHeld) put_back(handle_);
-  }
-  Held(const Held&) = delete;
-  Held& operator=(const Held&) = delete;
+  explicit Held(const Handle* handle) noexcept : taken_(handle, ObjectOf<Handle>::kKind), handle_(handle) {}
 
-  explicit operator bool() const noexcept { return found_ == Found::kHeld; }
-  Object& operator*() const noexcept { return *static_cast<Object*>(object_); }
-  Object* operator->() const noexcept { return static_cast<Object*>(object_); }
+  explicit operator bool() const noexcept { return taken_.found() == Found::kHeld; }
+  Object& operator*() const noexcept { return *static_cast<Object*>(taken_.object()); }
+  Object* operator->() const noexcept { return static_cast<Object*>(taken_.object()); }
+  /// From now on the handle is a bad one.
+  std::unique_ptr<Object> drop() noexcept { return std::unique_ptr<Object>(static_cast<Object*>(taken_.drop())); }
   typodont_result why() const noexcept {
-    return found_ == Found::kBusy ? fail(TYPODONT_BUSY, "another thread is using this handle")
-                                  : fail(TYPODONT_BAD_HANDLE, handle_ ? "a handle that was freed, or is of another kind"
-                                                                      : "NULL as a handle");
+    return taken_.found() == Found::kBusy
+               ? fail(TYPODONT_BUSY, "another thread is using this handle")
+               : fail(TYPODONT_BAD_HANDLE,
+                      handle_ ? "a handle that was freed, or is of another kind" : "NULL as a handle");
   }
 
  private:
+  Taken taken_;
   const Handle* handle_;
-  void* object_ = nullptr;
-  Found found_;
 };
 
 /// Takes the handle and calls `body` with its object.
@@ -103,14 +98,10 @@ Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
 
 template <class Handle>
 typodont_result free_handle(Handle* handle) noexcept {
-  using Object = typename ObjectOf<Handle>::Type;
   if (!handle) return TYPODONT_OK;
-  void* object = nullptr;
-  const Found found = take(handle, ObjectOf<Handle>::kKind, object);
-  if (found == Found::kBusy) return fail(TYPODONT_BUSY, "another thread is using this handle");
-  if (found == Found::kBadHandle) return fail(TYPODONT_BAD_HANDLE, "a handle that was freed, or is of another kind");
-  drop(handle);
-  return guarded([&] { delete static_cast<Object*>(object); });
+  Held<Handle> held(handle);
+  if (!held) return held.why();
+  return guarded([&] { held.drop().reset(); });
 }
 
 /// Files of sessions are read and written by one thread at a time: the HDF5 library serves no more.

@@ -2,6 +2,8 @@
 // dereferenced, so that one that was freed, forged or mixed up is an error and not a crash.
 #pragma once
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 
 namespace typodont::bindings {
@@ -10,13 +12,59 @@ enum class Kind : std::uint8_t { kScene = 1, kHand, kCore, kServo, kSession, kSy
 
 enum class Found { kHeld, kBadHandle, kBusy };
 
-/// Any thread; noexcept; never allocates: the handle's object for this thread alone, until put_back().
-Found take(const void* handle, Kind kind, void*& object) noexcept;
-void put_back(const void* handle) noexcept;
+inline constexpr std::uint64_t kSlots = 4096;
+inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
+static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
+
+/// A slot's state is twice its generation, plus one while a thread uses its object. Generations of living handles are
+/// odd: each slot is filled and emptied in turn.
+struct alignas(64) Slot {
+  std::atomic<std::uint64_t> state{0};
+  Kind kind{};
+  void* object = nullptr;
+};
+extern std::array<Slot, kSlots> g_slots;
+
+/// A handle taken for this thread alone, until the end of the scope. Any thread; never allocates. Inline: it is part of
+/// every tick.
+class Taken {
+ public:
+  Taken(const void* handle, Kind kind) noexcept {
+    const auto value = reinterpret_cast<std::uintptr_t>(handle);
+    const std::uint64_t generation = value >> kGenerationShift;
+    if ((value & ((1u << kKindBits) - 1)) != static_cast<std::uint64_t>(kind) || generation % 2 == 0) return;
+    Slot& slot = g_slots[value >> kKindBits & (kSlots - 1)];
+    std::uint64_t state = generation << 1;
+    if (!slot.state.compare_exchange_strong(state, state | 1, std::memory_order_acquire, std::memory_order_relaxed)) {
+      if (state == (generation << 1 | 1)) found_ = Found::kBusy;
+      return;
+    }
+    if (slot.kind != kind) {  // a handle that nobody was given
+      slot.state.store(generation << 1, std::memory_order_release);
+      return;
+    }
+    slot_ = &slot;
+    state_ = generation << 1;
+    found_ = Found::kHeld;
+  }
+  ~Taken() {
+    if (slot_) slot_->state.store(state_, std::memory_order_release);
+  }
+  Taken(const Taken&) = delete;
+  Taken& operator=(const Taken&) = delete;
+
+  Found found() const noexcept { return found_; }
+  void* object() const noexcept { return slot_->object; }
+  /// From now on the handle is a bad one. Its object is the caller's.
+  void* drop() noexcept;
+
+ private:
+  Slot* slot_ = nullptr;  // null: not held
+  std::uint64_t state_ = 0;
+  Found found_ = Found::kBadHandle;
+};
 
 /// Any thread, set-up. Null where 4096 handles live.
 void* new_handle(Kind kind, void* object);
-/// Of a handle that was taken: from now on it is a bad one.
-void drop(const void* handle) noexcept;
 
 }  // namespace typodont::bindings

@@ -29,9 +29,9 @@ def installation(place: Path) -> Path:
 
 class BuildWithLibrary(build_py):
     def run(self):
+        shutil.rmtree(self.build_lib, ignore_errors=True)  # else a file of an earlier build may win over its source
         super().run()
         native = Path(self.build_lib) / "typodont" / "native"
-        shutil.rmtree(native, ignore_errors=True)
         prefix = installation(Path(self.build_lib).resolve() / "prefix")
         library = next(iter(sorted(prefix.glob("lib*/**/libtypodont.so.0"))), None)
         if library is None:

@@ -74,6 +74,9 @@ class Window final : public Output {
     glfwSetMouseButtonCallback(window_, [](GLFWwindow* w, int button, int action, int) {
       if (action == GLFW_PRESS && button < 3) self(w).events_.clicked[static_cast<std::size_t>(button)] = true;
     });
+    glfwSetDropCallback(window_, [](GLFWwindow* w, int count, const char** paths) {
+      self(w).events_.dropped.insert(self(w).events_.dropped.end(), paths, paths + count);
+    });
     ask();
     try {
       if (device.processor && !options.stereo_surface) shared_ = SharedPicture::open(device, window_, options.composed);

@@ -54,14 +54,24 @@ constexpr Entry kOperator[] = {
     {"op.open_folder", {"Open the folder", "Ordner öffnen", "打开文件夹"}},
     {"op.import", {"Bring in a tooth", "Zahn einlesen", "导入牙齿"}},
     {"op.import_help",
-     {"A scan (.nrrd, .nii, .mha) or a closed mesh (.stl, .ply, .obj) becomes an exercise of your own. So does a "
-      "scanned surface, open or closed: choose \"Scanned surface\", and its own triangles are carved.",
-      "Ein Scan (.nrrd, .nii, .mha) oder ein geschlossenes Netz (.stl, .ply, .obj) wird zu einer eigenen Übung. Ebenso "
-      "eine gescannte Oberfläche, offen oder geschlossen: Mit „Gescannte Oberfläche“ werden ihre Dreiecke selbst "
-      "bearbeitet.",
-      "扫描数据 (.nrrd, .nii, .mha) 或封闭网格 (.stl, .ply, .obj) "
+     {"A scan (DICOM folder or .zip, .nrrd, .nii, .mha) or a closed mesh (.stl, .ply, .obj, .glb) becomes an exercise "
+      "of your own. So does a scanned surface, open or closed: choose \"Scanned surface\", and its own triangles are "
+      "carved. Or drop the file on this window.",
+      "Ein Scan (DICOM-Ordner oder .zip, .nrrd, .nii, .mha) oder ein geschlossenes Netz (.stl, .ply, .obj, .glb) wird "
+      "zu einer eigenen Übung. Ebenso eine gescannte Oberfläche, offen oder geschlossen: Mit „Gescannte Oberfläche“ "
+      "werden ihre Dreiecke selbst bearbeitet. Oder ziehen Sie die Datei auf dieses Fenster.",
+      "扫描数据 (DICOM 文件夹或 .zip、.nrrd、.nii、.mha) 或封闭网格 (.stl、.ply、.obj、.glb) "
       "将成为您自己的练习。扫描表面无论开放或封闭均可：选择“扫描表面”，"
-      "即直接切削其三角面。"}},
+      "即直接切削其三角面。也可将文件拖到此窗口。"}},
+    {"op.drop_one",
+     {"Drop one file or one folder.", "Ziehen Sie eine Datei oder einen Ordner hierher.",
+      "请只拖入一个文件或文件夹。"}},
+    {"op.dropped",
+     {"Say what it is, then bring it in.", "Sagen Sie, was es ist, dann lesen Sie es ein.",
+      "请说明其类型，然后导入。"}},
+    {"op.scan", {"Scan", "Scan", "扫描"}},
+    {"op.series", {"series", "Serie", "序列"}},
+    {"op.series_only", {"series: the only one", "Serie: die einzige", "序列：唯一"}},
     {"op.preset_surface", {"Scanned surface", "Gescannte Oberfläche", "扫描表面"}},
     {"op.model", {"How it is felt and cut", "Wie es sich anfühlt und schneidet", "手感与切削方式"}},
     {"op.model_of_exercise", {"as the exercise says", "wie die Übung es will", "按练习设定"}},
@@ -77,13 +87,17 @@ constexpr Entry kOperator[] = {
      {"Tissue and tool made of balls: large forces, reaming, cracks.",
       "Gewebe und Werkzeug aus Kugeln: große Kräfte, Fräsen von Knochen.", "球体堆积：大力量、骨质扩孔。"}},
     {"op.model.mesh_lod",
-     {"The surface as triangles, coarser for a faster hand: for probing; cuts with round burs.",
-      "Die Oberfläche als Dreiecke, gröber bei schneller Hand: zum Sondieren; schneidet mit runden Bohrern.",
-      "三角网格，手快时用粗网格：适合探查；用球钻切削。"}},
+     {"The surface as triangles, coarser for a faster hand: for probing and for burs of any shape.",
+      "Die Oberfläche als Dreiecke, gröber bei schneller Hand: zum Sondieren und für Bohrer jeder Form.",
+      "三角网格，手快时用粗网格：适合探查，也可用任何形状的钻针切削。"}},
     {"op.model.vertex",
      {"The surface as triangles that the head pushes before it: for scanned surfaces, open ones too.",
       "Die Oberfläche als Dreiecke, die der Bohrkopf vor sich her schiebt: für Scans, auch offene.",
       "钻头推动三角网格的顶点：适用于扫描表面，包括开放的。"}},
+    {"op.model.implant",
+     {"For implants in jaw bone: free on the bone, along the axis in a bed.",
+      "Für Implantate im Kieferknochen: frei auf dem Knochen, im Bohrloch entlang der Achse.",
+      "用于颌骨种植：骨面上自由移动，种植窝内沿轴线。"}},
     {"op.key_model", {"next contact model", "nächste Art von Kontakt", "切换接触方式"}},
     {"op.import_file", {"file   Ctrl+I", "Datei   Strg+I", "文件   Ctrl+I"}},
     {"op.list_files", {"List   Ctrl+O", "Liste   Strg+O", "列表   Ctrl+O"}},
@@ -96,6 +110,7 @@ constexpr Entry kOperator[] = {
     {"op.imported", {"Ready to be drilled:", "Bereit zum Bohren:", "可以开始钻削："}},
     {"op.written", {"Written:", "Geschrieben:", "已写入："}},
     {"op.preset_tooth", {"Tooth", "Zahn", "牙齿"}},
+    {"op.preset_arch", {"Intraoral scan", "Intraoralscan", "口内扫描"}},
     {"op.preset_bone", {"Bone", "Knochen", "骨"}},
     {"op.crown_up", {"Crown +z", "Krone +z", "冠朝 +z"}},
     {"op.crown_down", {"Crown −z", "Krone −z", "冠朝 −z"}},

@@ -260,14 +260,13 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// Lists the tissue's spheres that each sphere of the head can reach between the two poses.
-void PackingModel::find_near(const Pose& from, const Pose& to) noexcept {
+/// Lists the tissue's spheres that each sphere of the head can reach between the proxy's pose and another one.
+void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
   for (std::size_t t = 0; t < tool.head; ++t) {
     const std::span<int> left = std::span(near_).subspan(end);
-    end += std::min(left.size(), snapshot_.spheres.tree().near_segment(from * tool.center_T[t], to * tool.center_T[t],
-                                                                       tool.radius[t], left));
+    end += std::min(left.size(), proxy().near_way(snapshot_.spheres.tree(), t, to, left));
     near_end_[t] = end;
   }
 }
@@ -293,10 +292,15 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  const Pose near_to = part_of(from, move, turn, most);
-  find_near(from, near_to);
+  double listed = -1;  // of the way, for which find_near() was asked
+  Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
+    if (part > listed) {
+      listed = listed < 0 && !gpu_ ? std::min(most, 2 * part) : most;
+      near_to = part_of(from, move, turn, listed);
+      find_near(near_to);
+    }
     const double spent = cost(from, part_of(from, move, turn, part), near_to);
     if (spent <= budget) {
       safe = part, safe_cost = spent;
@@ -324,7 +328,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
   dvec3 turn = turns_matter() ? SphereProxy::turn_between(from.R, in.X_WT.R) : dvec3(0);
-  double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), move, turn);
+  double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
   if (!(way > 0)) return false;
   price_ *= way / std::max(last_way_, 1e-12);
@@ -344,9 +348,11 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (gpu_ && gpu_->carve(snapshot_.spheres, tool, from, to, removed, changed)) {
     proxy().forget_near();
   } else {
-    removed = carve(snapshot_.spheres, tool, from, to, buffers_, [&](int i, const CutSphere& before) {
+    const SphereTree& tree = snapshot_.spheres.tree();
+    const auto near = [&](std::size_t t, std::span<int> found) { return proxy().near_way(tree, t, to, found); };
+    removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](int i, const CutSphere& before) {
       changed = true;
-      proxy().note_cut(snapshot_.spheres.tree(), i, before.center(), before.radius());
+      proxy().note_cut(tree, i, before.center(), before.radius());
     });
   }
   // No sphere changed: only rounding held the proxy, and follow() moves it in the next tick.

@@ -55,7 +55,7 @@ class PackingModel final : public ContactModel {
   bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
   void take_tissue_from_contacts() noexcept;
   void set_friction(const ContactInput& in) noexcept;
-  void find_near(const Pose& from, const Pose& to) noexcept;
+  void find_near(const Pose& to) noexcept;
   double cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept;
   void load_gpu(bool first) noexcept;
   double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;

@@ -68,17 +68,28 @@ struct CutBuffers {
 };
 
 /// Takes away what the tool's head covers on its way from A to B; servo and carver both call it and hold the same bits.
-/// Calls keep(number, sphere before) for each sphere that changes.
-template <class Keep>
+/// Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes the numbers of the spheres
+/// that sphere t of the head can touch on its way, in the tree's order, and returns how many there are.
+template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
-              Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
+              Near&& near, Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
   Removed removed;
   for (std::size_t t = 0; t < tool.head; ++t) {
-    const std::size_t count = tissue.cut(X_WA * tool.center_T[t], X_WB * tool.center_T[t], tool.radius[t],
-                                         buffers.changed, buffers.before, removed);
+    const std::size_t found = std::min(near(t, std::span(buffers.changed)), buffers.changed.size());
+    const std::size_t count = tissue.cut_near(found, X_WA * tool.center_T[t], X_WB * tool.center_T[t], tool.radius[t],
+                                              buffers.changed, buffers.before, removed);
     for (std::size_t k = 0; k < count; ++k) keep(buffers.changed[k], buffers.before[k]);
   }
   return removed;
+}
+/// The same by the tissue's own tree.
+template <class Keep>
+Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
+              Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
+  const auto near = [&](std::size_t t, std::span<int> found) {
+    return tissue.tree().near_segment(X_WA * tool.center_T[t], X_WB * tool.center_T[t], tool.radius[t], found);
+  };
+  return carve(tissue, tool, X_WA, X_WB, buffers, near, keep);
 }
 
 }  // namespace typodont::haptics::packing

@@ -21,7 +21,7 @@ constexpr double kRounding = 1e-12;    // m, that bounds of distances are made l
 constexpr double kStickOut = 1e-6;  // m: what a sphere sticks out by is up to here taken from the margin of all lists
 constexpr double kPastTheEnd = 1.0000001;  // of a motion: contacts at its very end count
 constexpr std::size_t kListed = 64;        // spheres in a list, at least …
-constexpr std::size_t kAllListed = 4096;   // … and room for those of all lists together, at least
+constexpr std::size_t kAllListed = 16384;  // … and room for those of all lists together, at least
 constexpr int kNotAgain = 64;              // searches until a list that did not fit is tried again
 
 }  // namespace
@@ -48,7 +48,8 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       lists_(tool.size()),
       room_(std::max(kListed, kAllListed / std::max<std::size_t>(tool.size(), 1))),
       near_(room_ * tool.size()),
-      found_(4 * room_) {
+      found_(4 * room_),
+      found_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
   swept_.reserve(tool.size()), asked_.reserve(tool.size());
 }
@@ -106,50 +107,71 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
     list.margin = list.free = tree.room(center, kLook + r) - r - kRounding;
     return;
   }
-  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
-  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
   for (std::size_t k = 0; k < count; ++k) {
     const int sphere = found_[k];
-    const Near one{glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
-    if (list.count == room_) {
-      // The farthest one makes room, and limits how far the list serves.
-      const auto last = std::max_element(near.begin(), near.end(), nearer);
-      margin = std::min(margin, std::max(last->gap, one.gap));
-      if (nearer(one, *last)) *last = one;
-    } else {
-      near[list.count++] = one;
-    }
+    found_gaps_[k] = {glm::distance(center, tree.center(sphere)) - tree.radius(sphere) - r - kRounding, sphere};
   }
-  std::sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(list.count), nearer);
+  const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
+  const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
+  auto last = to;
+  if (count > room_) {  // the nearest that there is room for; the first that is left out limits how far the list serves
+    last = from + static_cast<std::ptrdiff_t>(room_);
+    std::nth_element(from, last, to, nearer);
+    margin = last->gap;
+  }
+  std::sort(from, last, nearer);
+  const std::span<Near> near = std::span(near_).subspan(i * room_, room_);
+  std::copy(from, last, near.begin());
+  list.count = static_cast<std::size_t>(last - from);
   list.margin = margin - kRounding;
   list.free = std::min(list.margin, near[0].gap);
 }
 
-/// What a sphere of the tool first touches on its way, where that is before `until`.
-SphereTree::Hit SphereProxy::first_hit(const SphereTree& tree, std::size_t i, const Motion& motion,
-                                       double until) noexcept {
+/// The first sphere of its list that a sphere of the tool touches on its way before `until`. `certain`: none that is
+/// not in the list comes before that.
+SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
+                                          bool& certain) noexcept {
   NearList& list = lists_[i];
   const double bound = motion.way(arm_[i]);
+  certain = true;
   if (list.moved + until * bound < list.free) return {};
   const dvec3 from = X_W_ * tool_.center_T[i], m = motion.to * tool_.center_T[i] - from;
-  const double r = tool_.radius[i];
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from);
   SphereTree::Hit best;
   best.t = until;
-  if (list.moved < list.margin) {
-    const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
-    for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
-      std::array<int, SphereTree::kWide> some;
-      std::size_t count = 0;
-      for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
-      const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, r, m);
-      if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
-    }
-    // What is not in the list is touched later than that, if at all.
-    if (list.moved + best.t * bound < list.margin) return best ? best : SphereTree::Hit{};
+  const std::span<const Near> near = std::span(near_).subspan(i * room_, list.count);
+  for (std::size_t k = 0; k < near.size() && near[k].gap <= list.moved + best.t * bound;) {
+    std::array<int, SphereTree::kWide> some;
+    std::size_t count = 0;
+    for (; count < some.size() && k < near.size(); ++k) some[count++] = near[k].sphere;
+    const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
+    if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
   }
-  const SphereTree::Hit hit = tree.first_hit(from, r, m);
-  return hit.t < until ? hit : SphereTree::Hit{};
+  certain = list.moved + best.t * bound < list.margin;
+  return best ? best : SphereTree::Hit{};
+}
+
+/// What the spheres of the tool from `begin` to `end` first touch on their way, where that is before `until`; of
+/// several at once, the one with the least number. The lists come first: with a contact that they know, the way to that
+/// contact is mostly so short that no sphere has to be looked for in the tree.
+FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
+                                        const Motion& motion, double until) noexcept {
+  FirstContact first;
+  asked_.clear();
+  for (std::size_t i = begin; i < end; ++i) {
+    bool certain;
+    const SphereTree::Hit hit = first_listed(tree, i, motion, until, certain);
+    if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
+    if (!certain) asked_.push_back(i);
+  }
+  for (const std::size_t i : asked_) {
+    if (lists_[i].moved + until * motion.way(arm_[i]) < lists_[i].margin) continue;
+    const dvec3 from = X_W_ * tool_.center_T[i];
+    const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], motion.to * tool_.center_T[i] - from);
+    if (!(hit.t < until || (hit.t == until && static_cast<int>(i) <= first.ball))) continue;
+    first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
+  }
+  return first;
 }
 
 /// What the tool first touches on its way to `goal`.
@@ -169,31 +191,42 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
       return first;
     }
   }
-  double until = kPastTheEnd;
-  for (std::size_t i = 0; i < tool_.size(); ++i) {
-    const SphereTree::Hit hit = first_hit(tree, i, motion, until);
-    if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
-  }
-  return first;
+  return first_of_tool(tree, 0, tool_.size(), motion, kPastTheEnd);
 }
 
-double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept {
+std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const Pose& to,
+                                  std::span<int> found) const noexcept {
+  const NearList& list = lists_[i];
+  const Motion motion = motion_to(to);
+  const double bound = motion.way(arm_[i]), r = tool_.radius[i];
+  const dvec3 a = X_W_ * tool_.center_T[i], b = to * tool_.center_T[i];
+  if (!(list.moved + bound < list.margin)) return tree.near_segment(a, b, r, found);
+  std::size_t count = 0;
+  for (const Near& near : std::span(near_).subspan(i * room_, list.count)) {
+    if (near.gap > list.moved + bound) break;
+    if (!tree.is_near(near.sphere, a, b, r)) continue;
+    if (count < found.size()) found[count] = near.sphere;
+    ++count;
+  }
+  std::sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(std::min(count, found.size())),
+            [&](int one, int other) { return tree.rank(one) < tree.rank(other); });
+  return count;
+}
+
+double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept {
   if (tool_.head == tool_.size()) return 1;
   dvec3 by, turned;
   project(move, turn, by, turned, tool_.head);
   move = by, turn = turned;
   const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-  const Motion motion = motion_to(goal);
-  double first = 1;
-  for (std::size_t i = tool_.head; i < tool_.size(); ++i) {
-    if (const SphereTree::Hit hit = first_hit(tree, i, motion, first); hit) {
-      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
-      const dvec3 off = from + hit.t * m - tree.center(hit.sphere);
-      const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
-      first = nearing > 0 ? std::max(0.0, hit.t - kGap / nearing) : 0;
-    }
-  }
-  return first;
+  const double way = glm::length(by) + tool_.head_reach * glm::length(turned);
+  const double until = way > most_way ? most_way / way : 1;
+  const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), until);
+  if (first.ball < 0) return 1;
+  const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
+  const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
+  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+  return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
 
 /// The motion nearest to the wanted one that no constraint of the tool's spheres from `first_sphere` on forbids:
@@ -201,19 +234,30 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
   allowed_move = move, allowed_turn = turn;
-  for (std::size_t k = 0; k < count_; ++k) constraints_[k].multiplier = 0;
+  struct Step {
+    Constraint* constraint;
+    dvec3 turned;   // rotation for a push of 1
+    double yields;  // what a push of 1 adds to the gap
+  };
+  std::array<Step, kMostContacts> steps;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < count_; ++k) {
+    Constraint& c = constraints_[k];
+    c.multiplier = 0;
+    if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
+    const dvec3 turned = c.turn / (lever_ * lever_);
+    steps[count++] = {&c, turned, 1 + glm::dot(c.turn, turned)};
+  }
   for (int round = 0; round < kRounds; ++round) {
     double changed = 0;
-    for (std::size_t k = 0; k < count_; ++k) {
-      if (contacts_[k].tool_sphere < static_cast<int>(first_sphere)) continue;
-      Constraint& c = constraints_[k];
-      const dvec3 turned = c.turn / (lever_ * lever_);
+    for (std::size_t k = 0; k < count; ++k) {
+      Constraint& c = *steps[k].constraint;
       const double gap = c.gap + glm::dot(c.n, allowed_move) + glm::dot(c.turn, allowed_turn);
       const double before = c.multiplier;
-      c.multiplier = std::max(0.0, before - gap / (1 + glm::dot(c.turn, turned)));
+      c.multiplier = std::max(0.0, before - gap / steps[k].yields);
       const double by = c.multiplier - before;
       allowed_move += by * c.n;
-      allowed_turn += by * turned;
+      allowed_turn += by * steps[k].turned;
       changed = std::max(changed, std::abs(by));
     }
     if (changed < kSettled) break;

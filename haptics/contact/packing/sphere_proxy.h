@@ -52,10 +52,14 @@ class SphereProxy {
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
-  /// touch, and how much of it they can go, 0 to 1.
-  double smooth_parts_allow(const SphereTree& tree, dvec3& move, dvec3& turn) noexcept;
+  /// touch, and how much of it they can go, 0 to 1. What lies beyond `most_way` (m) is not looked at: 1 then.
+  double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
   /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
+
+  /// As SphereTree::near_segment(), of the way of one of the tool's spheres from the proxy's pose to another one.
+  std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
+                       std::span<int> found) const noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -109,8 +113,10 @@ class SphereProxy {
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                std::size_t first_sphere = 0) noexcept;
   FirstContact first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept;
-  SphereTree::Hit first_hit(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion,
-                            double until) noexcept;
+  SphereTree::Hit first_listed(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion, double until,
+                               bool& certain) noexcept;
+  FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
+                             double until) noexcept;
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
@@ -126,7 +132,8 @@ class SphereProxy {
   std::vector<NearList> lists_;     // of each of the tool's spheres …
   std::size_t room_;                // … how many spheres each has room for …
   std::vector<Near> near_;          // … and these, list by list
-  std::vector<int> found_;          // of one search
+  std::vector<int> found_;          // of one search …
+  std::vector<Near> found_gaps_;    // … and how far away they are
   std::vector<SweptBall> swept_;    // of one look on the GPU …
   std::vector<std::size_t> asked_;  // … and which of the tool's spheres each is
   double pushed_ = 0;               // m, sum of the pushes

@@ -82,6 +82,11 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
 std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                               std::span<CutSphere> before, Removed& removed) noexcept {
   const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
+  return cut_near(found, a, b, r, changed, before, removed);
+}
+
+std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
+                                   std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
   for (std::size_t k = 0; k < found; ++k) {
     const int i = changed[k];

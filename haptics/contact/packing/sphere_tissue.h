@@ -55,6 +55,9 @@ class SphereTissue {
   /// can touch; those that do not fit stay as they are.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
+  /// The same where the spheres that the way of the ball can touch are known: the first `found` of `changed`.
+  std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
+                       std::span<CutSphere> before, Removed& removed) noexcept;
   /// Sum over `near` of what cut() would take from each, m³ times hardness times `weight` of its tissue.
   double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;

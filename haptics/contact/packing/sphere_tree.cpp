@@ -256,6 +256,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   return best;
 }
 
+bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept {
+  const double r = radius(i), near = r + reach;
+  const dvec3 c = center(i), off = c - nearest_on(a, b, c);
+  return r > 0 && glm::dot(off, off) < near * near;
+}
+
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<int> found) const noexcept {
   // What single precision loses of places is in the reach.

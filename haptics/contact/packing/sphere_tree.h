@@ -49,6 +49,8 @@ class SphereTree {
   /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
+  /// Whether sphere i is one that near_segment() lists.
+  bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
   /// Where sphere i comes in the lists of near_segment(): by ascending rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);

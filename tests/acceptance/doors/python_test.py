@@ -280,6 +280,22 @@ class Sweeps(InFolder):
         self.assertEqual(told, [(3, 3)])
         self.assertEqual({file: file.stat().st_mtime_ns for file in kept}, kept)
 
+    def test_a_run_is_done_again_where_a_file_that_its_scene_names_has_changed(self):
+        volume = self.folder / "ball.vdb"
+        scene = {**BALL, "tissue": {"volume": str(volume)}}
+        hashes = []
+        for radius in (2, 2.1, None):
+            if radius:
+                with typodont.Scene({**BALL, "tissue": {"voxel_mm": 0.1, "solids": [
+                        {"tissue": "enamel", "solid": {"sphere": {"radius_mm": radius}}}]}}) as made, made.core() as core:
+                    core.save(volume)
+            told = []
+            table = rows_of(typodont.sweep(scene, path(), folder=self.folder / "r", workers=1,
+                                           progress=lambda done, count: told.append(done)))
+            hashes.append((table[0]["field_hash"], len(told)))
+        self.assertNotEqual(hashes[0][0], hashes[1][0])
+        self.assertEqual(hashes[2], (hashes[1][0], 0))
+
     def test_on_a_cluster_a_dead_workers_runs_are_repeated(self):
         from distributed import Client
 

@@ -56,10 +56,11 @@ with tempfile.TemporaryDirectory() as folder:
         from typodont_ros.msg import Event, State
 
         rospy.init_node("test", disable_signals=True)
-        told = {}
+        told, subscribers = {}, []
         for name, kind in {"state": State, "event": Event, "tool": PoseStamped, "wrench": WrenchStamped}.items():
             told[name] = []
-            rospy.Subscriber(f"/typodont_bridge/{name}", kind, told[name].append)
+            subscribers.append(rospy.Subscriber(f"/typodont_bridge/{name}", kind, told[name].append))
+        until(lambda: all(subscriber.get_num_connections() for subscriber in subscribers))
         session = subprocess.Popen([PROGRAM, "run", "ball.json", "--hand", "script:hand.csv", "--audio", "none:", "--stream",
                                     f"ws:{stream}", "--stream-rate", "50"], **quiet)
         started.append(session)
@@ -71,9 +72,13 @@ with tempfile.TemporaryDirectory() as folder:
         assert abs(state.hand.position.z - 3.5e-3) < 1e-5 and state.hand.orientation.w == 1, state.hand
         assert dict(zip(state.removed_tissues, state.removed))["enamel"] > 0, state.removed
         assert state.tool_name == "round_012" and state.tissue == "enamel", state
-        until(lambda: told["wrench"] and told["wrench"][-1].header.stamp == state.header.stamp)
-        until(lambda: told["tool"] and told["tool"][-1].header.stamp == state.header.stamp)
-        assert told["wrench"][-1].wrench == state.wrench and told["tool"][-1].pose == state.tool
+
+
+        def of_this_tick(name):
+            return [message for message in told[name] if message.header.stamp == state.header.stamp]
+
+        until(lambda: of_this_tick("wrench") and of_this_tick("tool"))
+        assert of_this_tick("wrench")[0].wrench == state.wrench and of_this_tick("tool")[0].pose == state.tool
         print(len(told["state"]), "states,", len(told["event"]), "events")
     finally:
         for process in started:

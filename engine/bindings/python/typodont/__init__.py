@@ -7,6 +7,8 @@
 Numbers are as in the program's tables (mm, N) where a name says so, and SI in arrays of structs.
 """
 
+import itertools
+
 from . import calibration, sound
 from ._native import VERSION as __version__
 from ._native import BadInput, Closed, Error, ffi, lib, text
@@ -16,7 +18,7 @@ from .sound import Synth
 from .sweep import rescore, sweep
 from .ticks import TISSUES, Ticks
 
-MODELS: tuple[str, ...] = tuple(iter(lambda i=iter(range(99)): text(lib.typodont_model_name(next(i))), ""))
+MODELS: tuple[str, ...] = tuple(itertools.takewhile(bool, (text(lib.typodont_model_name(i)) for i in itertools.count())))
 
 __all__ = ["MODELS", "TISSUES", "BadInput", "Closed", "Core", "Error", "Event", "Field", "Hand", "Mesh", "Path",
            "Scene", "Session", "Synth", "Ticks", "calibration", "rescore", "sound", "sweep", "__version__"]

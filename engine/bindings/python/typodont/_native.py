@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cffi
 import numpy as np
@@ -66,7 +66,7 @@ _EXCEPTIONS = {
 
 
 def text(pointer: Any) -> str:
-    return ffi.string(pointer).decode() if pointer else ""
+    return str(ffi.string(pointer).decode()) if pointer else ""
 
 
 def check(result: int) -> int:
@@ -110,6 +110,9 @@ def dtype(name: str) -> Any:
     return _dtype(ffi.typeof(f"typodont_{name}"))
 
 
+_H = TypeVar("_H", bound="Handle")
+
+
 class Handle:
     """An object of the library; `with` closes it, and so does the end of its last reference."""
 
@@ -124,7 +127,7 @@ class Handle:
         if handle != ffi.NULL:
             check(getattr(lib, f"typodont_{self._kind}_free")(handle))
 
-    def __enter__(self) -> Any:
+    def __enter__(self: _H) -> _H:
         return self
 
     def __exit__(self, *_: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import check, ffi, lib, struct, text
 
@@ -12,17 +13,17 @@ from ._native import check, ffi, lib, struct, text
 class Registration(NamedTuple):
     """p_D = X_DH · p_H. Millimetres."""
 
-    matrix: np.ndarray  # 4 × 4
+    matrix: NDArray[Any]  # 4 × 4
     fre_rms_mm: float
     sigma_mm: float
     predicted_tre_mm: float
-    covariance: np.ndarray  # 6 × 6 of (rotation vector in rad, translation in m)
-    inliers: np.ndarray  # bool, of each pair
+    covariance: NDArray[Any]  # 6 × 6 of (rotation vector in rad, translation in m)
+    inliers: NDArray[Any]  # bool, of each pair
     trusted: bool
     why_not: str
 
 
-def _points(p_mm: Any) -> np.ndarray:
+def _points(p_mm: Any) -> NDArray[Any]:
     return np.ascontiguousarray(np.asarray(p_mm, float).reshape(-1, 3) * 1e-3)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path as _File
 from typing import Any, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import BadInput, Error
 
@@ -29,10 +30,11 @@ def call(program: str, *words: Any) -> str:
     return done.stdout
 
 
-def view_of(low_mm: Sequence[float], high_mm: Sequence[float], towards: Sequence[float], size: tuple[int, int],
+def view_of(box_mm: tuple[NDArray[Any], NDArray[Any]], towards: Sequence[float], size: tuple[int, int],
             zoom: float = 1) -> dict[str, Any]:
-    """A rig that sees the box from `low_mm` to `high_mm` (W) whole: a screen through its middle, the eyes before it."""
-    low, high, away = (np.asarray(v, float) for v in (low_mm, high_mm, towards))
+    """A rig that sees a box (its corners, W) whole: a screen through its middle, the eyes before it."""
+    low, high = box_mm
+    away = np.asarray(towards, float)
     if not (np.linalg.norm(away) > 0 and zoom > 0 and min(size) > 0):
         raise BadInput(f"towards {tuple(towards)}, zoom {zoom}, size {tuple(size)}: expected a direction and numbers above 0")
     away = away / np.linalg.norm(away)
@@ -59,7 +61,7 @@ def view_of(low_mm: Sequence[float], high_mm: Sequence[float], towards: Sequence
 
 
 def draw(program: str, source: str | os.PathLike[str], rig: Any, size: tuple[int, int], eye: str,
-         *words: Any) -> np.ndarray:
+         *words: Any) -> NDArray[Any]:
     """What one eye sees (height × width × 3 bytes), or both (2 × height × width × 3)."""
     eyes = {"left": ["left"], "right": ["right"], "both": ["left", "right"]}.get(eye)
     if eyes is None:
@@ -86,7 +88,7 @@ def with_files(value: Any, folder: _File) -> Any:
     return value
 
 
-def _read_png(file: _File) -> np.ndarray:
+def _read_png(file: _File) -> NDArray[Any]:
     """8-bit RGB whose rows are not filtered: what the program writes."""
     data = file.read_bytes()
     at, packed = 8, b""

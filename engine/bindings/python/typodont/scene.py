@@ -9,6 +9,7 @@ from pathlib import Path as _File
 from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import Handle, bytes_of, check, dtype, ffi, lib, made, struct, text
 from .pictures import draw, view_of, with_files
@@ -85,7 +86,8 @@ class Scene(Handle):
 
     @property
     def json(self) -> dict[str, Any]:
-        return json.loads(self._text(lib.typodont_scene_text) or "{}")
+        found: dict[str, Any] = json.loads(self._text(lib.typodont_scene_text) or "{}")
+        return found
 
     @property
     def model(self) -> str:
@@ -115,7 +117,7 @@ class Scene(Handle):
                 core.finish()
             return ticks
 
-    def render(self, *arguments: Any, **options: Any) -> np.ndarray:
+    def render(self, *arguments: Any, **options: Any) -> NDArray[Any]:
         """The scene as it begins, without a tool: Core.render."""
         with self.core() as core:
             return core.render(*arguments, **options)
@@ -125,16 +127,16 @@ class Mesh(NamedTuple):
     """Triangles of one brick of the surface. Arrays are views of the library's memory, valid until the next mesh()."""
 
     brick: tuple[int, int, int]
-    vertices: np.ndarray  # position (m), normal, tissue (2), second
-    triangles: np.ndarray  # n × 3 places in `vertices`; none: the surface has left this brick
+    vertices: NDArray[Any]  # position (m), normal, tissue (2), second
+    triangles: NDArray[Any]  # n × 3 places in `vertices`; none: the surface has left this brick
 
 
 class Field(NamedTuple):
     """A box of voxels: signed distance in m (negative inside) and labels; voxel (0, 0, 0) lies at `origin` (m, W)."""
 
-    distance: np.ndarray
-    tissue: np.ndarray
-    origin: np.ndarray
+    distance: NDArray[Any]
+    tissue: NDArray[Any]
+    origin: NDArray[Any]
     voxel: float
 
 
@@ -162,7 +164,8 @@ class Core(Handle):
         sample.pedal, sample.tool = pedal, tool
         check(lib.typodont_core_tick(self._handle, sample, self._tick_pointer, ffi.NULL))
         self._newest = self._tick[0]
-        return self._tick[0]
+        tick: np.void = self._tick[0]
+        return tick
 
     def run(self, hand: Hand) -> Ticks:
         """Follows the hand to its end."""
@@ -203,7 +206,7 @@ class Core(Handle):
         parts, count = ffi.new("const typodont_mesh_part **"), ffi.new("size_t *")
         check(lib.typodont_core_mesh(self._handle, parts, count))
 
-        def view(pointer: Any, n: int, kind: Any) -> np.ndarray:
+        def view(pointer: Any, n: int, kind: Any) -> NDArray[Any]:
             if not n:
                 return np.empty(0, kind)
             return np.frombuffer(ffi.buffer(pointer, n * kind.itemsize), kind)
@@ -211,7 +214,7 @@ class Core(Handle):
         meshes = []
         for i in range(count[0]):
             part = parts[0][i]
-            meshes.append(Mesh(tuple(part.brick), view(part.vertices, part.vertex_count, _VERTEX),
+            meshes.append(Mesh((part.brick[0], part.brick[1], part.brick[2]), view(part.vertices, part.vertex_count, _VERTEX),
                                view(part.indices, part.index_count, np.dtype("u4")).reshape(-1, 3)))
         return meshes
 
@@ -223,7 +226,7 @@ class Core(Handle):
     @property
     def elements(self) -> int:
         """Voxels, spheres or vertices of the contact model's tissue."""
-        return self._field().elements
+        return int(self._field().elements)
 
     def field(self) -> Field:
         """The whole distance field with its labels."""
@@ -236,7 +239,7 @@ class Core(Handle):
                                          ffi.from_buffer("uint8_t[]", tissue)))
         return Field(distance, tissue, np.array(list(about.origin)) + about.voxel * np.array(low), about.voxel)
 
-    def distance(self, p_mm: Any) -> tuple[np.ndarray, np.ndarray]:
+    def distance(self, p_mm: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Signed distance (mm) and tissue number at n × 3 points (mm, W)."""
         points = np.ascontiguousarray(np.atleast_2d(np.asarray(p_mm, float)) * 1e-3)
         distance, tissue = np.empty(len(points)), np.empty(len(points), np.uint8)
@@ -261,15 +264,16 @@ class Core(Handle):
         """The tissue as a volume (.vdb)."""
         check(lib.typodont_core_save(self._handle, bytes_of(_File(file))))
 
-    def box_mm(self) -> tuple[np.ndarray, np.ndarray]:
+    def box_mm(self) -> tuple[NDArray[Any], NDArray[Any]]:
         """The corners of a box around the tissue, W."""
         about = self._field()
         origin, voxel = np.array(list(about.origin)), about.voxel
-        return tuple((origin + voxel * np.array(list(corner))) * 1e3 for corner in (about.low, about.high))
+        low, high = ((origin + voxel * np.array(list(corner))) * 1e3 for corner in (about.low, about.high))
+        return low, high
 
     def render(self, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None, size: tuple[int, int] = (640, 480),
                *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1, eye: str = "left", view: str = "look",
-               quality: str = "high", program: str = "typodont") -> np.ndarray:
+               quality: str = "high", program: str = "typodont") -> NDArray[Any]:
         """A picture of the tissue as it is now, and of the tool as held in the newest tick: height × width × 3, uint8.
 
         `rig`: a rig file, the name of a shipped one ("closeup"), or a dict of its keys; None: all of the tissue is seen,
@@ -277,7 +281,7 @@ class Core(Handle):
         "section" or "xray". Drawn by the program `typodont`, which takes a second or so.
         """
         if rig is None:
-            rig = view_of(*self.box_mm(), towards, size, zoom)
+            rig = view_of(self.box_mm(), towards, size, zoom)
         with tempfile.TemporaryDirectory() as name:
             folder = _File(name)
             (folder / "scene.json").write_text(json.dumps(self._scene))

@@ -8,6 +8,7 @@ from pathlib import Path as _File
 from typing import Any, Mapping, NamedTuple, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import Handle, bytes_of, check, ffi, lib, made, struct, text
 from .pictures import draw, view_of
@@ -39,7 +40,7 @@ class Session(Handle):
 
     def __len__(self) -> int:
         """Ticks."""
-        return self._counts[0]
+        return int(self._counts[0])
 
     def text(self, what: str) -> str:
         """Of "scene", "rig", "hand", "trainee", "model", "date", "version"."""
@@ -49,9 +50,10 @@ class Session(Handle):
 
     @property
     def scene(self) -> dict[str, Any]:
-        return json.loads(self.text("scene"))
+        found: dict[str, Any] = json.loads(self.text("scene"))
+        return found
 
-    def _rows(self, function: Any, name: str, dtype: Any, first: int, count: int) -> np.ndarray:
+    def _rows(self, function: Any, name: str, dtype: Any, first: int, count: int) -> NDArray[Any]:
         rows = np.zeros(count, dtype)
         if not count:
             return rows
@@ -70,7 +72,7 @@ class Session(Handle):
                                 max(0, min(count, self._counts[0] - first))))
 
     @property
-    def cuts(self) -> np.ndarray:
+    def cuts(self) -> NDArray[Any]:
         """All cuts, in SI: index, tick, X_WA, X_WB, removed …"""
         return self._rows(lib.typodont_session_cuts, "cut", CUT, 0, self._counts[1])
 
@@ -89,9 +91,9 @@ class Session(Handle):
 
     def render(self, t_s: float, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None,
                size: tuple[int, int] = (640, 480), *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1,
-               eye: str = "left", view: str = "look", quality: str = "high", program: str = "typodont") -> np.ndarray:
+               eye: str = "left", view: str = "look", quality: str = "high", program: str = "typodont") -> NDArray[Any]:
         """A moment of the session, as Core.render draws it."""
         if rig is None:
             with Scene(self.scene, folder=self._file.parent) as scene, scene.core() as core:
-                rig = view_of(*core.box_mm(), towards, size, zoom)
+                rig = view_of(core.box_mm(), towards, size, zoom)
         return draw(program, self._file, rig, size, eye, "--at", repr(float(t_s)), "--view", view, "--quality", quality)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import Handle, bytes_of, check, ffi, lib, made, struct
 from .ticks import Ticks
@@ -21,18 +23,18 @@ class Synth(Handle):
 
     def push(self, t_s: float, **state: float) -> None:
         """What is heard from t on: spindle (rad/s), pedal, force (N), contact_area (m²), removal_rate (m³/s), …"""
-        known = {"turns": 1, **state}
+        known: dict[str, float] = {"turns": 1, **state}
         for name in ("turns", "tissue"):
             known[name] = int(known.get(name, 0))
         check(lib.typodont_synth_push(self._handle, struct("sound_state", t_ns=round(t_s * 1e9), **known)))
 
-    def render(self, count: int) -> np.ndarray:
+    def render(self, count: int) -> NDArray[Any]:
         """The next samples, full scale 1."""
         samples = np.empty(count, np.float32)
         check(lib.typodont_synth_render(self._handle, ffi.from_buffer("float[]", samples), count))
         return samples
 
-    def voice(self, ticks: Ticks) -> np.ndarray:
+    def voice(self, ticks: Ticks) -> NDArray[Any]:
         """The sound of a whole run."""
         a = ticks.array
         t = a["t_ns"] * 1e-9
@@ -54,4 +56,4 @@ def fit(recording: str | os.PathLike[str], model: str | os.PathLike[str], order:
     """Fits an autoregressive model to a recording and writes it. Returns the log-spectral distance, dB."""
     distance = ffi.new("double *")
     check(lib.typodont_sound_fit(bytes_of(recording), str(order).encode(), bytes_of(model), distance))
-    return distance[0]
+    return float(distance[0])

@@ -20,7 +20,7 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple
 import numpy as np
 
 from ._native import VERSION
-from .pictures import call
+from .pictures import call, with_files
 from .scene import Hand, Path, Scene
 
 Row = dict[str, Any]
@@ -90,19 +90,38 @@ def _label(value: Any) -> Any:
 def _content(hand: Any) -> bytes:
     """What a hand's result depends on."""
     if isinstance(hand, Path):
-        return hand.rows.tobytes() + json.dumps(hand.model).encode()
+        return bytes(hand.rows.tobytes()) + json.dumps(hand.model).encode()
     file = _File(os.fspath(hand).removeprefix("script:").removeprefix("replay:"))
     if not file.is_file():
-        return os.fspath(hand).encode()
+        return str(hand).encode()
     content = file.read_bytes()
     if file.suffix == ".json":
         content += (file.parent / json.loads(content)["path"]).read_bytes()
-    return os.fspath(hand).partition(":")[0].encode() * (":" in os.fspath(hand)) + content
+    kind, colon, _ = str(hand).partition(":")
+    return (kind.encode() if colon else b"") + content
+
+
+def _digest(scene: Any, known: dict[str, str]) -> list[str]:
+    """Of the files that a scene names in full; `known`: of those read before."""
+    if isinstance(scene, Mapping):
+        scene = list(scene.values())
+    if isinstance(scene, list):
+        return [digest for value in scene for digest in _digest(value, known)]
+    if not isinstance(scene, str) or not os.path.isabs(scene) or not os.path.isfile(scene):
+        return []
+    if scene not in known:
+        digest = hashlib.sha256()
+        with open(scene, "rb") as file:
+            for chunk in iter(lambda: file.read(1 << 20), b""):
+                digest.update(chunk)
+        known[scene] = digest.hexdigest()
+    return [known[scene]]
 
 
 def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
           measure: Callable[[Any, Any], Row] | None) -> list[Job]:
     jobs = []
+    digests: dict[str, str] = {}
     for scene_name, scene in _named(scenes).items():
         with Scene(scene) as opened:
             base = opened.json
@@ -111,8 +130,9 @@ def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
         for hand_name, hand in _named(hands).items():
             content = _content(hand)
             for values in _sets(parameters):
-                whole = {**base, **values}
-                text = json.dumps([whole, rate, VERSION, measure.__qualname__ if measure else ""], sort_keys=True)
+                whole = with_files({**base, **values}, _File(folder))
+                name = f"{measure.__module__}.{measure.__qualname__}" if measure else ""
+                text = json.dumps([whole, _digest(whole, digests), rate, VERSION, name], sort_keys=True)
                 key = hashlib.sha256(text.encode() + content).hexdigest()[:32]
                 labels = {"scene": scene_name, "hand": hand_name, **{k: _label(v) for k, v in values.items()}}
                 travels = hand if isinstance(hand, Path) else os.fspath(hand)
@@ -141,7 +161,7 @@ def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
         batch, size = (suspects[:1], 1) if suspects else (list(left.values()), workers)
         with ProcessPoolExecutor(min(size, len(batch)), mp_context=context) as pool:
             waiting = iter(batch)
-            running: dict[Future, Job] = {}
+            running: dict[Future[tuple[str, Row]], Job] = {}
             try:
                 # No more than the workers have to do: a broken pool then casts doubt on few runs.
                 for job in itertools.islice(waiting, size):
@@ -167,11 +187,11 @@ def _on_cluster(jobs: list[Job], scheduler: Any) -> Iterator[tuple[str, Row]]:
     """On Dask: `scheduler` is an address, or a Client. The scheduler itself repeats what a dead worker had."""
     from distributed import Client, as_completed
 
-    client = scheduler if isinstance(scheduler, Client) else Client(scheduler)
+    client: Any = scheduler if isinstance(scheduler, Client) else Client(scheduler)  # type: ignore[no-untyped-call]
     try:
         futures = client.map(_do, jobs, pure=False, retries=_TRIES, key=[f"typodont-{job.key}" for job in jobs])
         keys = {future.key: job.key for future, job in zip(futures, jobs)}
-        for future in as_completed(futures):
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
             if future.status == "finished":
                 yield future.result()
             else:

@@ -6,6 +6,7 @@ import os
 from typing import Any, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ._native import dtype, ffi, lib, text
 
@@ -56,7 +57,7 @@ class Ticks:
     array. `frame()` is all of it as a pandas DataFrame.
     """
 
-    def __init__(self, array: np.ndarray) -> None:
+    def __init__(self, array: NDArray[Any]) -> None:
         self.array = array
 
     def __len__(self) -> int:
@@ -69,11 +70,12 @@ class Ticks:
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> NDArray[Any]:
         if name == "t_s":
             return self.array["t_ns"] / 1e9
         if name == "removed_mm3":
-            return sum(self.array["removed"][:, i] for i in range(len(TISSUES))) * 1e9
+            removed = self.array["removed"]  # added in the program's order: the same bits
+            return np.asarray(sum(removed[:, i] for i in range(len(TISSUES)))) * 1e9
         if name == "spindle_krpm":
             return self.array["spindle"] / _KRPM
         if name not in _COLUMNS:
@@ -82,12 +84,14 @@ class Ticks:
         column: Any = self.array
         for step in path:
             column = column[:, step] if isinstance(step, int) else column[step]
-        return column if factor == 1 else column * factor
+        found: NDArray[Any] = column if factor == 1 else column * factor
+        return found
 
     @property
-    def force(self) -> np.ndarray:
+    def force(self) -> NDArray[Any]:
         """N, on the hand, n × 3: a view."""
-        return self.array["force"]
+        force: NDArray[Any] = self.array["force"]
+        return force
 
     def frame(self) -> Any:
         """A pandas DataFrame with the columns of the tables."""
