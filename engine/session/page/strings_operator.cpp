@@ -54,12 +54,9 @@ constexpr Entry kOperator[] = {
     {"op.open_folder", {"Open the folder", "Ordner öffnen", "打开文件夹"}},
     {"op.import", {"Bring in a tooth", "Zahn einlesen", "导入牙齿"}},
     {"op.import_help",
-     {"A scan (DICOM folder or .zip, .nrrd, .nii, .mha) or a mesh (.stl, .ply, .obj, .glb) becomes an exercise of your "
-      "own. Or drop it on this window.",
-      "Ein Scan (DICOM-Ordner oder .zip, .nrrd, .nii, .mha) oder ein Netz (.stl, .ply, .obj, .glb) wird zu einer "
-      "eigenen Übung. Oder ziehen Sie ihn auf dieses Fenster.",
-      "扫描数据 (DICOM 文件夹或 .zip、.nrrd、.nii、.mha) 或网格 (.stl、.ply、.obj、.glb) "
-      "将成为您自己的练习。也可将其拖到此窗口。"}},
+     {"A scan (DICOM, .nrrd, .nii, .mha) or a mesh (.stl, .ply, .obj, .glb) becomes an exercise. Or drop it here.",
+      "Ein Scan (DICOM, .nrrd, .nii, .mha) oder Netz (.stl, .ply, .obj, .glb) wird zur Übung. Oder hierher ziehen.",
+      "扫描数据 (DICOM、.nrrd、.nii、.mha) 或网格 (.stl、.ply、.obj、.glb) 将成为练习。也可拖到此处。"}},
     {"op.drop_one",
      {"Drop one file or one folder.", "Ziehen Sie eine Datei oder einen Ordner hierher.",
       "请只拖入一个文件或文件夹。"}},
