@@ -136,6 +136,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                      ImGuiInputTextFlags_AutoSelectAll);
   f.series = std::max(f.series, 0);
   ImGui::EndDisabled();
+  ImGui::SameLine();
   ask_button(s, Ask::kImport, shortcut(Ask::kImport), s.text("op.import_do"), {-1, 0},
              !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
   end_panel();
@@ -155,7 +156,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {room.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 20 * u;
+  const float actions = 19.5f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

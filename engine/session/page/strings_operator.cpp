@@ -54,15 +54,12 @@ constexpr Entry kOperator[] = {
     {"op.open_folder", {"Open the folder", "Ordner öffnen", "打开文件夹"}},
     {"op.import", {"Bring in a tooth", "Zahn einlesen", "导入牙齿"}},
     {"op.import_help",
-     {"A scan (DICOM folder or .zip, .nrrd, .nii, .mha) or a closed mesh (.stl, .ply, .obj, .glb) becomes an exercise "
-      "of your own. So does a scanned surface, open or closed: choose \"Scanned surface\", and its own triangles are "
-      "carved. Or drop the file on this window.",
-      "Ein Scan (DICOM-Ordner oder .zip, .nrrd, .nii, .mha) oder ein geschlossenes Netz (.stl, .ply, .obj, .glb) wird "
-      "zu einer eigenen Übung. Ebenso eine gescannte Oberfläche, offen oder geschlossen: Mit „Gescannte Oberfläche“ "
-      "werden ihre Dreiecke selbst bearbeitet. Oder ziehen Sie die Datei auf dieses Fenster.",
-      "扫描数据 (DICOM 文件夹或 .zip、.nrrd、.nii、.mha) 或封闭网格 (.stl、.ply、.obj、.glb) "
-      "将成为您自己的练习。扫描表面无论开放或封闭均可：选择“扫描表面”，"
-      "即直接切削其三角面。也可将文件拖到此窗口。"}},
+     {"A scan (DICOM, .nrrd, .nii, .mha) or a mesh (.stl, .ply, .obj, .glb) becomes an exercise. \"Scanned surface\" "
+      "carves the triangles themselves. Or drop it here.",
+      "Ein Scan (DICOM, .nrrd, .nii, .mha) oder Netz (.stl, .ply, .obj, .glb) wird zur Übung. „Gescannte Oberfläche“ "
+      "bearbeitet die Dreiecke selbst. Oder hierher ziehen.",
+      "扫描数据 (DICOM、.nrrd、.nii、.mha) 或网格 (.stl、.ply、.obj、.glb) 将成为练习。"
+      "“扫描表面”直接切削三角面。也可拖到此处。"}},
     {"op.drop_one",
      {"Drop one file or one folder.", "Ziehen Sie eine Datei oder einen Ordner hierher.",
       "请只拖入一个文件或文件夹。"}},
