@@ -382,7 +382,7 @@ class ModelBench {
     Scene scene(tissue_->make(setting_->voxel_mm), settings);
     std::mt19937_64 random(kSeed);
     std::uniform_real_distribution<double> anywhere(-1, 1);
-    const int hands = options_.quick ? 20 : 100;
+    const int hands = options_.quick ? 10 : 100;
     for (const double step_mm : {1.0, 5.0, 20.0}) {
       int escaped = 0;
       for (int k = 0; k < hands; ++k) {
@@ -406,7 +406,7 @@ class ModelBench {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
     settings.force_limit = kHostileForce;
-    const int hands = options_.quick ? 2 : 8, ticks = options_.quick ? 1000 : 3000;
+    const int hands = options_.quick ? 2 : 6, ticks = options_.quick ? 250 : 1500;
     double worst = 0, greatest = 0, bad = 0, through = 0, slowest = 0;
     int with_energy = 0;
     std::vector<double> times;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/app/bench/models_page.h"
 #include "engine/app/bench/performance_page.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
@@ -84,6 +85,33 @@ TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {
   EXPECT_NEAR(growth_exponent(rows, "square"), 2, 1e-12);
   EXPECT_TRUE(std::isnan(growth_exponent(rows, "without size")));
   EXPECT_TRUE(std::isnan(growth_exponent(rows, "once")));
+}
+
+TEST(ModelsPage, NamesAreReadAsTissueMotionModelAndMeasure) {
+  const std::vector<BenchRow> rows{{.name = "box edges, slide, offset: step, asked"},
+                                   {.name = "drilling tick, median"}};
+  const std::vector<ModelFigure> figures = model_figures(rows);
+  ASSERT_EQ(figures.size(), 1u);
+  EXPECT_EQ(figures[0].tissue, "box edges");
+  EXPECT_EQ(figures[0].motion, "slide");
+  EXPECT_EQ(figures[0].model, "offset");
+  EXPECT_EQ(figures[0].measure, "step, asked");
+}
+
+TEST(ModelsPage, TheModelOfMostTasksHasTheLeastErrorAmongThoseThatKeepTime) {
+  std::vector<BenchRow> rows;
+  const auto measured = [&](const std::string& model, double error, double slowest_us) {
+    for (const char* tissue : {"ball", "torus"}) {
+      const std::string name = std::string(tissue) + ", slide, " + model + ": ";
+      rows.push_back({.name = name + "direction", .knob = "k", .error = error, .error_unit = "degree, rms"});
+      rows.push_back({.name = name + "tick, 99.9 %", .knob = "k", .time_ns = 1e3 * slowest_us});
+    }
+  };
+  measured("true but late", 0.001, 900);
+  measured("true", 0.1, 100);
+  measured("rough", 3, 1);
+  EXPECT_EQ(model_of_most_tasks(model_figures(rows)), "true");
+  EXPECT_EQ(model_of_most_tasks({}), "");
 }
 
 }  // namespace

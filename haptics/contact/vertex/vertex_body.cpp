@@ -167,7 +167,12 @@ double VertexBody::travel() const {
 }
 
 void VertexBody::cut_out(Snapshot& snapshot) {
-  static_cast<VertexSnapshot&>(snapshot).mesh = mesh_;
+  auto& fresh = static_cast<VertexSnapshot&>(snapshot);
+  fresh.mesh = mesh_;
+  if (fresh.sample_of.size() == mesh_.vertex_room()) return;
+  // What the model gave back for its first snapshot: it has no buffers yet.
+  fresh.cutter = MeshCutter(mesh_, labels_);
+  fresh.sample_of.resize(mesh_.vertex_room());
 }
 
 void VertexBody::remember_writes(bool wanted) {
