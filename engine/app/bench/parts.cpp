@@ -88,8 +88,8 @@ constexpr BenchPart kParts[] = {
      "head, not what is there.",
      vertex},
     {"mesh_picture", "Picture of a carved mesh",
-     "A round bur carves the arch; 60 times a second what changed of its mesh is made ready for the picture and "
-     "uploaded.",
+     "A round bur carves a molar of four tissues, and the arch; 60 times a second what changed of the mesh is made "
+     "ready for the picture and uploaded.",
      bench_mesh_picture},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "

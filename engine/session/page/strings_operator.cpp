@@ -54,14 +54,15 @@ constexpr Entry kOperator[] = {
     {"op.open_folder", {"Open the folder", "Ordner öffnen", "打开文件夹"}},
     {"op.import", {"Bring in a tooth", "Zahn einlesen", "导入牙齿"}},
     {"op.import_help",
-     {"A scan (.nrrd, .nii, .mha) or a closed mesh (.stl, .ply, .obj) becomes an exercise of your own. So does a "
-      "scanned surface, open or closed: choose \"Scanned surface\", and its own triangles are carved.",
-      "Ein Scan (.nrrd, .nii, .mha) oder ein geschlossenes Netz (.stl, .ply, .obj) wird zu einer eigenen Übung. Ebenso "
-      "eine gescannte Oberfläche, offen oder geschlossen: Mit „Gescannte Oberfläche“ werden ihre Dreiecke selbst "
-      "bearbeitet.",
+     {"A scan (.nrrd, .nii, .mha) or a closed mesh (.stl, .ply, .obj) becomes an exercise of your own. \"Scanned "
+      "surface\": a mesh, open or closed, is carved as it is.",
+      "Ein Scan (.nrrd, .nii, .mha) oder ein geschlossenes Netz (.stl, .ply, .obj) wird zu einer eigenen Übung. "
+      "„Gescannte Oberfläche“: Ein Netz, offen oder geschlossen, wird bearbeitet, wie es ist.",
       "扫描数据 (.nrrd, .nii, .mha) 或封闭网格 (.stl, .ply, .obj) "
-      "将成为您自己的练习。扫描表面无论开放或封闭均可：选择“扫描表面”，"
-      "即直接切削其三角面。"}},
+      "将成为您自己的练习。“扫描表面”：网格无论开放或封闭，均按原样切削。"}},
+    {"op.try_surface",
+     {"\"Scanned surface\" takes a mesh as it is.", "„Gescannte Oberfläche“ nimmt ein Netz, wie es ist.",
+      "选择“扫描表面”可按原样导入网格。"}},
     {"op.preset_surface", {"Scanned surface", "Gescannte Oberfläche", "扫描表面"}},
     {"op.model", {"How it is felt and cut", "Wie es sich anfühlt und schneidet", "手感与切削方式"}},
     {"op.model_of_exercise", {"as the exercise says", "wie die Übung es will", "按练习设定"}},
