@@ -366,6 +366,18 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
   EXPECT_LT(glm::cross(mesh.vertices[t.y] - a, mesh.vertices[t.z] - a).z, 0) << "upside down, not a mirror image";
 }
 
+TEST_F(Exercise, OfAScannedArchTheHighestPointStandsWhereTheRigsLook) {
+  // Two triangles 40 mm apart, nothing between them.
+  folder.write("arch.obj", "v 0 0 0\nv 5 0 0\nv 0 5 1\nv 40 0 0\nv 45 0 3\nv 40 5 0\nf 1 2 3\nf 4 5 6\n");
+  Progress progress;
+  const haptics::TissueVolume volume =
+      load_tissue(read_scene(bring_in({.input = folder / "arch.obj", .name = "Arch", .as_scanned = true}, progress)));
+  dvec3 top(-1);
+  for (const dvec3& p : volume.mesh()->vertices)
+    if (p.z > top.z) top = p;
+  EXPECT_LT(glm::length(top / kMillimetre - dvec3(6.8, 6, 20.2)), 1e-4);
+}
+
 TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
   folder.write("metres.obj", open_sheet(1e-3));
   const auto extent = [&](double unit) {

@@ -104,8 +104,8 @@ constexpr BenchPart kParts[] = {
      "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",
      [](const BenchRun& run) { return haptics::bench_implant(run.quick); }},
     {"mesh_picture", "Picture of a carved mesh",
-     "A round bur carves the arch; 60 times a second what changed of its mesh is made ready for the picture and "
-     "uploaded.",
+     "A round bur carves a molar of four tissues, and the arch; 60 times a second what changed of the mesh is made "
+     "ready for the picture and uploaded.",
      bench_mesh_picture},
     {"stability", "Stability",
      "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "

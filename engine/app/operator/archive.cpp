@@ -69,11 +69,17 @@ void put_in_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
 }
 
-/// The same of a mesh.
+/// The same of a mesh. Of several teeth the middle may be empty, as in an arch: there the highest point stands where
+/// the rigs look.
 void put_in_place(haptics::TissueMesh& mesh) {
-  dvec3 lo(mesh.vertices.front()), hi(lo);
-  for (const dvec3& p : mesh.vertices) lo = glm::min(lo, p), hi = glm::max(hi, p);
-  const dvec3 move = kStandsAt - dvec3((lo.x + hi.x) / 2, (lo.y + hi.y) / 2, hi.z);
+  constexpr double kWidestTooth = 16e-3;  // m
+  dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
+  for (const dvec3& p : mesh.vertices) {
+    lo = glm::min(lo, p), hi = glm::max(hi, p);
+    if (p.z > top.z) top = p;
+  }
+  if (std::max(hi.x - lo.x, hi.y - lo.y) <= kWidestTooth) top = dvec3((lo.x + hi.x) / 2, (lo.y + hi.y) / 2, hi.z);
+  const dvec3 move = kStandsAt - top;
   for (dvec3& p : mesh.vertices) p += move;
 }
 

@@ -156,7 +156,7 @@ void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   draw_sessions(s, w, {room.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
-  const float actions = 19.5f * u;
+  const float actions = 18.6f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <sstream>
 
@@ -12,6 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "haptics/import/import.h"
 
 namespace typodont {
 
@@ -58,6 +60,12 @@ NewExercise exercise_of(const OperatorState& s, const Authored& authored) {
   return made;
 }
 
+bool is_mesh(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
+}
+
 /// Both come with a scene: it is looked for, chosen, and told of.
 void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
@@ -100,7 +108,14 @@ void take_dropped(OperatorState& s) {
 
 void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
   begin(s, work, choices, "op.imported", "imported",
-        [tooth = tooth_of(s.import)](Progress& progress) { return bring_in(tooth, progress); });
+        [tooth = tooth_of(s.import), hint = std::string(s.text("op.try_surface"))](Progress& progress) {
+          try {
+            return bring_in(tooth, progress);
+          } catch (const Error& e) {
+            if (tooth.as_scanned || !is_mesh(tooth.input)) throw;
+            throw Error(fmt::format("{}. {}", e.what(), hint));  // what scanners write is rarely a closed tooth
+          }
+        });
 }
 
 void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored) {
