@@ -26,6 +26,7 @@ constexpr double kLeastVoxel = 0.1e-3;                      // m, where nothing 
 constexpr double kUsualVoxels = 12e6;                       // that a volume has at most where nothing else is asked for
 constexpr double kVoxelStep = 0.01e-3;                      // m, to which the voxel is rounded up
 constexpr double kBand = 1.5e-3;                            // m
+constexpr double kLeastArea = 1e-9;                         // of the longest extent's square
 constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, of a mesh
 
 /// Six times the volume that the triangles enclose, as seen from the first vertex.
@@ -101,6 +102,13 @@ ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, 
                 fmt::format("a mesh {:.4g} mm long at {:g} mm a unit", longest / kMillimetre, unit / kMillimetre),
                 fmt::format("{:g} to {:g} mm; say what its unit is (\"unit_mm\")", kLeastLength / kMillimetre,
                             kMostLength / kMillimetre));
+  }
+  double area = 0;
+  for (const glm::uvec3& t : mesh.triangles) {
+    area += glm::length(glm::cross(mesh.vertices[t.y] - mesh.vertices[t.x], mesh.vertices[t.z] - mesh.vertices[t.x]));
+  }
+  if (!(area > kLeastArea * longest * longest)) {
+    throw Error(file.string(), "mesh", fmt::format("{} triangles without area", mesh.triangles.size()), "a surface");
   }
   if (six_volumes(mesh) < 0 && is_closed(mesh)) {
     for (glm::uvec3& t : mesh.triangles) std::swap(t.y, t.z);

@@ -150,18 +150,50 @@ TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
   EXPECT_GT(force[2], 0);
 }
 
-TEST_F(MeshLodCommand, BadMeshesAreExactErrors) {
+TEST_F(MeshLodCommand, BadMeshesAreExactErrorsAndOneThatCrossesItselfIsTaken) {
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1,1,0,0,0,0\n0.1,0,0,1,1,0,0,0,0\n");
-  const auto error_of = [&](const std::string& bytes, const std::string& more = "") {
-    folder.write("block.obj", bytes);
-    const auto ran = folder.run("servo " + scene(R"("model": "mesh_lod", "tool": "explorer")" + more) + " --hand " +
-                                folder / "hand.csv" + " --out " + folder / "t.csv");
+  const auto run = [&](const std::string& bytes, const std::string& name) {
+    folder.write(name, bytes);
+    const std::string scene = folder.write(
+        "scene.json", R"({"tissue": {"mesh": {"file": ")" + name +
+                          R"(", "tissue": "dentin", "voxel_mm": 0.2}}, "model": "mesh_lod", "tool": "explorer"})");
+    return folder.run("servo " + scene + " --hand " + folder / "hand.csv" + " --out " + folder / "t.csv");
+  };
+  const auto error_of = [&](const std::string& bytes, const std::string& name = "block.obj") {
+    const auto ran = run(bytes, name);
     EXPECT_EQ(ran.status, 2) << ran.out;
     return ran.err;
+  };
+  /// A binary STL that claims to hold `count` triangles, of cubes at these corners.
+  const auto cubes = [](const std::vector<float>& corners, std::uint32_t count) {
+    std::string text(80, '\0');
+    const auto put = [&](const auto& value) {
+      const char* bytes = reinterpret_cast<const char*>(&value);
+      text.append(bytes, sizeof value);
+    };
+    put(count);
+    constexpr int kSides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (const float at : corners) {
+      for (const auto& side : kSides) {
+        for (const int half : {1, 2}) {
+          for (int k = 0; k < 3; ++k) put(0.0F);
+          for (const int corner : {side[0], side[half], side[half + 1]}) {
+            for (int axis = 0; axis < 3; ++axis) put(at + (corner >> axis & 1 ? 5.0F : 0.0F));
+          }
+          put(std::uint16_t{0});
+        }
+      }
+    }
+    return text;
   };
   EXPECT_THAT(error_of(""), AllOf(HasSubstr("block.obj"), HasSubstr("an empty file")));
   EXPECT_THAT(error_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n"), HasSubstr("block.obj"));
   EXPECT_THAT(error_of("v 0 0 0\nv 1000 0 0\nv 0 1000 0\nf 1 2 3\n"), HasSubstr("unit_mm"));
+  EXPECT_THAT(error_of("v 0 0 0\nv 5 0 0\nv 2 0 0\nf 1 2 3\n"), HasSubstr("1 triangles without area"));
+  EXPECT_THAT(error_of(cubes({std::nanf("")}, 12), "a.stl"), AllOf(HasSubstr("vertex 0"), HasSubstr("nan")));
+  EXPECT_THAT(error_of(cubes({0}, 100'000'000), "a.stl"), HasSubstr("100000000 in 684 bytes"));
+  const auto crossing = run(cubes({0, 2}, 24), "a.stl");
+  EXPECT_EQ(crossing.status, 0) << "a mesh that crosses itself is touched from outside: " << crossing.err;
 }
 
 TEST_F(MeshLodCommand, FitDampingPrintsTheCouplingOfAScene) {

@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "engine/base/error.h"
 #include "haptics/contact/vertex/vertex_body.h"
 #include "haptics/contact_method.h"
+#include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/mesh_shapes.h"
 #include "tests/support/no_alloc.h"
@@ -224,6 +226,36 @@ TEST_P(VertexHeads, PressedItIsFeltWithTheTissuesStiffnessAndNoStepIsFeltWhenItC
   EXPECT_EQ(bench.last.f_T_W, dvec3(0));
   EXPECT_LE(most_step, 0.025);
   EXPECT_GE(least_energy, -1e-9);
+}
+
+// More of them in ./run stress.
+TEST_P(VertexHeads, RandomHandsLeaveTheMeshClosedAndFreeOfCrossings) {
+  for (int seed = 1; seed <= test::campaign(1); ++seed) {
+    std::mt19937 random(static_cast<unsigned>(seed));
+    std::uniform_real_distribution<double> unit(-1, 1);
+    haptics::ServoSettings settings = drill(R"({"vertex": {}})");
+    settings.tool.shape = GetParam();
+    settings.tool.diameter = 1.0_mm;
+    settings.tool.length = GetParam() == haptics::HeadShape::kSphere ? 1.0_mm : 2.0_mm;
+    HapticBench bench(kBlock, settings);
+    dvec3 p(0, 0, 2.0_mm), way(0);
+    dquat R(1, 0, 0, 0), turn(1, 0, 0, 0);
+    for (int i = 0; i < 2000; ++i) {
+      if (i % 100 == 0) {  // a new way, up to 20 mm/s, and turn
+        way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
+        turn = glm::angleAxis(2e-3 * unit(random), glm::normalize(dvec3(unit(random), unit(random), 0.1)));
+      }
+      p = glm::clamp(p + way, dvec3(-2.0_mm, -2.0_mm, -1.0_mm), dvec3(2.0_mm, 2.0_mm, 2.5_mm));
+      R = glm::normalize(turn * R);
+      bench.tick({p, R}, i % 700 < 600);
+    }
+    const auto& mesh = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body()).mesh();
+    EXPECT_GT(bench.last.cuts, 20u) << seed;
+    EXPECT_EQ(test::broken(mesh), "") << seed;
+    EXPECT_EQ(test::crossings(mesh), 0) << seed;
+    EXPECT_EQ(mesh.border_edges(), 0u) << seed;
+    EXPECT_GE(bench.last.energy, -1e-9) << seed;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
