@@ -4,12 +4,13 @@ an implant of 4.8 x 12 mm, here of the scripted expert.
 
     python3 docs/papers/implant.py build/release/typodont
 """
-import csv
 import json
 import pathlib
 import subprocess
 import sys
 import tempfile
+
+import h5py
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENE = HERE.parents[1] / "assets/scenes/implant-premolar.json"
@@ -31,22 +32,19 @@ def axes(scene):
 
 
 def session(program, folder):
-    """The phases of the report, and the ticks: (t, three forces, level)."""
+    """The phases of the report, and the ticks: (t, three forces)."""
     scene = json.loads(SCENE.read_text())
-    recording, table = folder / "expert.h5", folder / "expert.csv"
-    for out in (recording, table):  # the same hand, and the same bits, twice
-        subprocess.run([program, "servo", SCENE, "--hand", "expert:", "--out", out, "--no-timing"], check=True,
-                       stdout=subprocess.DEVNULL)
+    recording = folder / "expert.h5"
+    subprocess.run([program, "servo", SCENE, "--hand", "expert:", "--out", recording, "--no-timing"], check=True,
+                   stdout=subprocess.DEVNULL)
     said = subprocess.run([program, "report", recording, "--out", folder / "expert.html", "--json"], check=True,
                           capture_output=True, text=True).stdout
     report = json.loads(said)
     directions = axes(scene)
-    ticks = []
-    with open(table) as source:
-        for tick in csv.DictReader(source):
-            force = [float(tick["force_%s_N" % axis]) for axis in "xyz"]
-            ticks.append((float(tick["t_s"]), [sum(f * d for f, d in zip(force, way)) for way in directions],
-                          int(tick["level"])))
+    with h5py.File(recording, "r") as f:
+        columns = [f["ticks"][name][:] for name in ("t_s", "force_x_N", "force_y_N", "force_z_N")]
+    ticks = [(t, [sum(f * d for f, d in zip(force, way)) for way in directions])
+             for t, *force in zip(*(column.tolist() for column in columns))]
     return report, ticks
 
 
@@ -62,8 +60,8 @@ def draw(report, ticks, file):
         shown = [(i, p) for i, p in enumerate(phases[first:end], first) if p["began_s"] is not None]
         t0, t1 = shown[0][1]["began_s"], shown[-1][1]["ended_s"] + 1
         inside = [tick for tick in ticks if t0 <= tick[0] <= t1]
-        low = min(min(f) for _, f, _ in inside)
-        high = max(max(f) for _, f, _ in inside)
+        low = min(min(f) for _, f in inside)
+        high = max(max(f) for _, f in inside)
 
         def x(t):
             return left + width * (t - t0) / (t1 - t0)
@@ -79,7 +77,7 @@ def draw(report, ticks, file):
             parts.append('<text x="%.1f" y="%d" fill="#555">%d</text>' % (x(phase["began_s"]) + 2, top + 12, i + 1))
         for axis, (_, color) in enumerate(LINES):
             bins = [[] for _ in range(BINS)]
-            for t, force, _ in inside:
+            for t, force in inside:
                 bins[min(BINS - 1, int(BINS * (t - t0) / (t1 - t0)))].append(force[axis])
             points = []
             for b, values in enumerate(bins):
