@@ -16,7 +16,7 @@ struct KindOfFile {
   std::array<std::string_view, 3> endings;
   std::size_t endings_count;
 };
-constexpr std::array<KindOfFile, 16> kKinds{{{"a text file", {}, 0},
+constexpr std::array<KindOfFile, 17> kKinds{{{"a text file", {}, 0},
                                              {"a file of the cache", {}, 0},
                                              {"a session (.h5)", {".h5"}, 1},
                                              {"a tissue volume (.vdb)", {".vdb"}, 1},
@@ -31,7 +31,8 @@ constexpr std::array<KindOfFile, 16> kKinds{{{"a text file", {}, 0},
                                              {"a mesh (.ply)", {".ply"}, 1},
                                              {"a mesh (.stl)", {".stl"}, 1},
                                              {"a mesh (.obj)", {".obj"}, 1},
-                                             {"a document (.pdf)", {".pdf"}, 1}}};
+                                             {"a document (.pdf)", {".pdf"}, 1},
+                                             {"a label map (.nrrd, .nii)", {".nrrd", ".nii"}, 2}}};
 
 const KindOfFile& entry(FileKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
@@ -107,6 +108,8 @@ bool holds(FileKind kind, std::string_view head, std::uintmax_t size) {
       return is_plain_text(head);
     case FileKind::kDocument:
       return head.starts_with("%PDF-");
+    case FileKind::kLabels:
+      return head.starts_with("NRRD000") || (head.size() >= 348 && head.substr(344, 4) == "n+1\0"sv);
   }
   return false;
 }

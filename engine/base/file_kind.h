@@ -26,7 +26,8 @@ enum class FileKind {
   kPly,
   kStl,
   kObj,
-  kDocument  // PDF
+  kDocument,  // PDF
+  kLabels     // a tissue's number for each voxel
 };
 
 /// "a session (.h5)", for messages.

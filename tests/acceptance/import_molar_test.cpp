@@ -108,7 +108,7 @@ TEST(ImportCommand, KeepsTheHardnessThatTheGreysGiveInTheVolume) {
   EXPECT_EQ(mean["enamel"].number(), 1);
 }
 
-TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndThePatientIsNamedNowhere) {
+TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndItsLabelsWrittenAndThePatientIsNamedNowhere) {
   test::Phantom tooth;
   tooth.size = {30, 26, 28};
   tooth.spacing = dvec3(0.25);
@@ -123,15 +123,18 @@ TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndThePatientIsNamedNowhere) {
     images.back().series = "1.2.9", images.back().series_number = 2,
     images.back().instance = fmt::format("1.2.9.{}", k);
   }
-  const auto folder = test::write_series("two", images), out = scratch("series.vdb");
+  const auto folder = test::write_series("two", images), out = scratch("series.vdb"), labels = scratch("series.nii");
   const Ran asked = run(fmt::format("{} --out {}", folder.string(), out.string()));
   EXPECT_EQ(asked.status, 2);
   EXPECT_THAT(asked.err, testing::AllOf(HasSubstr("2 series"), HasSubstr("--series N")));
-  const Ran ran = run(fmt::format("{} --series 2 --turn x180 --out {} --json", folder.string(), out.string()));
+  const Ran ran = run(fmt::format("{} --series 2 --turn x180 --out {} --labels {} --json", folder.string(),
+                                  out.string(), labels.string()));
   ASSERT_EQ(ran.status, 0) << ran.err;
   const Json report = Json::parse(ran.out, "report");
   EXPECT_EQ(report["input"].string(), "DICOM");
-  for (const std::string& text : {ran.out, ran.err, text_of(out)}) {
+  EXPECT_EQ(report["labels"].string(), labels.string());
+  EXPECT_EQ(text_of(labels).substr(344, 4), std::string("n+1\0", 4));
+  for (const std::string& text : {ran.out, ran.err, text_of(out), text_of(labels)}) {
     for (const char* secret : {"HUSH", "HANNAH", test::kPatientId, test::kBirthDate})
       EXPECT_THAT(text, testing::Not(HasSubstr(secret)));
   }

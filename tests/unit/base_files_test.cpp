@@ -156,6 +156,7 @@ TEST_F(Outputs, ReplaceOnlyFilesOfTheirOwnKind) {
       {FileKind::kTable, "t_s,x_mm\n0,1\n"},
       {FileKind::kPly, "ply\nformat ascii 1.0\n"},
       {FileKind::kDocument, "%PDF-1.5\n%\xB5\xED\n"},
+      {FileKind::kLabels, "NRRD0004\ntype: uint8\n\n\x1f\x8b\x08"},
       {FileKind::kStl, stl}};
   for (const auto& [kind, own] : samples) {
     for (const auto& [other, bytes] : samples) {

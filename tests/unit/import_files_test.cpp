@@ -6,6 +6,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
+#include "haptics/import/labels_file.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
@@ -277,6 +278,52 @@ TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
         "(0,0,0.25)\nspace origin: (7.25,0,0)\nendian: little\nencoding: raw\n\n" +
             bytes_as<std::uint16_t>(flipped));
   expect_reference(import_tissue(scratch("flipped.nrrd"), {}));
+}
+
+TEST(ImportLabels, ReadBackTheyLieWhereTheScanHasTheTissueInBothFormats) {
+  // An oblique scan in RAS, its body turned afterwards.
+  const double a = 20 * kPi / 180;
+  const dvec3 x(0.25 * std::cos(a), 0.25 * std::sin(a), 0), y(-0.25 * std::sin(a), 0.25 * std::cos(a), 0);
+  write(scratch("labelled.nrrd"),
+        fmt::format("NRRD0004\ntype: ushort\ndimension: 3\nsizes: 30 26 28\nspace: right-anterior-superior\nspace "
+                    "directions: ({},{},0) ({},{},0) (0,0,0.25)\nspace origin: (12,-7,30)\nendian: little\nencoding: "
+                    "raw\n\n",
+                    x.x, x.y, y.x, y.y) +
+            bytes_as<std::uint16_t>(greys()));
+  ImportOptions options;
+  options.turn = quarter_turns("x90,z180");
+  const Imported scanned = import_tissue(scratch("labelled.nrrd"), options);
+  const auto middle_of = [](const Imported& i, bool ras) {  // mm in LPS, of the whole body
+    dvec3 sum(0);
+    double count = 0;
+    for (int p = 0; p < i.tissue.size.x; ++p) {
+      for (int q = 0; q < i.tissue.size.y; ++q) {
+        for (int r = 0; r < i.tissue.size.z; ++r) {
+          if (i.tissue.distance[i.tissue.at(p, q, r)] > 0) continue;
+          sum += i.tissue.frame.to_world(dvec3(p, q, r));
+          count += 1;
+        }
+      }
+    }
+    const dvec3 middle = i.report.world_rotation * sum / count / kMillimetre;
+    return ras ? dvec3(-middle.x, -middle.y, middle.z) : middle;
+  };
+  for (const char* name : {"labels.nrrd", "labels.nii"}) {
+    SCOPED_TRACE(name);
+    write_labels(scanned, scratch(name));
+    ImportOptions plain;
+    plain.surface_grey = 1;  // half way to dentin
+    const Imported read = import_tissue(scratch(name), plain);
+    EXPECT_EQ(read.report.space, name == std::string("labels.nii") ? "RAS" : "LPS");
+    EXPECT_LT(glm::length(middle_of(read, read.report.space == "RAS") - middle_of(scanned, true)), 0.05);
+    double volume = 0, labelled = 0;
+    for (const double v : scanned.report.volume) volume += v;
+    for (const double v : read.report.volume) labelled += v;
+    EXPECT_NEAR(labelled / volume, 1, 0.05);
+  }
+  std::ifstream in(scratch("labels.nrrd"), std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_THAT(text, AllOf(HasSubstr("2:=dentin"), HasSubstr("4:=pulp"), HasSubstr("left-posterior-superior")));
 }
 
 TEST(ImportErrors, NameFilePlaceFoundAndExpected) {

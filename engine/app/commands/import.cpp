@@ -17,6 +17,7 @@
 #include "engine/base/log.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"
+#include "haptics/import/labels_file.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont {
@@ -24,7 +25,7 @@ namespace typodont {
 namespace {
 
 struct Arguments {
-  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn;
+  std::string input, out, preset = "tooth", spacing, thresholds, hardness, preview, turn, labels;
   std::vector<std::string> parts;
   std::optional<int> series;
   std::optional<double> voxel_mm, shell_mm, hounsfield, nan_grey, memory_mb, crown_mm;
@@ -143,6 +144,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     if (r.dense_grey) j["thresholds"]["dense"] = *r.dense_grey;
     j["blur_mm"] = r.blur / kMillimetre;
   }
+  if (!a.labels.empty()) j["labels"] = a.labels;
   j["memory_mb"] = r.memory * 1e-6;
   if (!r.space.empty()) j["space"] = r.space;
   for (int row = 0; row < 3; ++row)
@@ -191,6 +193,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
   line("result",
        fmt::format("{}: {} x {} x {} voxels of {:.4g} mm", a.out, r.size.x, r.size.y, r.size.z, r.voxel / kMillimetre));
   for (const std::string& repair : r.repairs) line("repaired", repair);
+  if (!a.labels.empty()) line("labels", a.labels);
   if (!pictures.empty()) line("preview", fmt::format("{} pictures in {}", pictures.size(), a.preview));
   return s;
 }
@@ -208,6 +211,7 @@ void run(const Arguments& a) {
   options.progress = [&](double done) { progress.at(0.9 * done); };
   const haptics::Imported imported = haptics::import_tissue(a.input, options);
   haptics::TissueVolume(imported.tissue).save(a.out);
+  if (!a.labels.empty()) haptics::write_labels(imported, a.labels);
   std::vector<std::filesystem::path> pictures;
   if (!a.preview.empty()) pictures = haptics::write_preview(imported, a.preview);
   progress.at(1);
@@ -258,6 +262,10 @@ void add_import_command(cli::Command& app) {
                       "an arch without colours: how far below its cusps the gum begins (default 7)");
   command->add_option("--memory-mb", a->memory_mb, "memory that the work may take; default: what is free")
       ->check(cli::more_than_zero());
+  command
+      ->add_option("--labels", a->labels,
+                   "also write the tissues as a label map in the scan's own space, for 3D Slicer and others")
+      ->check(cli::writes({FileKind::kLabels}));
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
   command->footer(

@@ -1,0 +1,145 @@
+#include "haptics/import/labels_file.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/error.h"
+#include "engine/base/partial_file.h"
+#include "engine/base/units.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+/// x runs fastest, as both formats have it.
+std::string labels_of(const DenseTissue& t) {
+  std::string labels;
+  labels.reserve(t.tissue.size());
+  for (int z = 0; z < t.size.z; ++z) {
+    for (int y = 0; y < t.size.y; ++y) {
+      for (int x = 0; x < t.size.x; ++x) {
+        const std::size_t i = t.at(x, y, z);
+        labels += t.distance[i] <= 0 ? static_cast<char>(t.tissue[i]) : '\0';
+      }
+    }
+  }
+  return labels;
+}
+
+/// From voxels to mm in LPS: its columns are the steps along x, y and z.
+struct Placing {
+  glm::dmat3 step{1};
+  glm::dvec3 origin{0};
+};
+Placing placing_of(const Imported& imported) {
+  const glm::dmat3& r = imported.report.world_rotation;
+  const VoxelFrame& frame = imported.tissue.frame;
+  Placing p{r * (frame.voxel / kMillimetre), r * frame.origin / kMillimetre};
+  if (imported.report.space == "RAS") {
+    const glm::dmat3 turned(glm::dvec3(-1, 0, 0), glm::dvec3(0, -1, 0), glm::dvec3(0, 0, 1));
+    p = {turned * p.step, turned * p.origin};
+  }
+  return p;
+}
+
+std::string gzip(const std::string& bytes) {
+  constexpr int kLevel = 6, kGzip = 15 + 16;
+  z_stream z{};
+  if (deflateInit2(&z, kLevel, Z_DEFLATED, kGzip, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw RunFailure("zlib does not start");
+  std::string out;
+  std::array<char, 1 << 16> piece;
+  constexpr std::size_t kMostAtOnce = 1u << 30;
+  std::size_t done = 0;
+  int state = Z_OK;
+  while (state == Z_OK) {
+    if (z.avail_in == 0 && done < bytes.size()) {
+      const std::size_t n = std::min(kMostAtOnce, bytes.size() - done);
+      z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data() + done));
+      z.avail_in = static_cast<uInt>(n);
+      done += n;
+    }
+    z.next_out = reinterpret_cast<Bytef*>(piece.data());
+    z.avail_out = static_cast<uInt>(piece.size());
+    state = deflate(&z, done == bytes.size() ? Z_FINISH : Z_NO_FLUSH);
+    out.append(piece.data(), piece.size() - z.avail_out);
+  }
+  deflateEnd(&z);
+  return out;
+}
+
+std::string nrrd_of(const Imported& imported) {
+  const DenseTissue& t = imported.tissue;
+  const Placing p = placing_of(imported);
+  const auto vec = [](const glm::dvec3& v) { return fmt::format("({:.12g},{:.12g},{:.12g})", v.x, v.y, v.z); };
+  std::string text = fmt::format(
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\nspace directions: {} {} "
+      "{}\nkinds: domain domain domain\nencoding: gzip\nspace origin: {}\n",
+      t.size.x, t.size.y, t.size.z, vec(p.step[0]), vec(p.step[1]), vec(p.step[2]), vec(p.origin));
+  for (std::size_t k = 1; k < std::size_t{kTissueCount}; ++k) {
+    if (imported.report.volume[k] > 0) text += fmt::format("{}:={}\n", k, name_of(static_cast<Tissue>(k)));
+  }
+  return text + "\n" + gzip(labels_of(t));
+}
+
+std::string nifti_of(const Imported& imported) {
+  const DenseTissue& t = imported.tissue;
+  const Placing p = placing_of(imported);
+  constexpr std::size_t kHeader = 352;  // with the four bytes that say that no extension follows
+  std::string head(kHeader, '\0');
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(&head[at], &value, sizeof value); };
+  constexpr std::int16_t kUint8 = 2, kBits = 8, kScannerSpace = 1;
+  constexpr char kMillimetres = 2;
+  put(0, std::int32_t{348});
+  put(40, std::int16_t{3});
+  for (int a = 0; a < 3; ++a) {
+    put(42 + 2 * static_cast<std::size_t>(a), static_cast<std::int16_t>(t.size[a]));
+    put(80 + 4 * static_cast<std::size_t>(a), static_cast<float>(glm::length(p.step[a])));
+  }
+  for (std::size_t a = 3; a < 7; ++a) put(42 + 2 * a, std::int16_t{1});
+  put(70, kUint8);
+  put(72, kBits);
+  put(76, 1.0F);  // the fourth axis' handedness
+  put(108, static_cast<float>(kHeader));
+  put(112, 1.0F);  // slope
+  put(123, kMillimetres);
+  put(254, kScannerSpace);
+  for (int row = 0; row < 3; ++row) {
+    const double sign = row < 2 ? -1 : 1;  // RAS
+    for (int column = 0; column < 4; ++column) {
+      const double value = column < 3 ? p.step[column][row] : p.origin[row];
+      put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(column),
+          static_cast<float>(sign * value));
+    }
+  }
+  std::memcpy(&head[344], "n+1", 4);
+  return head + labels_of(t);
+}
+
+}  // namespace
+
+void write_labels(const Imported& imported, const std::filesystem::path& file) {
+  const bool nifti = file.extension() == ".nii" || file.extension() == ".NII";
+  const glm::ivec3& size = imported.tissue.size;
+  constexpr int kMostNifti = 32767;
+  if (nifti && glm::any(glm::greaterThan(size, glm::ivec3(kMostNifti)))) {
+    throw Error(file.string(), "size", fmt::format("{} x {} x {} voxels", size.x, size.y, size.z),
+                fmt::format("at most {} along an axis of a NIfTI file; a .nrrd file has no such limit", kMostNifti));
+  }
+  PartialFile partial(file, FileKind::kLabels);
+  const std::string bytes = nifti ? nifti_of(imported) : nrrd_of(imported);
+  std::ofstream out(partial.path(), std::ios::binary);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw Error(file.string(), "", std::strerror(errno), "room for the labels");
+  partial.keep();
+}
+
+}  // namespace typodont::haptics
