@@ -161,9 +161,9 @@ TEST_F(Doors, AReaderOfTheStreamIsToldOfALiveSessionToItsEnd) {
 
 TEST_F(Doors, ARosNodeToldOfALiveSessionTellsItsStatesForcesAndEnd) {
   const std::string built = *folder_ / "ros";
-  if (sh("test -e /usr/share/catkin/cmake/catkinConfig.cmake").status != 0)
+  if (sh("test -e /usr/share/catkin/cmake/catkinConfig.cmake -a -e /usr/share/std_msgs/msg/Header.msg").status != 0)
     GTEST_SKIP() << "no ROS: apt install catkin ros-message-generation libgeometry-msgs-dev libstd-msgs-dev "
-                    "python3-rospy python3-rosmaster";
+                    "ros-geometry-msgs ros-std-msgs python3-geometry-msgs python3-rospy python3-rosmaster";
   const test::Ran made =
       sh(fmt::format("env PATH=/usr/bin:$PATH sh -c '{0} -S engine/bindings/ros -B {1} -DPYTHON_EXECUTABLE={2} && {0} "
                      "--build {1}'",
