@@ -914,13 +914,12 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
                     (place() - seen_.X_WG.p)
               : dvec3(0);
   const double size = glm::length(wanted), most = scrapes ? Lead::most_scrape_lead : most_lead_;
-  if (size > most) {
-    wanted *= most / size;
-    // Soft tissue needs more lead for the same force: adjust the limit until the push is the leg's force.
-    if (!scrapes)
-      most_lead_ = std::clamp(most_lead_ + dt_ * Lead::lead_per_force * (leg.force - glm::length(seen_.f_T_W)),
-                              Lead::least_most_lead, Lead::most_lead);
-  }
+  if (size > most) wanted *= most / size;
+  // Soft tissue needs more lead for the same force: adjust the limit until the push is the leg's force.
+  const double too_little = leg.force - glm::length(seen_.f_T_W);  // N
+  if (leg.kind == Kind::kCut && (size > most || too_little < 0))
+    most_lead_ =
+        std::clamp(most_lead_ + dt_ * Lead::lead_per_force * too_little, Lead::least_most_lead, Lead::most_lead);
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);
