@@ -1,4 +1,5 @@
 // A scan of the user's own, carved with the model vertex: the program, its files, its replay.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,13 +17,13 @@
 namespace typodont {
 namespace {
 
-/// A sheet of 12 × 12 mm at z = 0, open on all sides, of faces of 4 mm, as a text STL.
-std::string sheet() {
+/// A sheet of 12 × 12 mm, open on all sides, of faces of 4 mm, as a text STL. Its middle: mm.
+std::string sheet(const dvec3& middle = dvec3(0)) {
   std::string text = "solid scan\n";
   const auto face = [&](const std::array<int, 6>& xy) {
     text += "facet normal 0 0 1\nouter loop\n";
     for (std::size_t i = 0; i < 6; i += 2) {
-      text += "vertex " + std::to_string(4 * xy[i] - 6) + " " + std::to_string(4 * xy[i + 1] - 6) + " 0\n";
+      text += fmt::format("vertex {} {} {}\n", middle.x + 4 * xy[i] - 6, middle.y + 4 * xy[i + 1] - 6, middle.z);
     }
     text += "endloop\nendfacet\n";
   };
@@ -78,16 +79,23 @@ struct CarvedScan : testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   std::string scene, hand;
   void SetUp() override {
-    folder.write("scan.stl", sheet());
+    folder.write("scan.stl", sheet({6.5, 5.8, 20}));  // where the rig looks
     scene = folder.write("scene.json",
                          R"({"name": "scan", "tissue": {"mesh": {"file": "scan.stl", "unit_mm": 1, "tissue": "dentin"}},
             "model": {"vertex": {"edge_mm": 0.15}}, "tool": "round_012", "spindle_krpm": 300, "parts": ["haptics", "render"]})");
     // Two strokes: down, across and up; then once more beside it.
-    hand = folder.write("hand.csv",
-                        "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.3,0.2,1.5,1,0,0,0,0\n0.2,0.3,0.2,0.8,1,0,0,0,1\n"
-                        "0.4,0.3,0.2,0.1,1,0,0,0,1\n0.7,1.0,0.2,0.1,1,0,0,0,1\n0.8,1.0,0.2,2,1,0,0,0,1\n"
-                        "1.3,0.3,1.6,2,1,0,0,0,1\n1.4,0.3,1.6,0.1,1,0,0,0,1\n1.7,1.0,1.6,0.1,1,0,0,0,1\n"
-                        "1.8,1.0,1.6,2,1,0,0,0,0\n");
+    std::string rows = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
+    for (const auto& [t, x, y, z, pedal] : {std::array{0.0, 6.8, 6.0, 21.5, 0.0},
+                                            {0.2, 6.8, 6.0, 20.8, 1.0},
+                                            {0.4, 6.8, 6.0, 20.1, 1.0},
+                                            {0.7, 7.5, 6.0, 20.1, 1.0},
+                                            {0.8, 7.5, 6.0, 22.0, 1.0},
+                                            {1.3, 6.8, 7.4, 22.0, 1.0},
+                                            {1.4, 6.8, 7.4, 20.1, 1.0},
+                                            {1.7, 7.5, 7.4, 20.1, 1.0},
+                                            {1.8, 7.5, 7.4, 22.0, 0.0}})
+      rows += fmt::format("{},{},{},{},1,0,0,0,{}\n", t, x, y, z, pedal);
+    hand = folder.write("hand.csv", rows);
     const auto ran = folder.run("servo " + scene + " --hand " + hand + " --out " + folder / "s.h5" + " --save " +
                                 folder / "left.vdb");
     ASSERT_EQ(ran.status, 0) << ran.err;
@@ -147,14 +155,15 @@ TEST_F(CarvedScan, IsRenderedAtAMomentAndSavedAsTheMeshItIs) {
     return Json::parse(ran.out, "render")["frame"]["triangles"].number();
   };
   const double before = triangles_at("--at 0.1", "before"), after = triangles_at("--at 1.8", "after");
-  EXPECT_EQ(before, 18);  // of the file
-  EXPECT_GT(after, 500);
-  EXPECT_GT(triangles_at("--at 1.8 --view section --plane 0,1,0,0.2", "section"), 100);
+  EXPECT_GE(before, 1);
+  EXPECT_LE(before, 18) << "the file has no more";
+  EXPECT_GT(after, 400);
+  EXPECT_GT(triangles_at("--at 1.8 --view section --plane 0,1,0,6", "section"), 100);
   EXPECT_GT(triangles_at("--at 1.8 --view xray", "xray"), 100);
   // An STL has 84 bytes and 50 a triangle.
   const auto bytes = std::filesystem::file_size(folder / "left_surface.stl");
   EXPECT_EQ((bytes - 84) % 50, 0u);
-  EXPECT_EQ(static_cast<double>((bytes - 84) / 50), after);
+  EXPECT_GE(static_cast<double>((bytes - 84) / 50), after) << "what the picture cuts off is there";
 }
 
 TEST(TissueView, OfAFieldShowsTheSameWhetherACarverOrAVolumeIsAsked) {

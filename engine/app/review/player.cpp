@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/app/recording/replay.h"
 #include "engine/app/recording/resume.h"
@@ -41,6 +42,7 @@ void SessionPlayer::from_the_start() {
   next_ = 0;
   done_.clear();
   view_.reset();
+  anew_ = true;
 }
 
 void SessionPlayer::smooth_to(float tolerance) {
@@ -50,7 +52,19 @@ void SessionPlayer::smooth_to(float tolerance) {
 
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
-  return view_->update(*carver_);
+  std::vector<render::MeshUpdate> surface = view_->update(*carver_);
+  // Tissue that begins anew names the bricks that it has; what else is shown is taken away.
+  std::set<std::uint64_t> gone;
+  if (std::exchange(anew_, false)) gone.swap(shown_);
+  for (const render::MeshUpdate& brick : surface) {
+    gone.erase(brick.brick);
+    if (brick.indices.empty())
+      shown_.erase(brick.brick);
+    else
+      shown_.insert(brick.brick);
+  }
+  for (const std::uint64_t brick : gone) surface.emplace_back().brick = brick;
+  return surface;
 }
 
 void SessionPlayer::go_on(Nanos t) {

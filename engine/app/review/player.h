@@ -2,8 +2,10 @@
 // recorded: the same cuts in the same order, the strokes that were taken back taken back. Drawing thread.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -67,6 +69,8 @@ class SessionPlayer {
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
+  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() gave
+  bool anew_ = false;              // the carver began again since
 };
 
 /// Where playing stands: seeking, speed, a loop. Pure.
