@@ -13,6 +13,7 @@
 #include "haptics/contact_method.h"
 #include "haptics/damping_fit.h"
 #include "haptics/import/mesh_tissue.h"
+#include "tests/support/campaign.h"
 #include "tests/support/haptic_bench.h"
 #include "tests/support/mesh_shapes.h"
 #include "tests/support/no_alloc.h"
@@ -491,6 +492,40 @@ TEST_P(MeshLodHeads, CutsWhereItIsPressedAndWhatGoesIsCountedWithoutAStepOfTheFo
   EXPECT_NEAR(total(run.last.removed) / lost, 1, 1e-6);
   EXPECT_LE(most_step, 0.02);
   EXPECT_GE(least_energy, -1e-9);
+}
+
+// More of them in ./run stress.
+TEST_P(MeshLodHeads, RandomHandsLeaveTheMeshClosedAndTheProxyNeverLeaps) {
+  const HeadCase& head = GetParam();
+  for (int seed = 1; seed <= test::campaign(1); ++seed) {
+    std::mt19937 random(static_cast<unsigned>(seed));
+    std::uniform_real_distribution<double> unit(-1, 1);
+    MeshBench run(volume(kBlock), drill(head.shape, head.diameter, head.length));
+    dvec3 p(0, 0, 2.5_mm), way(0), before(0);
+    dquat R = head.lies ? glm::angleAxis(kPi / 2, dvec3(0, 1, 0)) : dquat(1, 0, 0, 0), turn(1, 0, 0, 0);
+    double most_step = 0, least_energy = 0;
+    for (int i = 0; i < 2000; ++i) {
+      if (i % 100 == 0) {  // a new way, up to 20 mm/s, and turn
+        way = 20e-6 * dvec3(unit(random), unit(random), unit(random) - (p.z > 0 ? 0.8 : -0.2));
+        turn = glm::angleAxis(2e-3 * unit(random), glm::normalize(dvec3(unit(random), unit(random), 0.1)));
+      }
+      const Pose last{p, R};
+      p = glm::clamp(p + way, dvec3(-2.0_mm, -2.0_mm, -1.0_mm), dvec3(2.0_mm, 2.0_mm, 2.5_mm));
+      R = glm::normalize(turn * R);
+      run.tick({p, R}, 1);
+      const dvec3 lag = run.last.X_WG.p - p;
+      most_step = std::max(most_step, glm::distance(lag, before) - way_between(last, {p, R}, head.length / 2));
+      before = lag;
+      least_energy = std::min(least_energy, run.last.energy);
+    }
+    const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();
+    EXPECT_GT(run.last.cuts, 20U) << seed;
+    EXPECT_EQ(test::broken(mesh), "") << seed;
+    EXPECT_EQ(test::crossings(mesh), 0) << seed;
+    EXPECT_EQ(mesh.border_edges(), 0U) << seed;
+    EXPECT_LE(most_step, 0.04_mm) << seed << ": what a bur eases by in a tick, and what it cuts";
+    EXPECT_GE(least_energy, -1e-9) << seed;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, MeshLodHeads,
