@@ -127,8 +127,9 @@ struct Tabled {
 };
 constexpr Tabled kTabled[] = {
     {{"Does friction follow Coulomb's law?",
-      "The slide with friction: tangential over normal force against 0.15, % rms. Sticking counts as an error.", "",
-      "drag", "friction", "rms", ""},
+      "The slide with friction: tangential over normal force against 0.15, % rms. Sticking counts as an error; in the "
+      "groove two walls hold the ball, and there is no one normal.",
+      "", "drag", "friction", "rms", ""},
      error_of},
     {{"What does a tick cost, at worst?", "Thread processor time of the servo's tick while sliding: 99.9 %, µs.", "",
       "slide", "tick, 99.9 %", "", ""},
@@ -158,7 +159,8 @@ constexpr Tabled kTabled[] = {
       "force left", "", ""},
      error_of},
     {{"Do hands escape through thin walls, 1 mm a tick?",
-      "A ball is moved through a sheet and stays 4 mm below it: % of hands that no force holds back then. A sheet of "
+      "A ball is moved through a sheet and stays 4 mm or more below it: % of hands that no force holds back then. A "
+      "sheet of "
       "each "
       "thickness, random places and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
