@@ -27,36 +27,34 @@ double Servo::State::recovered(const ContactTick& now, double felt) const noexce
   return std::clamp(spare * k * now.dt / (P::recovery_time * std::max(felt, P::unpaid_force)), 0.0, most);
 }
 
-/// While a bur turns, the force changes by drilling_slew at most. What the hand's own way into the tissue would change
-/// it by beyond that is given up: `give` is the coupling's force less the felt one, as if the coupling's anchor had
-/// moved toward the hand. An anchor that moves with the force takes energy. It comes back slowly, and it never pulls
-/// the hand in. Beyond free_give the limit grows with the give, so that a strong push does not fall through tissue.
-/// Behind other rises the force lags by most_lag at most, so that a rough surface gives nothing up; behind a fall it
-/// lags as long as that takes. Where nothing changes faster than the limit, nothing is done.
+/// While a bur turns, the force changes by drilling_slew at most. What the coupling would change by beyond that is
+/// given up: `give` is the coupling's force less the felt one, as if the coupling's anchor had moved toward the hand.
+/// An anchor that moves with the force takes energy. It comes back slowly, and it never pulls the hand in. Beyond
+/// free_give the limit grows with the give, so that a strong push does not fall through tissue. Where nothing changes
+/// faster than the limit, there is no give, and nothing is done.
 void Servo::State::give_way(ContactTick& now) noexcept {
   Limits& l = limits;
   const bool turns = now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
   if (!turns && l.give == dvec3(0)) return;
-  const double coupled = glm::length(now.force), k = settings.stiffness * coupling.relative_stiffness;
-  const dvec3 n = coupled > 0 ? now.force / coupled : dvec3(0);
+  const double coupled = glm::length(now.force);
   const double hardened = 1 + P::hardening * std::max(0.0, glm::length(l.give) - P::free_give);
-  const double most = hardened * P::drilling_slew * now.dt, given = std::min(glm::dot(l.give, n), coupled);
-  double give = given > 0 ? std::max(given - recovered(now, coupled - given), 0.0) : 0.0;
-  dvec3 change = now.force - give * n + now.teeth_force - l.last_force - l.last_teeth_force;
-  double most_lag = P::most_lag;
-  if (glm::dot(change, n) > 0) {
-    const double own = -k * glm::dot(now.moved, n) - most, over = glm::length(change) - most;
-    const double more = std::max(std::min(own, over), 0.0);
-    give += more, change -= more * n;
-  } else {
-    most_lag = glm::length(change);
+  const double most = hardened * P::drilling_slew * now.dt;
+  dvec3 give(0);
+  if (coupled > 0 && l.give != dvec3(0)) {
+    const dvec3 n = now.force / coupled;
+    const double along = std::min(glm::dot(l.give, n), coupled);
+    if (along > 0) give = std::max(along - recovered(now, coupled - along), 0.0) * n;
   }
-  now.force -= give * n;
-  if (const double size = glm::length(change), over = size - most; over > 0) {
-    now.force -= change * (std::min(over, most_lag) / size);
+  const dvec3 change = now.force - give + now.teeth_force - l.last_force - l.last_teeth_force;
+  const double size = glm::length(change);
+  if (size > most) give += change * (1 - most / size);
+  l.give = give;
+  if (give == dvec3(0)) {
+    l.felt = 1;
+    return;
   }
-  l.give = give * n;
-  l.felt = coupled > 0 ? 1 - give / coupled : 1.0;
+  now.force -= give;
+  l.felt = coupled > 0 ? std::min(glm::length(now.force) / coupled, 1.0) : 1.0;
   now.torque *= l.felt;
 }
 

@@ -47,7 +47,7 @@ struct LimitParameters {
   static constexpr double recovery_slew = 10;    // N/s at which a coupling that gave way comes back at most
   static constexpr double kept_back = 3;         // ratio to the coupling's energy that the ledger keeps meanwhile, …
   static constexpr double recovery_time = 0.1;   // s over which what it holds beyond that may be spent
-  static constexpr double most_lag = 0.05;       // N by which it may lag behind a rise that no landing makes
+  static constexpr double most_lag = 0.05;       // N that the force may lag behind by, by the laws before the fourth
   static constexpr double debt = 2e-9;           // J of ledger debt that is more than rounding
   static constexpr double unpaid_force = 0.1;    // N that the coupling may give although the ledger holds nothing
   static constexpr double far_more = 2;          // ratio to the force that the ledger's energy is worth

@@ -1,9 +1,7 @@
 // Simulated hands push every rotary tool of the catalogue into the molar, with caries, by a constant force. They come
 // down from the air at up to 0.1 m/s, land, drill, and slip off edges. At 1 kHz the force on the hand must not change
-// by 0.02 N or more from one tick to the next, the landing included, or by more than the law says where the coupling
-// has given way by more than 3 N at a hard landing. One hand in six may feel more, where the surface under a bur
-// changes at once, but none more than a spring of 1 N/mm gives by the hand's own way in that tick. ./run stress runs
-// more hands.
+// by 0.02 N or more from one tick to the next, the landing included. Only where the coupling has given way by more than
+// 3 N, at a hard landing, may it change faster, and by no more than the law says. ./run stress runs more hands.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +41,6 @@ struct Felt {
   double step = 0, most = 1;  // N, a change from tick to tick and what it may be: those that are closest to it, …
   double at = 0, speed = 0;   // … and s and m/s of the hand there
   double energy = 0;          // J, the least in the ledger
-  double by_its_way = 0;      // N that a spring gives by the hand's own way in that tick
 };
 
 Felt push(const std::string& tool, const std::string& spindle, std::uint32_t seed,
@@ -83,7 +80,6 @@ Felt push(const std::string& tool, const std::string& spindle, std::uint32_t see
     if (tick.index > 0 && step / most > felt.step / felt.most) {
       felt.step = step, felt.most = most;
       felt.at = to_seconds(tick.t), felt.speed = glm::length(tick.X_WT.p - last.X_WT.p) / 1e-3;
-      felt.by_its_way = 1.1 * felt.speed;  // 1 N/mm in 1 ms
     }
     felt.landed |= tick.depth > 0;
     felt.energy = std::min(felt.energy, tick.energy);
@@ -92,7 +88,7 @@ Felt push(const std::string& tool, const std::string& spindle, std::uint32_t see
   return felt;
 }
 
-TEST(ConstantPush, OfAnyRotaryToolGivesNoStepAlsoWhereItLandsButToOneHandInSix) {
+TEST(ConstantPush, OfAnyRotaryToolGivesNoStepAlsoWhereItLandsUnlessTheCouplingGaveWayByThreeNewtons) {
   std::vector<std::string> tools;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
     if (entry.path().extension() != ".json") continue;
@@ -105,18 +101,16 @@ TEST(ConstantPush, OfAnyRotaryToolGivesNoStepAlsoWhereItLandsButToOneHandInSix) 
       "scene.json");
   const haptics::TissueVolume tissue = load_tissue(scene);
   const int hands = test::campaign(24);
-  int landed = 0, over = 0;
+  int landed = 0;
   for (int i = 0; i < hands; ++i) {
     const std::string& tool = tools[static_cast<std::size_t>(i * 7) % tools.size()];
     const Felt felt = push(tool, i % 2 ? "air_turbine" : "electric_1_5", static_cast<std::uint32_t>(i), tissue);
     landed += felt.landed;
-    over += felt.step >= felt.most;
-    EXPECT_LT(felt.step, std::max(felt.most, felt.by_its_way))
-        << felt.hand << ", at " << felt.at << " s, the hand at " << 1e3 * felt.speed << " mm/s";
+    EXPECT_LT(felt.step, felt.most) << felt.hand << ", at " << felt.at << " s, the hand at " << 1e3 * felt.speed
+                                    << " mm/s";
     EXPECT_GE(felt.energy, -1e-9) << felt.hand;
   }
   EXPECT_GT(landed, 0.9 * hands);
-  EXPECT_LE(6 * over, hands);
 }
 
 }  // namespace
