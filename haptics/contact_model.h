@@ -27,7 +27,6 @@ struct ContactInput {
   double normal_force = 0;        // N
   dvec3 normal{0};                // unit, out of the tissue
   double relative_stiffness = 1;  // stiffness of the coupling under the head, over that of the settings
-  double given_way = 0;           // m that the coupling gave way by: so much of the hand's way presses nothing
 
   // What this tick may remove.
   bool cuts = false;           // the tool cuts: its spindle turns, or its edge scrapes

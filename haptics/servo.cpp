@@ -98,8 +98,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   out.spindle_energy = sums.spindle_energy;
   motion.started = motion.idle = false;
   limits.last_force = limits.last_torque = limits.last_spindle_force = limits.last_teeth_force = limits.last_sent =
-      limits.last_spindle_torque = limits.give = dvec3(0);
-  limits.felt = 1;
+      limits.last_spindle_torque = dvec3(0);
   coupling.normal_force = coupling.head_force = coupling.pressing = 0;
   coupling.friction = {};
 }
@@ -118,8 +117,6 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   coupling.friction = {};
   coupling.tip = {};
   limits.given = limits.stored = 0;
-  limits.give = dvec3(0);
-  limits.felt = 1;
   limits.ramp = 0;
 }
 
@@ -215,7 +212,6 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.normal_force = coupling.normal_force;
   in.normal = coupling.normal;
   in.relative_stiffness = coupling.relative_stiffness;
-  in.given_way = glm::length(limits.give) / (settings.stiffness * std::max(coupling.relative_stiffness, 0.05));
 }
 
 /// A snapshot that has long been due: the carver is late. What the snapshot holds is still true, so the force stays.

@@ -85,7 +85,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   } else if (!contact.bridging) {
     c.pressed = dvec3(0);  // free, and led at a pace: the motor has nothing to work on
   }
-  c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal)) * limits.felt;
+  c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
   // A turning bur slips always; its tangential force is that of the teeth.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {

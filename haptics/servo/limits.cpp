@@ -8,59 +8,15 @@ namespace typodont::haptics {
 
 using P = LimitParameters;
 
-/// By the laws before the fourth: a turning bur's force lags behind a sudden change, by most_lag at most.
-void Servo::State::lag_behind(ContactTick& now) noexcept {
-  const Limits& l = limits;
-  if (!now.in.cuts || now.in.scrapes || !(coupling.normal_force > 0) || l.last_force == dvec3(0)) return;
-  const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
-  const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
-  if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
-}
-
-/// N by which a coupling that gave way comes back in this tick, while it gives the force `felt`. To come back is work
-/// on the hand, felt × way of the anchor. So it takes what the ledger holds beyond what it takes to let this force end,
-/// and takes it over many ticks.
-double Servo::State::recovered(const ContactTick& now, double felt) const noexcept {
-  const double k = settings.stiffness * coupling.relative_stiffness;
-  const double spare = sums.energy + limits.given - P::kept_back * felt * felt / (2 * k);
-  const double most = P::recovery_slew * now.dt;
-  return std::clamp(spare * k * now.dt / (P::recovery_time * std::max(felt, P::unpaid_force)), 0.0, most);
-}
-
-/// While a bur turns, the force changes by drilling_slew at most. What the coupling would change by beyond that is
-/// given up: `give` is the coupling's force less the felt one, as if the coupling's anchor had moved toward the hand.
-/// An anchor that moves with the force takes energy. It comes back slowly, and it never pulls the hand in. Beyond
-/// free_give the limit grows with the give, so that a strong push does not fall through tissue. Where nothing changes
-/// faster than the limit, there is no give, and nothing is done.
-void Servo::State::give_way(ContactTick& now) noexcept {
-  Limits& l = limits;
-  const bool turns = now.in.cuts && !now.in.scrapes && !now.contact.gives_force;
-  if (!turns && l.give == dvec3(0)) return;
-  const double coupled = glm::length(now.force);
-  const double hardened = 1 + P::hardening * std::max(0.0, glm::length(l.give) - P::free_give);
-  const double most = hardened * P::drilling_slew * now.dt;
-  dvec3 give(0);
-  if (coupled > 0 && l.give != dvec3(0)) {
-    const dvec3 n = now.force / coupled;
-    const double along = std::min(glm::dot(l.give, n), coupled);
-    if (along > 0) give = std::max(along - recovered(now, coupled - along), 0.0) * n;
-  }
-  const dvec3 change = now.force - give + now.teeth_force - l.last_force - l.last_teeth_force;
-  const double size = glm::length(change);
-  if (size > most) give += change * (1 - most / size);
-  l.give = give;
-  if (give == dvec3(0)) {
-    l.felt = 1;
-    return;
-  }
-  now.force -= give;
-  l.felt = coupled > 0 ? std::min(glm::length(now.force) / coupled, 1.0) : 1.0;
-  now.torque *= l.felt;
-}
-
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
-  settings.laws < 4 ? lag_behind(now) : give_way(now);
+  // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the
+  // spindle sends through the arm is meant to be felt.)
+  if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
+    const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
+    const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
+    if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
+  }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
   if (!now.contact.touching && !fades) l.ramp = 1;  // begun in the open: nothing to ramp
   l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);

@@ -41,13 +41,8 @@ struct CouplingParameters {
 
 /// What bounds the force (limits.cpp).
 struct LimitParameters {
-  static constexpr double drilling_slew = 18.5;  // N/s, limit of the force's change while a bur turns, hand included
-  static constexpr double free_give = 3;         // N of the coupling's force that may be given up at that limit, …
-  static constexpr double hardening = 8;         // … and by how much the limit grows for each N more, 1/N
-  static constexpr double recovery_slew = 10;    // N/s at which a coupling that gave way comes back at most
-  static constexpr double kept_back = 3;         // ratio to the coupling's energy that the ledger keeps meanwhile, …
-  static constexpr double recovery_time = 0.1;   // s over which what it holds beyond that may be spent
-  static constexpr double most_lag = 0.05;       // N that the force may lag behind by, by the laws before the fourth
+  static constexpr double drilling_slew = 18.5;  // N/s, limit of the force's change while a bur cuts, hand included, …
+  static constexpr double most_lag = 0.05;       // N … where the force need not stay behind by more than this
   static constexpr double debt = 2e-9;           // J of ledger debt that is more than rounding
   static constexpr double unpaid_force = 0.1;    // N that the coupling may give although the ledger holds nothing
   static constexpr double far_more = 2;          // ratio to the force that the ledger's energy is worth

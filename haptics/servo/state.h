@@ -106,8 +106,6 @@ struct Servo::State {
     bool unpaid = false;  // the ledger holds far less than the coupling: the force follows the ledger
     double ramp = 0;      // 0..1, of the force at start and end
     bool ending = false;
-    dvec3 give{0};    // N, the coupling's force less the felt one, of a turning bur that lands or slips off (give_way)
-    double felt = 1;  // felt force over the coupling's
     dvec3 last_force{0};           // N, by the tissue
     dvec3 last_torque{0};          // N·m, as felt
     dvec3 last_spindle_force{0};   // N, by the spindle
@@ -189,9 +187,6 @@ struct Servo::State {
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:
-  void lag_behind(ContactTick& now) noexcept;
-  double recovered(const ContactTick& now, double felt) const noexcept;
-  void give_way(ContactTick& now) noexcept;
   double paid_fraction(const ContactTick& now) noexcept;
   void feel_nothing(ContactTick& now) noexcept;
   void couple(ContactTick& now, double depth) noexcept;

@@ -99,7 +99,7 @@ class OffsetModel : public PatchModel {
   void follow_hand() noexcept;
   bool lead_back() noexcept;
   void watch_retreat(const ContactInput& in) noexcept;
-  bool hand_has_left(const ContactInput& in) const noexcept;
+  bool hand_has_left() const noexcept;
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 

@@ -474,14 +474,14 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
   outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
   const dvec3 pull = p.target - p.c, moved = p.c - retreat_.held_at;
-  const double least = (R::far + in.given_way) / voxel(), still = R::still / voxel();
+  const double least = R::far / voxel(), still = R::still / voxel();
   if (glm::dot(pull, pull) < least * least || glm::dot(moved, moved) > still * still) {
     retreat_.held_at = p.c;
     retreat_.held_for = 0;
     return;
   }
   retreat_.held_for += in.dt;
-  if (retreat_.held_for < R::patience || !hand_has_left(in)) return;
+  if (retreat_.held_for < R::patience || !hand_has_left()) return;
   retreat_.to = retreat_.path.nearest(p.target, glm::length(pull) - R::gain / voxel());
   retreat_.leading = retreat_.to < retreat_.path.size();
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
@@ -489,12 +489,12 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 
 /// Whether there is room for the head on the straight way to the hand, as far as the patch shows: a hand that presses
 /// into tissue has none. A hand that is too far away to press has left.
-bool OffsetModel::hand_has_left(const ContactInput& in) const noexcept {
+bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
   const dvec3 way = p.target - p.c;
   const double length = glm::length(way);
-  if (length * voxel() > R::too_far + in.given_way) return true;
+  if (length * voxel() > R::too_far) return true;
   for (double s = reach(); s < length; s += R::look_step) {
     const dvec3 x = p.c + way * (s / length);
     if (!patch_.holds(x, 1)) return false;
