@@ -113,6 +113,70 @@ TEST(Readme, EveryPathOfTheTreeIsThere) {
   EXPECT_GT(paths, 30u);
 }
 
+/// Pages for people that no command writes.
+std::vector<fs::path> written_pages() {
+  std::vector<fs::path> written = pages();
+  std::erase_if(written,
+                [](const fs::path& page) { return page == "docs/performance.md" || page == "docs/models.md"; });
+  return written;
+}
+
+/// The lines of a page that are plain text: no code, tables, headings, pictures, HTML.
+std::vector<std::string> prose(const fs::path& page) {
+  std::vector<std::string> lines;
+  std::ifstream in(page);
+  bool code = false;
+  for (std::string line; std::getline(in, line);) {
+    if (line.starts_with("```")) code = !code;
+    const bool other = line.starts_with("```") || line.starts_with("|") || line.starts_with("#") ||
+                       line.starts_with("![") || line.starts_with("<") || line.starts_with("    ");
+    if (!code && !other) lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST(Readme, NoLineOfProseIsLongerThan120Characters) {
+  for (const fs::path& page : written_pages())
+    for (const std::string& line : prose(page)) {
+      const auto characters = std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+      EXPECT_LE(characters, 120) << page << ": " << line;
+    }
+}
+
+TEST(Readme, APageOfMoreThan1500WordsBeginsWithATableOfContents) {
+  static const std::regex word(R"(\S+)"), own_anchor(R"(\]\((#[^)\s]+)\))");
+  for (const fs::path& page : written_pages()) {
+    const std::string text = text_of(page);
+    const auto words = std::distance(std::sregex_iterator(text.begin(), text.end(), word), std::sregex_iterator());
+    if (words <= 1500) continue;
+    const std::string beginning = text.substr(0, 4000);
+    EXPECT_GE(all(beginning, own_anchor).size(), 3u) << page << ": " << words << " words";
+  }
+}
+
+TEST(Readme, EveryTypeAndFunctionThatAPageNamesIsInTheCode) {
+  // `CamelCase`, `name()` and `a::b`, without what belongs to others (std, other programs' names have no two humps).
+  static const std::regex named(
+      R"re(`((?:[a-z_]+::)*(?:[A-Z][a-z0-9]+[A-Z]\w*|[A-Za-z_]\w*\(\)|\w+::\w+)[\w:]*(?:\(\))?)`)re"),
+      word(R"(([A-Za-z_]\w+))");
+  std::set<std::string> known;
+  for (const char* top : {"engine", "haptics", "audio", "calibration", "shaders", "tests", "cmake"})
+    for (const auto& entry : fs::recursive_directory_iterator(top))
+      if (entry.is_regular_file() && entry.path().extension() != ".md" && entry.file_size() < 300'000)
+        known.merge(all(text_of(entry.path()), word));
+  std::size_t names = 0;
+  for (const fs::path& page : pages())
+    for (std::string name : all(text_of(page), named)) {
+      const std::string whole = name;
+      if (name.ends_with("()")) name.resize(name.size() - 2);
+      const std::size_t colon = name.rfind(':');
+      if (colon != std::string::npos) name = name.substr(colon + 1);
+      EXPECT_TRUE(known.contains(name)) << page << ": " << whole;
+      ++names;
+    }
+  EXPECT_GT(names, 100u);
+}
+
 const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
 
 /// What the source of a command (COMMAND.cpp, a hyphen of its name an underscore) declares; --json, which every command
