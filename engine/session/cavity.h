@@ -30,12 +30,13 @@ struct Place {
 /// SI. What cannot be said of this preparation (no floor, no pulp …) is absent.
 struct CavityMeasures {
   bool has_ideal = false;
-  double wanted = 0;              // m³ that the ideal takes away or adds
-  double done = 0;                // m³ of that
-  double over_volume = 0;         // m³ missing that the ideal leaves (or adds)
-  double under_volume = 0;        // m³ still there that the ideal takes away (or too much of a filling)
-  Place over, under;              // where the surface lies farthest inside and outside the ideal
-  std::optional<double> contour;  // m rms, from the ideal's surface, over all that was to be changed or was changed, without closed pores
+  double wanted = 0;        // m³ that the ideal takes away or adds
+  double done = 0;          // m³ of that
+  double over_volume = 0;   // m³ missing that the ideal leaves (or adds)
+  double under_volume = 0;  // m³ still there that the ideal takes away (or too much of a filling)
+  Place over, under;        // where the surface lies farthest inside and outside the ideal
+  std::optional<double>
+      contour;  // m rms, from the ideal's surface, over all that was to be changed or was changed, without closed pores
 
   double cut_area = 0;                   // m² of new surface
   std::optional<double> floor_depth;     // m, mean, along the axis below the surface there was
