@@ -17,7 +17,7 @@ SCENE = HERE.parents[1] / "assets/scenes/implant-premolar.json"
 PANELS = (("A: round burs, phases 1 to 3", 0, 3), ("B: pilot drill and gauges, phases 4 to 7", 3, 7),
           ("C: twist drills and gauges, phases 8 to 13", 7, 13), ("D: tap, implant and closure screw, phases 14 to 16", 13, 16))
 LINES = (("along the arch", "#2a7f3f"), ("along the plan's axis", "#123a7a"), ("across the arch", "#b5541c"))
-BINS = 900  # of a panel: each shows the mean and the extremes of its ticks
+BINS = 450  # of a panel: each shows the mean and the extremes of its ticks
 
 
 def axes(scene):
@@ -58,7 +58,7 @@ def draw(report, ticks, file):
     for k, (title, first, end) in enumerate(PANELS):
         top = 44 + k * (height + gap)
         shown = [(i, p) for i, p in enumerate(phases[first:end], first) if p["began_s"] is not None]
-        t0, t1 = shown[0][1]["began_s"], shown[-1][1]["ended_s"] + 1
+        t0, t1 = shown[0][1]["began_s"], (shown[-1][1]["ended_s"] or ticks[-1][0]) + 1
         inside = [tick for tick in ticks if t0 <= tick[0] <= t1]
         low = min(min(f) for _, f in inside)
         high = max(max(f) for _, f in inside)

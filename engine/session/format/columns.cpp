@@ -216,10 +216,9 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  Column<T> level = added_later(exact<T>("level", "", "level of detail of the contact model; 0: the finest",
-                                         [](T& t) -> std::uint32_t& { return t.level; }));
-  level.in_file = false;
-  c.push_back(level);
+  // In files, too: an implant exercise is scored by the state of its tool.
+  c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
+                                   [](T& t) -> std::uint32_t& { return t.level; })));
 
   // What a replay needs on top, bit for bit.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",

@@ -349,7 +349,8 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
-  const double drag = parameters_.sliding_drag + look_.wrench.force.z;
+  // Bone is cut on the way in only: on the way out it does not hold the teeth.
+  const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
   const double step =
