@@ -23,13 +23,17 @@ namespace typodont::test {
 struct XServer {
   pid_t process = -1;
 
-  /// `command`: the program and its arguments, without the display's number, which is its own choice. What it says goes
-  /// to the file, where one is named.
+  /// `command`: the program and its arguments, without the display's number. What it says goes to the file, where one
+  /// is named.
   explicit XServer(std::vector<std::string> command, const std::string& said = "") {
     int fds[2];
     if (pipe(fds) != 0) return;
-    // A key that a slow machine lets go late must not repeat (-r).
-    command.insert(command.end(), {"-displayfd", std::to_string(fds[1]), "-nolisten", "tcp", "-r"});
+    // A display number of this process's own: a server that takes the first free number can lose its socket to one that
+    // ends at the same time. A key that a slow machine lets go late must not repeat (-r).
+    static int servers = 0;
+    const int display = 100 + (4 * getpid() + servers++) % 50000;
+    command.insert(command.end(),
+                   {fmt::format(":{}", display), "-displayfd", std::to_string(fds[1]), "-nolisten", "tcp", "-r"});
     std::vector<char*> arguments;
     for (std::string& argument : command) arguments.push_back(argument.data());
     arguments.push_back(nullptr);
