@@ -28,7 +28,11 @@ void limit_process(const ProcessLimits& limits) {
       longest{limits.longest_file, limits.longest_file};
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &seconds);
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  (void)bytes;  // a sanitizer's shadow memory alone is larger than any limit
+#else
   setrlimit(RLIMIT_AS, &bytes);
+#endif
   setrlimit(RLIMIT_FSIZE, &longest);
   alarm(static_cast<unsigned>(limits.seconds));  // and where it sleeps for ever
 }
