@@ -139,15 +139,20 @@ void transition(VkCommandBuffer commands, const Image& image, VkImageLayout from
   transition(commands, image.image, image.options.aspect, from, to, source_stage, source_access, stage, access);
 }
 
-void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access) {
-  const VkMemoryBarrier2 to_host{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                 .srcStageMask = stage,
-                                 .srcAccessMask = access,
-                                 .dstStageMask = VK_PIPELINE_STAGE_2_HOST_BIT,
-                                 .dstAccessMask = VK_ACCESS_2_HOST_READ_BIT};
+void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
+                    VkPipelineStageFlags2 to, VkAccessFlags2 access) {
+  const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
+                                .srcStageMask = from,
+                                .srcAccessMask = written,
+                                .dstStageMask = to,
+                                .dstAccessMask = access};
   const VkDependencyInfo dependency{
-      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &to_host};
+      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
   vkCmdPipelineBarrier2(commands, &dependency);
+}
+
+void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access) {
+  memory_barrier(commands, stage, access, VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
 }
 
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout) {

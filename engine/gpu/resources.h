@@ -68,6 +68,9 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
+/// One memory barrier: what the stages `from` wrote is visible to the stages `to`.
+void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
+                    VkPipelineStageFlags2 to, VkAccessFlags2 access);
 /// What those stages wrote is there for the host once the commands are done.
 void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 

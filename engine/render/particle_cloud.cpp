@@ -21,18 +21,6 @@ static_assert(sizeof(Step) <= 128);
 
 constexpr std::size_t kInstance = 20;  // bytes, as in particle_pass.cpp
 
-void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written, VkPipelineStageFlags2 to,
-             VkAccessFlags2 access) {
-  const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                .srcStageMask = from,
-                                .srcAccessMask = written,
-                                .dstStageMask = to,
-                                .dstAccessMask = access};
-  const VkDependencyInfo dependency{
-      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
-  vkCmdPipelineBarrier2(commands, &dependency);
-}
-
 }  // namespace
 
 ParticleCloud::ParticleCloud(gpu::Device& device, const CloudLaw& law, std::vector<float> distance)
@@ -122,13 +110,13 @@ void ParticleCloud::record(VkCommandBuffer commands, int slot) {
     std::vector<VkBufferCopy> parts{{0, at * sizeof(CloudParticle), before_end * sizeof(CloudParticle)}};
     if (before_end < born_.size())
       parts.push_back({before_end * sizeof(CloudParticle), 0, (born_.size() - before_end) * sizeof(CloudParticle)});
-    barrier(commands, kCompute, kReadWrite, kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    gpu::memory_barrier(commands, kCompute, kReadWrite, kCopy, VK_ACCESS_2_TRANSFER_WRITE_BIT);
     vkCmdCopyBuffer(commands, staging.buffer, particles_.buffer, static_cast<std::uint32_t>(parts.size()),
                     parts.data());
     born_.clear();
   }
-  barrier(commands, kCopy | kCompute | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
-          VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, kCompute, kReadWrite);
+  gpu::memory_barrier(commands, kCopy | kCompute | VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
+                      VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, kCompute, kReadWrite);
   const Step step{glm::vec4(glm::dvec4(law_.gravity, dt)),
                   glm::vec4(glm::dvec4(law_.origin, law_.spacing)),
                   glm::ivec4(law_.size, static_cast<int>(law_.capacity)),
@@ -141,8 +129,8 @@ void ParticleCloud::record(VkCommandBuffer commands, int slot) {
   vkCmdPushConstants(commands, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof step, &step);
   ++steps_;
   vkCmdDispatch(commands, static_cast<std::uint32_t>((count_ + 63) / 64), 1, 1);
-  barrier(commands, kCompute, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
-          VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT);
+  gpu::memory_barrier(commands, kCompute, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT, VK_PIPELINE_STAGE_2_VERTEX_INPUT_BIT,
+                      VK_ACCESS_2_VERTEX_ATTRIBUTE_READ_BIT);
 }
 
 std::vector<CloudParticle> ParticleCloud::read() {
@@ -150,12 +138,12 @@ std::vector<CloudParticle> ParticleCloud::read() {
   if (!pipeline_) return out;
   gpu::Buffer all = gpu::Buffer::create_readback(device_, law_.capacity * sizeof(CloudParticle));
   gpu::run_once(device_, [&](VkCommandBuffer commands) {
-    barrier(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT, VK_PIPELINE_STAGE_2_COPY_BIT,
-            VK_ACCESS_2_TRANSFER_READ_BIT);
+    gpu::memory_barrier(commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_MEMORY_WRITE_BIT,
+                        VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_READ_BIT);
     const VkBufferCopy whole{0, 0, law_.capacity * sizeof(CloudParticle)};
     vkCmdCopyBuffer(commands, particles_.buffer, all.buffer, 1, &whole);
-    barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_2_HOST_BIT,
-            VK_ACCESS_2_HOST_READ_BIT);
+    gpu::memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                        VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT);
   });
   for (std::size_t i = 0; i < shown_; ++i) out.push_back(all.mapped<CloudParticle>()[(first_ + i) % law_.capacity]);
   all.destroy(device_);

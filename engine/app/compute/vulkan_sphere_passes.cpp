@@ -62,18 +62,6 @@ enum Kind { kContact, kOverlap, kMeasure, kRemoval, kKinds };
 
 constexpr VkAccessFlags2 kShaderAccess = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT;
 
-void barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written, VkPipelineStageFlags2 to,
-             VkAccessFlags2 access) {
-  const VkMemoryBarrier2 memory{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
-                                .srcStageMask = from,
-                                .srcAccessMask = written,
-                                .dstStageMask = to,
-                                .dstAccessMask = access};
-  const VkDependencyInfo dependency{
-      .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &memory};
-  vkCmdPipelineBarrier2(commands, &dependency);
-}
-
 class VulkanSpherePasses final : public haptics::SpherePasses {
  public:
   VulkanSpherePasses(const gpu::Device& device, std::size_t spheres)
@@ -211,8 +199,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       gpu::run_once(device_, [&](VkCommandBuffer commands) {
         const VkBufferCopy part{0, first * bytes, n * bytes};
         vkCmdCopyBuffer(commands, staging_.buffer, to.buffer, 1, &part);
-        barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
-                VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, kShaderAccess);
+        gpu::memory_barrier(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, kShaderAccess);
       });
     }
   }
@@ -266,9 +254,9 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
       // What this pass changed is there for the next one, its results for the host.
-      barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
-              VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
-              kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
+      gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
+                          VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
+                          kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
       gpu::check(vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
       const VkSubmitInfo submit{
           .sType = VK_STRUCTURE_TYPE_SUBMIT_INFO, .commandBufferCount = 1, .pCommandBuffers = &commands_};
