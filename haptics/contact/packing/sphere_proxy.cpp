@@ -213,6 +213,15 @@ std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const P
   return count;
 }
 
+/// How much of the way to `goal` the proxy can go, 0 to 1: kGap short of the first contact.
+double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
+  if (first.ball < 0) return 1;
+  const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
+  const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
+  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+  return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
+}
+
 double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept {
   if (tool_.head == tool_.size()) return 1;
   dvec3 by, turned;
@@ -222,11 +231,7 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, 
   const double way = glm::length(by) + tool_.head_reach * glm::length(turned);
   const double until = way > most_way ? most_way / way : 1;
   const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), until);
-  if (first.ball < 0) return 1;
-  const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
-  const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
-  return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
+  return reached(tree, goal, first);
 }
 
 /// The motion nearest to the wanted one that no constraint of the tool's spheres from `first_sphere` on forbids:
@@ -330,28 +335,20 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
     const FirstContact first = first_contact(tree, goal, gpu);
-    const int tool_sphere = first.ball, sphere = first.sphere;
-    double back = 0;
-    if (tool_sphere >= 0) {
-      const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(tool_sphere)];
-      const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(sphere);
-      const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
-      back = nearing > 0 ? kGap / nearing : 1;
-    }
-    const double reached = tool_sphere < 0 ? 1 : std::max(0.0, first.t - back);
-    stuck = reached > 0 ? 0 : stuck + 1;
-    if (reached >= 1) {
+    const double part = reached(tree, goal, first);
+    stuck = part > 0 ? 0 : stuck + 1;
+    if (part >= 1) {
       move_to(goal);
-    } else if (reached > 0) {
-      move_to({X_W_.p + reached * by, glm::normalize(turned_by(reached * turned) * X_W_.R)});
+    } else if (part > 0) {
+      move_to({X_W_.p + part * by, glm::normalize(turned_by(part * turned) * X_W_.R)});
     }
     for (std::size_t k = 0; k < count_; ++k) {
       Constraint& c = constraints_[k];
-      c.gap = std::max(0.0, c.gap + reached * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
+      c.gap = std::max(0.0, c.gap + part * (glm::dot(c.n, by) + glm::dot(c.turn, turned)));
     }
-    slid = slid || (normal > 0 && reached * glm::length(by) > kArrived);
-    if (tool_sphere >= 0) {
-      add_contact(tree, tool_sphere, sphere);
+    slid = slid || (normal > 0 && part * glm::length(by) > kArrived);
+    if (first.ball >= 0) {
+      add_contact(tree, first.ball, first.sphere);
     } else if (share >= 1) {
       break;
     }

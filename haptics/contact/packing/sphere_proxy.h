@@ -117,6 +117,7 @@ class SphereProxy {
                                bool& certain) noexcept;
   FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
                              double until) noexcept;
+  double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
