@@ -135,7 +135,7 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
-  if (l.last_spindle_torque != dvec3(0)) sums.spindle_energy += glm::dot(l.last_spindle_torque, now.turned);
+  if (turns && l.last_spindle_torque != dvec3(0)) sums.spindle_energy += glm::dot(l.last_spindle_torque, now.turned);
   l.teeth_energy += glm::dot(l.last_teeth_force, now.moved);
 }
 

@@ -43,7 +43,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
   now.teeth_force *= fraction;
   now.torque *= fraction;
   // What the tissue's torque leaves of the limit.
-  if (now.spindle_torque != dvec3(0)) {
+  if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
   }
