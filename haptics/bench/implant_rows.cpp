@@ -7,6 +7,7 @@
 
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
+#include "haptics/bench/scene.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/implant/tool_voxels.h"
@@ -56,28 +57,12 @@ std::vector<double> times_of(const Motion& motion, int count) {
   settings.spindle.free_speed = 0.8 * kKrpm;
   for (Material& m : settings.materials) m.specific_energy = 0.5e9;
   settings.method = implant::read(std::nullopt);
+  const double half = motion.tool.half();
   return bench::least_of([&] {
-    LockStep steps(TissueVolume(bone()), settings);
-    std::vector<double> run;
-    HandSample hand;
-    ServoTick tick;
-    Cut cut;
-    const double half = motion.tool.half();
-    tick.X_WG.p = {0, 0, half + 0.05e-3};
-    for (int i = 0; i < count; ++i) {
-      hand.t = from_seconds(1e-3 * i);
-      hand.X_WT.p = motion.hand(i, tick, half);
-      hand.pedal = motion.pedal;
-      if (i == 0) {
-        steps.take_snapshot(hand.X_WT.p);
-        steps.adopt_snapshot();
-      }
-      const Nanos start = thread_cpu_time();
-      const bool cuts = steps.tick_servo(hand, tick, cut);
-      run.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (cuts) steps.apply_cuts(cut.index);
-    }
-    return run;
+    return bench::servo_times(TissueVolume(bone()), settings, motion.pedal, count, [&](int i, ServoTick& last) {
+      if (i == 0) last.X_WG.p = {0, 0, half + 0.05e-3};
+      return motion.hand(i, last, half);
+    });
   });
 }
 

@@ -12,6 +12,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
+#include "haptics/bench/scene.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_body.h"
@@ -220,27 +221,10 @@ class Rows {
     settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 8e9;  // J/m³
     settings.method = std::make_shared<PackedMethod>(packing);
     const std::vector<double> times = bench::least_of([&] {
-      LockStep steps(TissueVolume(ball_field()), settings);
-      std::vector<double> run;
-      HandSample hand;
-      ServoTick tick;
-      Cut cut;
-      for (int i = 0; i < count; ++i) {
+      return bench::servo_times(TissueVolume(ball_field()), settings, 1, count, [](int i, const ServoTick&) {
         const double angle = 0.8 * std::sin(0.002 * i), deep = std::min(0.5e-3, 1e-6 * i);
-        hand.t = from_seconds(1e-3 * i);
-        hand.X_WT.p =
-            (kBall + kHead + 0.1e-3 - deep) * dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle));
-        hand.pedal = 1;
-        if (i == 0) {
-          steps.take_snapshot(hand.X_WT.p);
-          steps.adopt_snapshot();
-        }
-        const Nanos start = thread_cpu_time();
-        const bool cuts = steps.tick_servo(hand, tick, cut);
-        run.push_back(static_cast<double>(thread_cpu_time() - start));
-        if (cuts) steps.apply_cuts(cut.index);
-      }
-      return run;
+        return (kBall + kHead + 0.1e-3 - deep) * dvec3(std::sin(angle), 0.1 * std::sin(0.003 * i), std::cos(angle));
+      });
     });
     add("cutting tick, median", BenchRow::kNone, "", quantile(times, 0.5), "tick");
     add("cutting tick, 99.9 %", BenchRow::kNone, "", quantile(times, 0.999), "tick");

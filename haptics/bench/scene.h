@@ -6,7 +6,10 @@
 #include <functional>
 #include <string_view>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "engine/base/clock.h"
 #include "haptics/lockstep.h"
 #include "haptics/solid.h"
 #include "haptics/surface_patch.h"
@@ -66,6 +69,32 @@ struct Scene {
   /// One tick; returns its CPU time, ns.
   double tick(const Pose& X_WT, double pedal);
 };
+
+/// Times (ns) of `count` ticks of the servo alone, which stays in the snapshot of the first tick. hand(i, last tick) is
+/// the tool's place, m.
+template <class Hand>
+std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settings, double pedal, int count,
+                                Hand&& hand) {
+  LockStep steps(std::move(tissue), settings);
+  std::vector<double> times;
+  HandSample sample;
+  sample.pedal = pedal;
+  ServoTick tick;
+  Cut cut;
+  for (int i = 0; i < count; ++i) {
+    sample.t = from_seconds(1e-3 * i);
+    sample.X_WT.p = hand(i, tick);
+    if (i == 0) {
+      steps.take_snapshot(sample.X_WT.p);
+      steps.adopt_snapshot();
+    }
+    const Nanos start = thread_cpu_time();
+    const bool cuts = steps.tick_servo(sample, tick, cut);
+    times.push_back(static_cast<double>(thread_cpu_time() - start));
+    if (cuts) steps.apply_cuts(cut.index);
+  }
+  return times;
+}
 
 /// A simulated hand (0.15 kg, 5 N·s/m) that pushes with 1 N and swings sideways.
 class DrillingHand {
