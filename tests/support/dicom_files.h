@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/deflated.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::test {
@@ -216,20 +217,8 @@ inline std::string zip_bytes(const std::vector<std::pair<std::string, std::strin
   const auto put = [](std::string& to, auto value) { to.append(reinterpret_cast<const char*>(&value), sizeof value); };
   for (std::size_t k = 0; k < files.size(); ++k) {
     const auto& [name, bytes] = files[k];
-    std::string packed = bytes;
     const bool deflate_it = k % 2 == 0;
-    if (deflate_it) {
-      z_stream z{};
-      deflateInit2(&z, 6, Z_DEFLATED, -15, 8, Z_DEFAULT_STRATEGY);
-      packed.assign(deflateBound(&z, bytes.size()) + 64, '\0');
-      z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-      z.avail_in = static_cast<uInt>(bytes.size());
-      z.next_out = reinterpret_cast<Bytef*>(packed.data());
-      z.avail_out = static_cast<uInt>(packed.size());
-      deflate(&z, Z_FINISH);
-      packed.resize(z.total_out);
-      deflateEnd(&z);
-    }
+    const std::string packed = deflate_it ? deflated(bytes, -15) : bytes;
     const auto crc = static_cast<std::uint32_t>(
         crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
     const auto at = static_cast<std::uint32_t>(out.size());

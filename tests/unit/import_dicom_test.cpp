@@ -13,11 +13,13 @@
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "tests/support/dicom_files.h"
+#include "tests/support/import_message.h"
 
 namespace typodont::haptics {
 namespace {
 
 using test::DicomImage;
+using test::message_of;
 using test::Placed;
 using test::scratch;
 using test::Syntax;
@@ -93,14 +95,6 @@ std::string compressed(const std::string& bytes, gdcm::TransferSyntax::TSType sy
   EXPECT_TRUE(writer.Write());
   std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
-}
-std::string message_of(const std::filesystem::path& file, const ImportOptions& options = {}) {
-  try {
-    import_tissue(file, options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 TEST(ImportDicom, EveryTransferSyntaxGivesTheSameTissue) {

@@ -1,18 +1,21 @@
 // Scans as files: every format and encoding gives the same tissue, and every broken file an exact message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <zlib.h>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/labels_file.h"
+#include "tests/support/deflated.h"
+#include "tests/support/import_message.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
 namespace {
 
 using test::bytes_as;
+using test::deflated;
+using test::message_of;
 using test::scratch;
 using test::write;
 using test::write_nrrd;
@@ -52,27 +55,6 @@ void expect_reference(const Imported& i) {
   EXPECT_EQ(i.tissue.tissue, reference().tissue.tissue);
   EXPECT_LT(glm::length(i.tissue.frame.origin - reference().tissue.frame.origin), 1e-9);
 }
-std::string packed(const std::string& bytes, int window) {  // 15: zlib's own header, 31: gzip's
-  z_stream z{};
-  deflateInit2(&z, 9, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY);
-  std::string out(deflateBound(&z, bytes.size()) + 64, '\0');
-  z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  z.avail_in = static_cast<uInt>(bytes.size());
-  z.next_out = reinterpret_cast<Bytef*>(out.data());
-  z.avail_out = static_cast<uInt>(out.size());
-  deflate(&z, Z_FINISH);
-  out.resize(z.total_out);
-  deflateEnd(&z);
-  return out;
-}
-std::string message_of(const std::filesystem::path& file, const ImportOptions& options = {}) {
-  try {
-    import_tissue(file, options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
 std::string metaimage(const std::string& more, const std::string& data) {
   return "ObjectType = Image\nNDims = 3\nBinaryData = True\nElementSpacing = 0.25 0.25 0.25\nDimSize = 30 26 28\n" +
          more + "ElementDataFile = LOCAL\n" + data;
@@ -103,7 +85,7 @@ TEST(ImportNrrd, EveryTypeEncodingAndByteOrderGivesTheSameTissue) {
   expect_reference(import_tissue(write_nrrd("u32.nrrd", p, bytes_as<std::uint32_t>(greys()), "uint", little), {}));
   expect_reference(import_tissue(write_nrrd("f.nrrd", p, bytes_as<float>(greys(), true), "float", big), {}));
   expect_reference(import_tissue(write_nrrd("d.nrrd", p, bytes_as<double>(greys()), "double", little), {}));
-  const std::string gz = packed(bytes_as<std::uint16_t>(greys()), 31);
+  const std::string gz = deflated(bytes_as<std::uint16_t>(greys()), 31);
   expect_reference(import_tissue(write_nrrd("gz.nrrd", p, gz, "ushort", "endian: little\nencoding: gzip\n"), {}));
   std::string text;
   for (const double g : greys()) text += fmt::format("{} ", g);
@@ -122,14 +104,14 @@ TEST(ImportMetaImage, PlainAndCompressedGiveTheSameTissue) {
         metaimage("BinaryDataByteOrderMSB = True\nElementType = MET_USHORT\n", bytes_as<std::uint16_t>(greys(), true)));
   expect_reference(import_tissue(scratch("a.mha"), {}));
   write(scratch("z.mha"),
-        metaimage("CompressedData = True\nElementType = MET_FLOAT\n", packed(bytes_as<float>(greys()), 15)));
+        metaimage("CompressedData = True\nElementType = MET_FLOAT\n", deflated(bytes_as<float>(greys()), 15)));
   expect_reference(import_tissue(scratch("z.mha"), {}));
 }
 
 TEST(ImportNifti, PlainAndGzippedGiveTheSameTissue) {
   write(scratch("a.nii"), nifti(512, 16, bytes_as<std::uint16_t>(greys())));
   expect_reference(import_tissue(scratch("a.nii"), {}));
-  write(scratch("a.nii.gz"), packed(nifti(16, 32, bytes_as<float>(greys())), 31));
+  write(scratch("a.nii.gz"), deflated(nifti(16, 32, bytes_as<float>(greys())), 31));
   expect_reference(import_tissue(scratch("a.nii.gz"), {}));
 }
 
@@ -356,7 +338,7 @@ TEST(ImportErrors, NameFilePlaceFoundAndExpected) {
       {"garbage.nrrd", "What is this?\n" + data, {"line 1", "What is this?", "NRRD0001"}},
       {"absent.nhdr", test::nrrd_header(p, "ushort", raw + "data file: not_there.raw"), {"data file", "not_there.raw"}},
       {"packed.nrrd",
-       test::nrrd_header(p, "ushort", "endian: little\nencoding: gzip\n") + packed(data, 31).substr(0, 3000),
+       test::nrrd_header(p, "ushort", "endian: little\nencoding: gzip\n") + deflated(data, 31).substr(0, 3000),
        {"packed.nrrd: data", "43680 bytes of voxels (30 x 26 x 28), encoded as gzip"}},
       {"few.nrrd",
        test::nrrd_header(p, "ushort", "encoding: ascii\n") + std::string(50000, '7'),

@@ -3,17 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/import/import.h"
 #include "haptics/import/mesh_solid.h"
+#include "tests/support/import_message.h"
 #include "tests/support/import_phantom.h"
 
 namespace typodont::haptics {
 namespace {
 
+using test::message_of;
 using test::scratch;
 using testing::AllOf;
 using testing::ElementsAre;
@@ -76,18 +77,10 @@ ImportOptions bone(double voxel_mm = 0.2) {
   return o;
 }
 double total(const Imported& i) {
-  return std::accumulate(i.report.volume.begin(), i.report.volume.end(), 0.0) / kCubicMillimetre;
+  return typodont::total(i.report.volume) / kCubicMillimetre;
 }
 double volume(const Imported& i, Tissue t) {
   return i.report.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
-}
-std::string message_of(const std::filesystem::path& file, const ImportOptions& options) {
-  try {
-    import_tissue(file, options);
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 double sphere(double r) {
   return 4 * kPi / 3 * r * r * r;

@@ -15,7 +15,6 @@
 #include <cstring>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 #include <utility>
 #ifdef TYPODONT_LIBLO
@@ -353,7 +352,7 @@ void StateStream::state(const ServoTick& tick, std::uint64_t lost) {
   lo_message_add_double(time, to_seconds(tick.t));
   lo_message faults = lo_message_new();
   lo_message_add_int32(faults, static_cast<std::int32_t>(tick.faults));
-  const double removed = std::accumulate(tick.removed.begin(), tick.removed.end(), 0.0);
+  const double removed = total(tick.removed);
   impl_->send_osc(tick.t, {{"/typodont/time", time},
                            {"/typodont/hand", pose(tick.X_WT)},
                            {"/typodont/tool", pose(tick.X_WG)},
