@@ -10,13 +10,13 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPatience = kNanosPerSecond;  // work that is done sooner needs no line
+constexpr Nanos kPatience = kNanosPerSecond;  // shorter work shows no progress line
 
-std::atomic<Progress*> g_on_terminal{nullptr};  // what an interrupt cancels
+std::atomic<Progress*> g_on_terminal{nullptr};  // the work that an interrupt cancels
 
 void interrupted(int) {
   Progress* const work = g_on_terminal.load();
-  if (!work || work->cancelled()) end_now();  // whoever asks twice means it
+  if (!work || work->cancelled()) end_now();  // a second interrupt ends the program at once
   work->cancel();
 }
 
