@@ -1,4 +1,4 @@
-// Sound of the C interface.
+// Sound in the C interface.
 #include <cmath>
 #include <filesystem>
 #include <span>

@@ -143,7 +143,7 @@ void Page::summary() {
   put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
       say("result"));
   if (score_.counts()) {
-    // Not rounded up to a mark that was missed.
+    // Do not round up to a pass mark that was missed.
     const bool missed = !score_.passed();
     put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
         number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));
