@@ -35,10 +35,9 @@ struct CavityMeasures {
   double over_volume = 0;   // m³ missing although the ideal keeps (or adds) them
   double under_volume = 0;  // m³ present although the ideal removes them (or too much filling)
   Place over, under;        // largest deviations of the surface into the tissue and out of it
-  std::optional<double>
-      // m rms distance from the ideal's surface, over all parts that changed or should have changed, without closed
-      // pores
-      contour;
+  // m rms distance from the ideal's surface, over all parts that changed or should have changed, without closed
+  // pores
+  std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of new surface
   std::optional<double> floor_depth;     // m, mean depth along the axis below the old surface

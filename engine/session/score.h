@@ -64,7 +64,7 @@ class HandMeter {
 /// Damage that a rotating bur did to the surroundings of the working tooth.
 struct DamageMeasures {
   bool neighbours = false, gum = false;         // whether the scene has neighbouring teeth or gum
-  double neighbour_volume = 0, gum_volume = 0;  // m³ of neighbouring tissue that the bur entered
+  double neighbour_volume = 0, gum_volume = 0;  // m³ of neighbours and of gum that the bur entered
   double first = -1;                            // s, time of the first touch; negative: none
 };
 
@@ -72,10 +72,9 @@ struct ScoreInput {
   PerTissue before{};              // m³
   PerTissue after{};               // m³
   std::optional<PerTissue> ideal;  // m³ of the ideal result
-  std::optional<PerTissue>
-      // Mean hardness of the removed part of each tissue, 0..1 of the tissue's own hardness; 0 if none was removed.
-      // Absent for tissue of uniform hardness.
-      removed_hardness;
+  // Mean hardness of the removed part of each tissue, 0..1 of the tissue's own hardness; 0 if none was removed.
+  // Absent for tissue of uniform hardness.
+  std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // geometry of the result, if it was measured

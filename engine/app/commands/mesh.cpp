@@ -1,4 +1,4 @@
-// typodont mesh: the surface that is seen, as a file for other programs.
+// typodont mesh: writes the drawn surface to a file for other programs.
 #include <fmt/format.h>
 
 #include <limits>

@@ -1,4 +1,4 @@
-// typodont pack: a scene's tissue as a packing of spheres, in a file.
+// typodont pack: packs a scene's tissue with spheres and stores them in a file.
 #include <fmt/format.h>
 
 #include <algorithm>
