@@ -142,12 +142,12 @@ class StreamTurns {
 
 /// Runs the servo loop; the hand's rate is the clock. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it
-/// cannot go on, for want of memory, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If it
+/// cannot continue because memory is full, it ends the session.
 void carver_thread(LiveSession& s);
-/// Takes everything that is recorded out of its rings and to the file.
+/// Moves all recorded data from its rings to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
-/// Tells others of the session until all other threads have ended.
+/// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// A session as the instructor watches and steers it: the trainee's picture, what is held and how, and the way to stop.
+// The page of a running session for the instructor: the trainee's picture, tool and force, and the stop button.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// What is wrong in this phase of an implant exercise, how deep the tool is, how hot the bone.
+/// State of the present phase of an implant exercise: problems, depth of the tool, bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -67,7 +67,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The items that count, as bars, so that a glance tells which one suffers.
+/// The score's items as bars, so that a low one is visible at a glance.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
@@ -81,11 +81,11 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // What was cut since it was last looked at is not in it yet.
+    // does not include the latest cuts
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // Nothing is right or wrong yet while hardly anything is done.
+    // While almost nothing is done, no item is marked as good or bad.
     constexpr double kBegun = 0.05;
     const float share = item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
     ImGui::PushFont(w.style().small);
@@ -120,7 +120,7 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// What the mouse does over a picture from a viewpoint of one's own: turn, shift, come nearer.
+/// Mouse control of the free viewpoint: turn, shift, zoom.
 void turn(OperatorState& s, bool hovered, bool active) {
   const ImGuiIO& io = ImGui::GetIO();
   Viewpoint v = s.viewpoint;
@@ -134,7 +134,7 @@ void turn(OperatorState& s, bool hovered, bool active) {
   s.viewpoint = clamped(v);
 }
 
-/// The same by keys.
+/// Keyboard control of the free viewpoint.
 void turn_by_keys(OperatorState& s) {
   const ImGuiIO& io = ImGui::GetIO();
   if (!s.own_view || io.WantTextInput || io.KeyCtrl) return;
@@ -152,19 +152,20 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // the hand stays where it was while the pointer is elsewhere
+      false;  // the hand does not move while the pointer is outside the picture
   s.live_input.wheel = 0;
-  // This window's own picture fills the room there is; another's keeps its proportions.
+  // A picture of this window fills the available area; a picture of another window keeps its aspect ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // A mirror turns the picture; here it is turned back.
+    // Undo the reflection of a mirror rig.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
-    const auto corner = [&](double x, double y) {  // of the picture as the user sees it, to the texture
+    // converts a corner of the picture as the user sees it to the texture
+    const auto corner = [&](double x, double y) {
       const glm::dvec2 p = x * across + y * up;
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
     };
@@ -196,7 +197,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Which picture this is, and what the mouse does in it.
+  // Label the picture and its mouse actions.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -265,8 +266,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: at the tool's head, while the button or P is held down. Hardness is that of the next
-/// strokes. Stiffness and colour are the tissue's: what it paints gets them wherever it is.
+/// The instructor's brush: it paints at the tool's head while the button or P is pressed. Hardness applies to the next
+/// strokes only. Stiffness and colour apply to the painted tissue everywhere.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -319,7 +320,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // What is wrong, in words, or that all is well.
+  // Lists the present problems, or states that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

@@ -60,7 +60,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  std::size_t fits = 0, words = 0;  // bytes that fit, and those of whole words
+  std::size_t fits = 0, words = 0;  // number of bytes that fit, and number of those in whole words
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
     while (next < text.size() && (static_cast<unsigned char>(text[next]) & 0xc0) == 0x80) ++next;
@@ -69,7 +69,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Chinese has no spaces, and a single long word must not vanish.
+  // Chinese has no spaces, and a single long word must not disappear.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
@@ -85,7 +85,7 @@ void one_line(const std::string& text, float room) {
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
-  // The value is always whole; a name that is too long ends before it.
+  // The value is always complete; a name that is too long is shortened.
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
@@ -136,7 +136,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These would end the work that is under way.
+  // These actions would end the running task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
