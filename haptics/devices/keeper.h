@@ -1,9 +1,8 @@
-// A second process that holds on to the device: zero force when the program is killed outright or stopped.
-//
-// device_safety.h covers every end that a program can notice. SIGKILL, the kernel's out-of-memory killer and SIGSTOP it
-// cannot; without a keeper the force then stays until the device's own watchdog lets go (0.5 s on the open-hardware
-// arms; nobody knows for how long behind a service). The keeper is a child that does nothing but wait for its parent to
-// end or to fall silent, and then writes the command that stands for zero.
+// A second process that keeps the device open and sends zero force if the program is killed or stopped.
+// device_safety.h covers every end that a program can handle. SIGKILL, the kernel's out-of-memory killer and SIGSTOP
+// cannot be handled. Without a keeper the force would then stay until the device's own watchdog ends it (0.5 s on the
+// open-hardware arms; unknown behind a service). The keeper is a child process that waits until its parent ends or
+// stops writing, and then writes the command for zero force.
 #pragma once
 
 #include <sys/types.h>
@@ -18,26 +17,26 @@ namespace typodont::haptics {
 
 class Keeper {
  public:
-  /// Set-up time. `descriptor`: of the open device, kept by the child; negative: no keeper (simulated links). `zero`:
-  /// what to write. Where no process can be made there is none, and running() says so.
+  /// Set-up time. `descriptor`: of the open device, which the child keeps; negative: no keeper (simulated links).
+  /// `zero`: the bytes to write. If no process can be created, there is no keeper, and running() returns false.
   Keeper(int descriptor, std::span<const std::uint8_t> zero);
-  /// After zero was sent: the child goes.
+  /// Ends the child. Call after zero force was sent.
   ~Keeper();
   Keeper(const Keeper&) = delete;
   Keeper& operator=(const Keeper&) = delete;
 
   bool running() const noexcept { return child_ > 0; }
   pid_t child() const noexcept { return child_; }
-  /// With every write to the device. Any thread, any signal handler.
+  /// Call with every write to the device. Any thread, any signal handler.
   void told(bool force, Nanos t) noexcept {
     if (!shared_) return;
     shared_->last_write.store(t, std::memory_order_relaxed);
     shared_->force_out.store(force, std::memory_order_release);
   }
 
-  static constexpr Nanos kSilence =
-      10'000'000;  // ns without a write while a force is out; the watchdog thread's
-                   // patience is a fifth of it, so this is for a process that stands still
+  // ns without a write while a force is on; five times the watchdog's timeout, because this is for a process that does
+  // not run
+  static constexpr Nanos kSilence = 10'000'000;
 
  private:
   struct Shared {
@@ -49,7 +48,7 @@ class Keeper {
 
   Shared* shared_ = nullptr;
   pid_t child_ = -1;
-  int alive_ = -1;  // our end of a pipe: the child reads its end when we are gone
+  int alive_ = -1;  // our end of a pipe: the child detects when it closes
 };
 
 }  // namespace typodont::haptics
