@@ -25,7 +25,7 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
 
 inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample
 inline constexpr float kSlow =
-    0.05f;  // voxels; for a motion of at most this length only the final pose is cut, which removes a seventh less
+    0.05f;  // voxels; for a motion of at most this length only the final pose is cut, which saves a seventh of the time
 inline constexpr float kNear = 0.01f;  // voxels; closer to a corner, the direction from it is dominated by rounding
 
 /// Distance from the axis beyond which the tangents at both ends of a path intersect too little above them to matter
