@@ -206,8 +206,8 @@ class Consensus {
     for (int draw = 0; draw < needed; ++draw) {
       const std::size_t i = random.index(n_), j = random.index(n_), k = random.index(n_);
       if (i == j || j == k || i == k) continue;
-      const double share = visit(i, j, k);
-      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, share * share * share)), 100.0, 1500.0);
+      const double fraction = visit(i, j, k);
+      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, fraction * fraction * fraction)), 100.0, 1500.0);
     }
   }
 

@@ -478,11 +478,11 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     }
   };
   // White noise enters through the samples of both streams.
-  const double share = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
+  const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
-    const double total = s.residual2 / (1 - share + share * s.noise_gain);
-    return std::pair{total, total * (1 - share + share * density)};
+    const double total = s.residual2 / (1 - fraction + fraction * s.noise_gain);
+    return std::pair{total, total * (1 - fraction + fraction * density)};
   };
   const double u0 = plausible.front().u;
   Matcher::Solution solution = refine(u0, true);

@@ -175,7 +175,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   return split;
 }
 
-double share_out(Points p_H, Points p_D, double limit, Split& split) {
+double assign_to_nearer(Points p_H, Points p_D, double limit, Split& split) {
   const Splitter splitter(p_H, p_D);
   const double limit2 = limit * limit;
   for (int round = 0; round < 20; ++round) {

@@ -24,6 +24,6 @@ std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dv
 
 /// Assigns each of all pairs to the nearer motion if it is within `limit` m of it, and fits both again until nothing
 /// changes. Returns the expected number of pairs that noise assigned to the wrong motion.
-double share_out(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
+double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

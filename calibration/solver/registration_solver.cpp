@@ -93,7 +93,7 @@ class Registration {
     result_.inliers = fit_.pairs;
     result_.outliers = outliers();
     for (std::size_t i = 0; i < n_; ++i) result_.residuals.push_back(glm::length(fit_.X_DH * p_H_[i] - p_D_[i]));
-    if (consensus_ && result_.rivals.empty() && fit_.pairs.size() >= 4) doubt_three_outliers();
+    if (consensus_ && result_.rivals.empty() && fit_.pairs.size() >= 4) check_three_outliers();
     estimate_noise();
     find_degeneracy();
     question_rigidity();
@@ -146,7 +146,7 @@ class Registration {
   // outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
-    const double doubtful = share_out(p_H_, p_D_, limit, split);
+    const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
     // Good pairs that happen to be nearer to the second motion still belong to the first, unless wrong pairs would be
     // included with them, which would increase the noise.
@@ -206,7 +206,7 @@ class Registration {
 
   // Three agreeing outliers are not significant against chance alone. But if they agree within the noise of the other
   // pairs, and three in ten pairs would follow their motion, the result is reported as doubtful.
-  void doubt_three_outliers() {
+  void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
     const double sigma = std::max(sigma_of(fit_), rounding_), known = options_.known_sigma;

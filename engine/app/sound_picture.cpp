@@ -22,10 +22,10 @@ constexpr int kTick = 6;                               // pixels, length of a ti
 constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels around the plot
 
 /// Dark violet over red to light yellow in even steps of lightness; after "inferno" of Smith and van der Walt (2015).
-glm::u8vec3 color_of(double share) {
+glm::u8vec3 color_of(double fraction) {
   static constexpr std::array<std::array<double, 3>, 6> kStops = {
       {{8, 6, 30}, {74, 16, 108}, {148, 38, 103}, {221, 81, 58}, {251, 164, 37}, {252, 250, 170}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
+  const double at = std::clamp(fraction, 0.0, 1.0) * (kStops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
   glm::u8vec3 color;
   for (int k = 0; k < 3; ++k) {

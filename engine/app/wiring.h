@@ -27,14 +27,14 @@ using MeshBatch = std::vector<render::MeshUpdate>;
 /// Settings that may change during a session. They act on the servo's input and on its output, so the ticks contain
 /// their effect and a replay stays exact.
 struct SessionSettings {
-  double speed_share = 1;                 // 0..1, factor on the pedal, which limits the drill's speed
+  double speed_fraction = 1;              // 0..1, factor on the pedal, which limits the drill's speed
   bool backwards = false;                 // the handpiece turns backwards; only for a tool with a thread
-  double force_share = 1;                 // 0..1, factor on the force that reaches the hand
+  double force_fraction = 1;              // 0..1, factor on the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // factors on the materials' stiffness; only in sessions without recording
 
-  static constexpr PerTissue every_tissue(double share) {
+  static constexpr PerTissue every_tissue(double fraction) {
     PerTissue all{};
-    for (double& v : all) v = share;
+    for (double& v : all) v = fraction;
     return all;
   }
 };

@@ -452,7 +452,7 @@ void Workbench::Impl::take_phase_tool() {
   const session::ImplantPhase& phase = scene.implant->phases[implant->phase()];
   session->wiring.chosen_tool = static_cast<int>(phase.tool);
   const double top = haptics::tool_set(scene.servo)[phase.tool].free_speed(scene.servo.spindle.free_speed);
-  if (phase.speed > 0 && top > 0) settings.speed_share = std::min(1.0, phase.speed / top);
+  if (phase.speed > 0 && top > 0) settings.speed_fraction = std::min(1.0, phase.speed / top);
   settings.backwards = false;
 }
 
@@ -463,7 +463,7 @@ ImplantStatus Workbench::Impl::implant_status() const {
   status.depth = implant->depth();
   if (status.phase < scene.implant->phases.size()) status.phase_depth = scene.implant->phases[status.phase].depth;
   status.speed =
-      settings.speed_share * haptics::tool_set(scene.servo)[tick.tool].free_speed(scene.servo.spindle.free_speed);
+      settings.speed_fraction * haptics::tool_set(scene.servo)[tick.tool].free_speed(scene.servo.spindle.free_speed);
   status.temperature = implant->temperature();
   return status;
 }
@@ -472,7 +472,8 @@ void Workbench::Impl::follow_implant_key(int key) {
   if (key == kPhaseToolKey) {
     take_phase_tool();
   } else if (key == kSlowerKey || key == kFasterKey) {
-    settings.speed_share = std::clamp(settings.speed_share + (key == kFasterKey ? kSpeedStep : -kSpeedStep), 0.0, 1.0);
+    settings.speed_fraction =
+        std::clamp(settings.speed_fraction + (key == kFasterKey ? kSpeedStep : -kSpeedStep), 0.0, 1.0);
   } else if (key == kBackwardsKey) {
     settings.backwards = !settings.backwards;
   } else {

@@ -10,9 +10,9 @@
 
 namespace typodont {
 
-/// The quantile at `share` (0..1). Needs at least one value.
-inline double quantile(std::vector<double> values, double share) {
-  const auto wanted = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+/// The quantile at `fraction` (0..1). Needs at least one value.
+inline double quantile(std::vector<double> values, double fraction) {
+  const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
@@ -31,7 +31,7 @@ class EvenSample {
     stride_ *= 2;
   }
   /// 0 if there are no values.
-  double quantile(double share) const { return values_.empty() ? 0 : typodont::quantile(values_, share); }
+  double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;
 

@@ -35,19 +35,19 @@ class Progress {
   /// Begins a stage named `what` (a literal). Its progress 0..1 maps to `from`..`to` of the whole.
   void stage(const char* what, double from = 0, double to = 1);
   /// Sets the progress of the stage, 0..1. Throws Cancelled if the work should stop.
-  void at(double share);
+  void at(double fraction);
 
   // Called by watchers and signal handlers.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
-  double share() const noexcept { return share_.load(std::memory_order_relaxed); }
+  double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
   const char* what() const noexcept { return what_.load(std::memory_order_relaxed); }
 
  private:
   void show();
 
   double from_ = 0, to_ = 1;  // used by the worker only
-  std::atomic<double> share_{0};
+  std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
   std::string line_;  // name on the terminal; empty: not shown there

@@ -276,8 +276,8 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
       // The last particle gets the remaining mass, so that the sum is exact.
-      const float share = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
-      given += share;
+      const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
+      given += fraction;
       const dvec3 place = random.in_ball();
       dvec3 side = (told > 0 ? -cut.n_C_W / told : dvec3(0)) + 0.8 * place;
       const double length = glm::length(side);
@@ -293,7 +293,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
         if (into < 0) v -= 2 * into * n;
       }
       const double chip = options.least_chip * std::pow(options.greatest_chip / options.least_chip, random.uniform());
-      out[count++] = {centre + head_radius * side, v, chip, density, share, static_cast<Tissue>(t)};
+      out[count++] = {centre + head_radius * side, v, chip, density, fraction, static_cast<Tissue>(t)};
     }
   }
   return count;

@@ -88,14 +88,14 @@ std::string force_text(const Hud& hud) {
   return fmt::format("{:.2f} N", hud.force);
 }
 /// Filled fraction of the force bar, in steps smaller than a pixel on most screens.
-double force_share(const Hud& hud) {
+double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_limit > 0 ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps : 0.0;
 }
 
-Color force_color(double share) {
+Color force_color(double fraction) {
   // the colour goes from green over amber to red
-  const double t = std::clamp(share, 0.0, 1.0);
+  const double t = std::clamp(fraction, 0.0, 1.0);
   const glm::dvec3 a{88, 196, 140}, b{238, 188, 72}, c{232, 84, 66};
   const glm::dvec3 m = t < 0.6 ? glm::mix(a, b, t / 0.6) : glm::mix(b, c, (t - 0.6) / 0.4);
   return {static_cast<std::uint8_t>(m.r), static_cast<std::uint8_t>(m.g), static_cast<std::uint8_t>(m.b), 255};
@@ -214,7 +214,7 @@ class Painter {
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
   return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, speed_text(hud), force_text(hud),
-                     force_share(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x,
+                     force_fraction(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x,
                      hud.upright[1].y, place.x, place.y);
 }
 
@@ -246,12 +246,12 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
   status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
   status.text({hi.x - kPad - width_of(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
-  const double share = force_share(hud);
+  const double fraction = force_fraction(hud);
   const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - width_of("00.00 N", h) - 0.02, y2 + 0.5 * h};
   if (bar_hi.x > bar_lo.x) {
     status.rounded(bar_lo, bar_hi, kTrack);
-    const double end = bar_lo.x + std::max(share * (bar_hi.x - bar_lo.x), 0.4 * h);
-    if (share > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(share));
+    const double end = bar_lo.x + std::max(fraction * (bar_hi.x - bar_lo.x), 0.4 * h);
+    if (fraction > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(fraction));
   }
   status.text({hi.x - kPad - width_of(force, h), y2}, h, force, kInk);
   panels_.push_back(status.take());

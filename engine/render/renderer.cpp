@@ -275,16 +275,16 @@ struct Renderer::Impl {
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
-      double share = 0;
-      for (std::size_t e = 0; e < views; ++e) share += of[e].share() / static_cast<double>(views);
-      return share;
+      double fraction = 0;
+      for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
+      return fraction;
     };
     // A pass that draws both eyes averages the samples of the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
-    const double share = marked(tiles);
-    if (share <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
-    return share < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
+    const double fraction = marked(tiles);
+    if (fraction <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
+    return fraction < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
   }
 
   LampBox changed_in_lamp(const shared::FrameData& data) const {
@@ -352,7 +352,7 @@ struct Renderer::Impl {
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
         redrawn[e] = shown.boxes(true, shown.picture());
-        stats.redrawn += shown.share() / frame.views;
+        stats.redrawn += shown.fraction() / frame.views;
       }
       mask.prepare(context, slot, drawn_size, kept);
     } else {

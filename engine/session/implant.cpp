@@ -114,7 +114,7 @@ void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
-  temperature_ += dt * HeatModel::share * tick.cutting_power / warmed;
+  temperature_ += dt * HeatModel::fraction * tick.cutting_power / warmed;
   temperature_ = HeatModel::body + (temperature_ - HeatModel::body) * std::exp(-dt / time);
   measures_.hottest = std::max(measures_.hottest, temperature_);
 }

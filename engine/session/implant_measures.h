@@ -30,7 +30,7 @@ std::string_view name_of(ImplantNote note) noexcept;
 /// Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
 struct HeatModel {
   // fraction of the cutting power that heats the bone; the chips carry away the rest
-  static constexpr double share = 0.3;
+  static constexpr double fraction = 0.3;
   static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K): 1.9 g/cm³ at 1.3 J/(g K)
   static constexpr double cooled_time = 8;          // s, time constant with irrigation

@@ -108,7 +108,7 @@ bool is_healthy(Tissue t) {
 constexpr double kMm3 = 1e9;             // mm³ per m³
 constexpr double kEnoughExplored = 0.9;  // fraction of the surface that suffices; the tip cannot reach the rest
 
-double removed_share(const ScoreInput& in, Tissue t) {
+double removed_fraction(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
   return in.before[i] > 0 ? std::clamp((in.before[i] - in.after[i]) / in.before[i], 0.0, 1.0) : 1.0;
 }
@@ -177,7 +177,7 @@ constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
      [](In in) { return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3); }},
     {"residual_caries_percent", "%", Best::kAtMost,
-     [](In in) { return if_caries(in, 100.0 * (1.0 - removed_share(in, Tissue::kCaries))); }},
+     [](In in) { return if_caries(in, 100.0 * (1.0 - removed_fraction(in, Tissue::kCaries))); }},
     {"over_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, 1); }},
     {"under_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, -1); }},
     {"over_cut_depth_mm", "mm", Best::kAtMost, [](In in) { return depth_of(in, &CavityMeasures::over); }},
@@ -324,7 +324,8 @@ double completion(const ScoreInput& in) {
   }
   if (in.implant) return in.implant->phases_done();
   if (in.cavity && in.cavity->has_ideal && in.cavity->wanted > 0) return in.cavity->done / in.cavity->wanted;
-  if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0) return removed_share(in, Tissue::kCaries);
+  if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0)
+    return removed_fraction(in, Tissue::kCaries);
   if (!in.ideal) {
     double changed = 0;
     for (std::size_t i = 1; i < kTissueCount; ++i) changed += std::abs(in.before[i] - in.after[i]);

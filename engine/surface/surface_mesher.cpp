@@ -68,7 +68,7 @@ glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
 }
 
 // Fraction of tissue t at a corner, from its two most frequent tissues.
-float share(const ContourVertex& v, Tissue t) {
+float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
@@ -93,7 +93,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
   out.normal = v.crease ? crease_normal : v.normal;
   out.tissue[0] = low;
   out.tissue[1] = high;
-  const float a = share(v, low), b = low == high ? 0 : share(v, high);
+  const float a = fraction(v, low), b = low == high ? 0 : fraction(v, high);
   const float second = a + b > 0 ? b / (a + b) : v.tissue[0] > low ? 1.f : 0.f;
   out.second = static_cast<std::uint8_t>(std::lround(255 * second));
   const auto number = static_cast<std::uint32_t>(mesh.vertices.size());

@@ -20,7 +20,7 @@ class Link {
   /// Writes all bytes or returns false. Any thread or signal handler: one system call, no state.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Nanos now() noexcept { return typodont::now(); }
-  /// The file descriptor, for a keeper (keeper.h) that writes when this process cannot; -1: none.
+  /// The file descriptor, for a watchdog process (watchdog_process.h) that writes when this process cannot; -1: none.
   virtual int descriptor() const noexcept { return -1; }
 };
 

@@ -30,7 +30,7 @@ class WebSocket {
   /// completely, the connection counts as lost.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
-  /// A complete frame for a keeper (keeper.h).
+  /// A complete frame for a watchdog process (watchdog_process.h).
   std::vector<std::uint8_t> frame_of(std::string_view text);
   int descriptor() const noexcept { return link_->descriptor(); }
 

@@ -39,8 +39,8 @@ haptics::HandSample hand_at(double t) {
   const auto cycle = static_cast<int>(t / kCycle);
   const dvec3 place(2.0_mm * (cycle % 5 - 2), 2.0_mm * (cycle / 5 % 5 - 2), 0);
   constexpr double kAway = 4e-3;
-  const auto way = [](double from, double to, double share) {
-    return from + (to - from) * std::clamp(share, 0.0, 1.0);
+  const auto way = [](double from, double to, double fraction) {
+    return from + (to - from) * std::clamp(fraction, 0.0, 1.0);
   };
   const auto visit = [&](double begin, double end, double high,
                          double low) {  // moves from high down to low, and up again at the end

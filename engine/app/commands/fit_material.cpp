@@ -96,7 +96,7 @@ void run(const Options& options) {
   haptics::FitOptions fit_options;
   fit_options.eta = options.eta;
   fit_options.rounds = options.rounds;
-  fit_options.progress = [&](double share) { progress.at(0.2 + 0.8 * share); };
+  fit_options.progress = [&](double fraction) { progress.at(0.2 + 0.8 * fraction); };
   const haptics::MaterialFit fit =
       haptics::fit_material(tissue, servo_settings(scene, tissue, 1000), samples, fit_options, options.input);
   progress.at(1);

@@ -23,18 +23,18 @@ struct CutPlane {
 };
 
 /// The tissue with the largest fraction, except air and `except`. Air if there is none.
-inline std::size_t commonest(const std::array<double, kTissueCount>& shares, std::size_t except = 0) {
+inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
-  for (std::size_t t = 1; t < shares.size(); ++t)
-    if (t != except && shares[t] > (best ? shares[best] : 0.0)) best = t;
+  for (std::size_t t = 1; t < fractions.size(); ++t)
+    if (t != except && fractions[t] > (best ? fractions[best] : 0.0)) best = t;
   return best;
 }
 
 /// Covers the box lo … hi, m, W, in cells of `step`; vertices are relative to `origin`. `distance(p)`: m, negative
-/// inside; `shares(p)`: fraction of each tissue around p, used inside and near the outline.
+/// inside; `fractions(p)`: fraction of each tissue around p, used inside and near the outline.
 template <class Distance, class Shares>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
-                                           const dvec3& origin, Distance&& distance, Shares&& shares) {
+                                           const dvec3& origin, Distance&& distance, Shares&& fractions) {
   constexpr int kTile = 48;  // cells per side of a piece of the face; suits index size and culling
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
@@ -51,12 +51,12 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
   struct Sample {
     dvec3 p;
     double d;
-    std::array<double, kTissueCount> shares;
+    std::array<double, kTissueCount> fractions;
   };
   const auto sample = [&](const glm::dvec2& at) {
     Sample s{n * (plane.offset + plane.within) + u * at.x + v * at.y, 0, {}};
     s.d = distance(s.p);
-    if (s.d < step) s.shares = shares(s.p);
+    if (s.d < step) s.fractions = fractions(s.p);
     return s;
   };
 
@@ -91,7 +91,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
           }
           if (count < 3) continue;
           for (std::size_t k = 0; k < count; ++k)
-            for (std::size_t t = 1; t < sum.size(); ++t) sum[t] += part[k].shares[t];
+            for (std::size_t t = 1; t < sum.size(); ++t) sum[t] += part[k].fractions[t];
           const std::size_t first = commonest(sum), second = commonest(sum, first);
           if (!first) continue;
           const auto base = static_cast<std::uint32_t>(update.vertices.size());
@@ -100,7 +100,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.p = glm::vec3(part[k].p - origin);
             vertex.n = glm::vec3(-n);
             vertex.tissue = {static_cast<Tissue>(first), static_cast<Tissue>(second ? second : first)};
-            const double a = part[k].shares[first], b = second ? part[k].shares[second] : 0;
+            const double a = part[k].fractions[first], b = second ? part[k].fractions[second] : 0;
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }

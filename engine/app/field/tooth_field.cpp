@@ -58,7 +58,7 @@ Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
   return tissue(p);
 }
 
-std::array<double, kTissueCount> ToothField::shares(const dvec3& p_W) const {
+std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   std::array<double, kTissueCount> out{};
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)

@@ -26,7 +26,7 @@ class ToothField {
   /// Tissue slightly below the surface point nearest to p.
   Tissue tissue_at_surface(const dvec3& p_W) const;
   /// Fraction of each tissue around p, 0..1: neighbouring labels weighted by a cubic B-spline.
-  std::array<double, kTissueCount> shares(const dvec3& p_W) const;
+  std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:
   void extend();

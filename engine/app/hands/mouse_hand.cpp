@@ -135,10 +135,10 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
 }
 
 PointerSmoothing::PointerSmoothing(const Pose& start, double rate)
-    : pose_(start), share_(1 - std::exp(-1 / (rate * kFollowTime))) {}
+    : pose_(start), fraction_(1 - std::exp(-1 / (rate * kFollowTime))) {}
 
 haptics::HandSample PointerSmoothing::next(const haptics::HandSample& wanted, Nanos t) noexcept {
-  pose_ = {glm::mix(pose_.p, wanted.X_WT.p, share_), glm::slerp(pose_.R, wanted.X_WT.R, share_)};
+  pose_ = {glm::mix(pose_.p, wanted.X_WT.p, fraction_), glm::slerp(pose_.R, wanted.X_WT.R, fraction_)};
   return {t, pose_, wanted.pedal};
 }
 

@@ -57,7 +57,7 @@ class PointerSmoothing {
 
  private:
   Pose pose_;
-  double share_;  // fraction of the distance to `wanted` that remains after one call
+  double fraction_;  // fraction of the distance to `wanted` that remains after one call
 };
 
 /// Servo thread: reads the published pointer at `rate` and smooths it.

@@ -16,9 +16,9 @@ constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end o
 constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// The result is in N/m.
-PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
+PerTissue scaled(const MaterialTable& materials, const PerTissue& fraction) {
   PerTissue stiffness{};
-  for (std::size_t i = 0; i < share.size(); ++i) stiffness[i] = share[i] * materials[i].stiffness;
+  for (std::size_t i = 0; i < fraction.size(); ++i) stiffness[i] = fraction[i] * materials[i].stiffness;
   return stiffness;
 }
 
@@ -53,12 +53,12 @@ bool ServoTurns::turn() noexcept {
     settings_ = wiring.settings.front();
     if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
   }
-  sample_.pedal *= settings_.backwards ? -settings_.speed_share : settings_.speed_share;
+  sample_.pedal *= settings_.backwards ? -settings_.speed_fraction : settings_.speed_fraction;
   sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;
   hand.contact(in_contact(tick_));
-  hand.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+  hand.write(settings_.force_fraction * tick_.f_T_W, settings_.force_fraction * tick_.tau_T_W);
   const Nanos wrote = clock_();
   // The tick contains the faults that the servo got as input, and no others, so that a replay can give it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
@@ -99,7 +99,7 @@ void ServoTurns::end() noexcept {
     sample_.faults = hand_.faults();
     s.servo->tick(sample_, tick_, cut_);
     hand_.contact(in_contact(tick_));
-    hand_.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+    hand_.write(settings_.force_fraction * tick_.f_T_W, settings_.force_fraction * tick_.tau_T_W);
   }
   hand_.write(dvec3(0), dvec3(0));
   hand_.release();  // also ends an arm's gravity compensation

@@ -189,7 +189,7 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
-  options.progress = [&](double share) { progress.at(share); };
+  options.progress = [&](double fraction) { progress.at(fraction); };
   if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
   haptics::Imported imported = haptics::import_tissue(tooth.input, options);
   haptics::DenseTissue& tissue = imported.tissue;
@@ -233,7 +233,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   }();
   const surface::WholeMesh whole =
       draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
-                : whole_surface(tissue, 0.1f, [&](double share) { progress.at(0.3 + 0.6 * share); });
+                : whole_surface(tissue, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
   surface::write_mesh(mesh, whole, tissue.frame(), materials);

@@ -37,7 +37,7 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
 }
 
 /// The progress in the last message such as "film: 30 %"; 0 if there is none.
-double share_in(const std::string& messages) {
+double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
   const std::size_t before = messages.rfind(' ', sign - 1);
@@ -87,9 +87,9 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   if (child < 0) throw RunFailure("cannot start " + words[0]);
   std::array<std::string, 2> said;
   std::array<pollfd, 2> waiting{pollfd{ended.from[0], POLLIN, 0}, pollfd{ended.from[1], POLLIN, 0}};
-  double share = 0;
+  double fraction = 0;
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
-    progress.at(share);
+    progress.at(fraction);
     if (poll(waiting.data(), waiting.size(), kLook) <= 0) continue;
     for (std::size_t i = 0; i < 2; ++i) {
       if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
@@ -100,7 +100,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
       else
         said[i].append(piece.data(), static_cast<std::size_t>(n));
     }
-    share = std::max(share, share_in(said[1]));
+    fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
   waitpid(child, &status, 0);  // it has closed its output, so it is about to end

@@ -87,18 +87,19 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   for (const session::ScoreItem& item : s.score.items) {
     // While almost nothing is done, no item is marked as good or bad.
     constexpr double kBegun = 0.05;
-    const float share = item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
+    const float fraction =
+        item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
     ImGui::PushFont(w.style().small);
-    const ImVec4 color =
-        share < 0 ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : share_color(static_cast<double>(share), s.score.pass);
+    const ImVec4 color = fraction < 0 ? ImGui::GetStyleColorVec4(ImGuiCol_Text)
+                                      : score_color(static_cast<double>(fraction), s.score.pass);
     row(s.text(fmt::format("score.{}", item.name)), session::quantity_text(item.value, item.unit, s.language), &color);
     ImGui::PopFont();
-    if (share < 0) continue;
+    if (fraction < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();
     const float width = ImGui::GetContentRegionAvail().x, height = 0.18f * u;
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     draw.AddRectFilled(at, {at.x + width, at.y + height}, ImGui::GetColorU32(ImGuiCol_FrameBg), height);
-    draw.AddRectFilled(at, {at.x + width * std::clamp(share, 0.0f, 1.0f), at.y + height}, ImGui::GetColorU32(color),
+    draw.AddRectFilled(at, {at.x + width * std::clamp(fraction, 0.0f, 1.0f), at.y + height}, ImGui::GetColorU32(color),
                        height);
     ImGui::Dummy({width, height});
   }
@@ -235,29 +236,29 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const double krpm = s.status.tick.spindle / kKrpm;
   row(s.text("op.speed_now"),
       s.status.implant ? fmt::format("{:.0f} rpm", 1e3 * krpm) : fmt::format("{:.0f} krpm", krpm));
-  auto speed = static_cast<float>(100 * s.settings.speed_share);
+  auto speed = static_cast<float>(100 * s.settings.speed_fraction);
   ImGui::SetNextItemWidth(-1);
   bool changed =
       ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
                          ImGuiSliderFlags_AlwaysClamp);
-  if (changed) s.settings.speed_share = speed / 100;
+  if (changed) s.settings.speed_fraction = speed / 100;
   const double step = (ImGui::IsKeyPressed('=') || ImGui::IsKeyPressed(keys::kKeypadAdd) ? kSpeedStep : 0) -
                       (ImGui::IsKeyPressed('-') || ImGui::IsKeyPressed(keys::kKeypadSubtract) ? kSpeedStep : 0);
   if (step != 0 && !ImGui::GetIO().WantTextInput) {
-    s.settings.speed_share = std::clamp(s.settings.speed_share + step, 0.0, 1.0);
+    s.settings.speed_fraction = std::clamp(s.settings.speed_fraction + step, 0.0, 1.0);
     changed = true;
   }
   if (s.device.force_limit > 0) {
     const double more = (ImGui::IsKeyPressed(']') ? kSpeedStep : 0) - (ImGui::IsKeyPressed('[') ? kSpeedStep : 0);
     if (more != 0 && !ImGui::GetIO().WantTextInput) {
-      s.settings.force_share = std::clamp(s.settings.force_share + more, 0.0, 1.0);
+      s.settings.force_fraction = std::clamp(s.settings.force_fraction + more, 0.0, 1.0);
       changed = true;
     }
-    auto force = static_cast<float>(100 * s.settings.force_share);
+    auto force = static_cast<float>(100 * s.settings.force_fraction);
     ImGui::SetNextItemWidth(-1);
     if (ImGui::SliderFloat("##force", &force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")).c_str(),
                            ImGuiSliderFlags_AlwaysClamp)) {
-      s.settings.force_share = force / 100;
+      s.settings.force_fraction = force / 100;
       changed = true;
     }
   }

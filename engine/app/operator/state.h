@@ -229,7 +229,7 @@ struct OperatorState {
 
   // The running long task.
   bool busy = false;
-  double busy_share = 0;
+  double busy_fraction = 0;
   std::string busy_what;
 
   void ask(Ask what, int number = 0) { asked.push_back({what, number}); }

@@ -43,7 +43,7 @@ bool StepWatcher::follow(const Deeds& now) {
                     : deed == "touch" ? touched_ > kTouch
                     : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled
                     : deed == "tool"  ? now.tick.tool != start_.tick.tool
-                    : deed == "speed" ? std::abs(now.settings.speed_share - start_.settings.speed_share) > 0.01
+                    : deed == "speed" ? std::abs(now.settings.speed_fraction - start_.settings.speed_fraction) > 0.01
                     : deed == "undo"  ? now.undone > start_.undone
                     : deed == "redo"  ? now.redone > start_.redone
                     : deed == "view"  ? now.views > start_.views

@@ -118,9 +118,9 @@ bool toggle_button(const char* text, bool on, ImVec2 size) {
   return colored_button(text, size, {0.18f, 0.38f, 0.44f, 1}, {0.22f, 0.44f, 0.51f, 1}, {0.24f, 0.50f, 0.58f, 1});
 }
 
-ImVec4 share_color(double share, const session::PassMark& pass) {
+ImVec4 score_color(double fraction, const session::PassMark& pass) {
   const double mark = pass.points / 100;
-  return share < mark ? kBad : share < (1 + mark) / 2 ? kWarn : kGood;
+  return fraction < mark ? kBad : fraction < (1 + mark) / 2 ? kWarn : kGood;
 }
 
 bool pressed(const Shortcut& shortcut) {
@@ -171,7 +171,7 @@ void message_line(const OperatorState& s) {
 
 void busy_bar(OperatorState& s, float width) {
   if (!s.busy) return;
-  ImGui::ProgressBar(static_cast<float>(s.busy_share), {width, 0}, s.busy_what.c_str());
+  ImGui::ProgressBar(static_cast<float>(s.busy_fraction), {width, 0}, s.busy_what.c_str());
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.cancel"))) s.ask(Ask::kCancel);
 }

@@ -48,7 +48,7 @@ bool stop_button(const char* text, ImVec2 size);
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
 /// Colour for the fraction of points that was earned; red if the pass mark is missed.
-ImVec4 share_color(double share, const session::PassMark& pass);
+ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// A button that shows its shortcut. The button and the shortcut both issue the request. `main`: the main action.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,

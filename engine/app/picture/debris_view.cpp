@@ -148,9 +148,9 @@ std::span<const render::Particle> DebrisView::particles() {
   for (std::size_t i = 0; i < count; ++i) {
     const debris::DebrisPoint& point = points_[i];
     const bool mist = point.chip < kMistChip;
-    const float share = std::min(1.0f, point.diameter / kLeastShown) * (mist ? kMistOpacity : 1.0f);
+    const float fraction = std::min(1.0f, point.diameter / kLeastShown) * (mist ? kMistOpacity : 1.0f);
     particles_.push_back({point.p_W, std::max(point.diameter, kLeastShown) / 2 * (mist ? kMistWidth : 1.0f),
-                          glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), share});
+                          glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), fraction});
   }
   return particles_;
 }

@@ -8,8 +8,8 @@ namespace typodont {
 
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress) {
-  const auto at = [&](double share) {
-    if (progress) progress(share);
+  const auto at = [&](double fraction) {
+    if (progress) progress(fraction);
   };
   surface::SurfaceMesher mesher({.tolerance = tolerance});
   FieldBrick brick;

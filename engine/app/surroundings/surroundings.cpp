@@ -205,7 +205,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     const auto [lo, hi] = shape.box(copy);
     add(plane_face(
         {normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
-        [&](const dvec3& p) { return shape.tooth.shares(copy.to_tooth(p)); }));
+        [&](const dvec3& p) { return shape.tooth.fractions(copy.to_tooth(p)); }));
   }
   if (!shape.plan.gum) return face;
   const auto [lo, hi] = shape.gum_box();

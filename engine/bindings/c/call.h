@@ -58,10 +58,10 @@ typodont_result guarded(Body&& body) noexcept {
 
 /// A handle's object, reserved for this thread until the end of the scope.
 template <class Handle>
-class Held {
+class HandleLock {
  public:
   using Object = typename ObjectOf<Handle>::Type;
-  explicit Held(const Handle* handle) noexcept : taken_(handle, ObjectOf<Handle>::kKind), handle_(handle) {}
+  explicit HandleLock(const Handle* handle) noexcept : taken_(handle, ObjectOf<Handle>::kKind), handle_(handle) {}
 
   explicit operator bool() const noexcept { return taken_.found() == Found::kHeld; }
   Object& operator*() const noexcept { return *static_cast<Object*>(taken_.object()); }
@@ -83,7 +83,7 @@ class Held {
 /// Takes the handle and calls `body` with its object.
 template <class Handle, class Body>
 typodont_result with(Handle* handle, Body&& body) noexcept {
-  const Held<Handle> held(handle);
+  const HandleLock<Handle> held(handle);
   if (!held) return held.why();
   return guarded([&] { return body(*held); });
 }
@@ -100,7 +100,7 @@ Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
 template <class Handle>
 typodont_result free_handle(Handle* handle) noexcept {
   if (!handle) return TYPODONT_OK;
-  Held<Handle> held(handle);
+  HandleLock<Handle> held(handle);
   if (!held) return held.why();
   return guarded([&] { held.drop().reset(); });
 }

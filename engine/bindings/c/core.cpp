@@ -178,7 +178,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
     info.torque_limit = 1;  // N·m, nonzero because the hand applies torque
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
-      const Held<typodont_hand> held(hand);
+      const HandleLock<typodont_hand> held(hand);
       if (!held) return held.why();
       info = held->device->info();
     } else if (options) {
@@ -221,7 +221,7 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
     require(count, "NULL for the place of the count");
     require(!ticks || capacity == 0 || sized(ticks->struct_size, sizeof *ticks), kBadSize);
     if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
-    const Held<typodont_hand> held(hand);
+    const HandleLock<typodont_hand> held(hand);
     if (!held) return held.why();
     const IeeeArithmetic ieee;
     const std::uint32_t stride = ticks && capacity > 0 ? ticks->struct_size : 0;
@@ -259,7 +259,7 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
 
 typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample* sample, typodont_tick* out,
                                     typodont_cut* cut) {
-  const Held<typodont_servo> held(servo);
+  const HandleLock<typodont_servo> held(servo);
   if (!held) return held.why();
   ServoObject& s = *held;
   if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);

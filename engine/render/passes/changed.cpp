@@ -61,7 +61,7 @@ bool Tiles::touch(const Tiles& other) const {
   return false;
 }
 
-double Tiles::share() const {
+double Tiles::fraction() const {
   if (marked_.empty()) return 0;
   return static_cast<double>(std::count(marked_.begin(), marked_.end(), std::uint8_t{1})) /
          static_cast<double>(marked_.size());

@@ -30,7 +30,7 @@ class Tiles {
   void mark_all();
   bool touch(const PixelBox& box) const;
   bool touch(const Tiles& other) const;
-  double share() const;  // marked fraction of the picture
+  double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
   /// The marked (or unmarked) tiles within `within`, as few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;

@@ -123,20 +123,21 @@ void Page::touched() {
     }
   }
   if (all == 0) return;
-  std::vector<std::string> shares;
+  std::vector<std::string> fractions;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     if (total[i] > 0) {
-      shares.push_back(fmt::format("{} {} %", tissue_text(i),
-                                   number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
+      fractions.push_back(fmt::format("{} {} %", tissue_text(i),
+                                      number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
     }
   }
   put("<h3>{}</h3>\n", say("touched"));
-  put("<div class=\"scroll\">{}</div>\n", strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
+  put("<div class=\"scroll\">{}</div>\n",
+      strip(css, fmt::format("{}: {}", say("touched"), fmt::join(fractions, ", "))));
   put("<ul class=\"legend\" aria-hidden=\"true\">");
   std::size_t k = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     if (total[i] > 0)
-      put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
+      put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), fractions[k++]);
   }
   put("</ul>\n");
 }
@@ -174,12 +175,13 @@ void Page::timing() {
 
 void Page::loop_times(const LoopReport& loop) {
   const LoopTiming& t = loop.timing;
-  const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
+  const double fraction =
+      100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
       "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
-      say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
+      say("loop_caption", t.ticks, t.misses, number(fraction, fraction > 0 && fraction < 0.01 ? 4 : 2),
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {

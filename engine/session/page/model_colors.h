@@ -26,9 +26,9 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// `share`: -1 cut too deep, 0 correct, 1 too much left.
-inline glm::vec3 difference_color(float share) {
-  const float s = std::clamp(share, -1.0f, 1.0f);
+/// `fraction`: -1 cut too deep, 0 correct, 1 too much left.
+inline glm::vec3 difference_color(float fraction) {
+  const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];
   const auto& middle = kDifferenceColors[1];
   glm::vec3 c;

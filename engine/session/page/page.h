@@ -37,7 +37,7 @@ class Page : private Words {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
   /// `mark`: the pass mark as a fraction; negative: none.
-  void gauge(double share, bool missed = false, double mark = -1);
+  void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
   double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }

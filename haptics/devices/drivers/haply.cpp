@@ -10,7 +10,7 @@
 #include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/json_scan.h"
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 #include "haptics/devices/websocket.h"
 
 namespace typodont::haptics {
@@ -54,7 +54,7 @@ class HaplyDevice : public HapticDevice {
     }
     info_.serial = state_.id.data();
     zero_ = frame_for(dvec3(0));
-    keeper_.emplace(socket_.descriptor(), socket_.frame_of({zero_.text.data(), zero_.size}));
+    watchdog_process_.emplace(socket_.descriptor(), socket_.frame_of({zero_.text.data(), zero_.size}));
   }
   ~HaplyDevice() override { release(); }
 
@@ -101,12 +101,13 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    keeper_->told(f_T_W != dvec3(0), now());  // before the force is sent, so that the keeper knows of every force
+    watchdog_process_->note_write(
+        f_T_W != dvec3(0), now());  // before the force is sent, so that the watchdog process knows of every force
     socket_.send({frame.text.data(), frame.size});
   }
   void release() noexcept override {
     socket_.send({zero_.text.data(), zero_.size});
-    if (keeper_) keeper_->told(false, now());
+    if (watchdog_process_) watchdog_process_->note_write(false, now());
   }
 
  private:
@@ -137,7 +138,7 @@ class HaplyDevice : public HapticDevice {
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  std::optional<Keeper> keeper_;  // sends zero force if this process cannot
+  std::optional<WatchdogProcess> watchdog_process_;  // sends zero force if this process cannot
   std::uint32_t faults_ = 0;
   bool started_ = false;
 };

@@ -13,7 +13,7 @@
 #include "haptics/devices/encoder.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/hid.h"
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 
 namespace typodont::haptics {
 
@@ -33,7 +33,7 @@ class ArmDevice : public HapticDevice {
         arm_(std::move(arm)),
         info_(std::move(identity)),
         zero_(encode(protocol, dvec3(0))),
-        keeper_(link_->descriptor(), zero_.span()) {
+        watchdog_process_(link_->descriptor(), zero_.span()) {
     info_.force_limit = arm_.force_limit;
     info_.continuous_force = arm_.continuous_force;
     info_.max_stiffness = arm_.stiffness;
@@ -98,15 +98,15 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // before the currents are sent, so that the keeper knows of every force
-    keeper_.told(currents.amperes != dvec3(0), now());
+    // before the currents are sent, so that the watchdog process knows of every force
+    watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
 
   void release() noexcept override {
     gravity_share_ = 0;
     link_->write(zero_.span());
-    keeper_.told(false, now());
+    watchdog_process_.note_write(false, now());
   }
 
  private:
@@ -173,7 +173,7 @@ class ArmDevice : public HapticDevice {
   Arm arm_;
   DeviceInfo info_;
   const ArmCommand zero_;
-  Keeper keeper_;
+  WatchdogProcess watchdog_process_;
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
   std::array<std::uint8_t, 256> heard_{};  // the newest report of a HID board

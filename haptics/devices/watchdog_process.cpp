@@ -1,4 +1,4 @@
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -32,7 +32,7 @@ Nanos monotonic() noexcept {
 
 }  // namespace
 
-Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
+WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero) {
   Zero command;
   if (descriptor < 0 || zero.size() > command.bytes.size()) return;
   std::copy(zero.begin(), zero.end(), command.bytes.begin());
@@ -86,7 +86,7 @@ Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
   ::_exit(0);
 }
 
-Keeper::~Keeper() {
+WatchdogProcess::~WatchdogProcess() {
   if (alive_ >= 0) ::close(alive_);
   if (child_ > 0) {
     while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {

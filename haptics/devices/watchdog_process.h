@@ -1,8 +1,8 @@
 // A second process that keeps the device open and sends zero force if the program is killed or stopped.
 // device_safety.h covers every end that a program can handle. SIGKILL, the kernel's out-of-memory killer and SIGSTOP
-// cannot be handled. Without a keeper the force would then stay until the device's own watchdog ends it (0.5 s on the
-// open-hardware arms; unknown behind a service). The keeper is a child process that waits until its parent ends or
-// stops writing, and then writes the command for zero force.
+// cannot be handled. Without a watchdog process the force would then stay until the device's own watchdog ends it (0.5
+// s on the open-hardware arms; unknown behind a service). The watchdog process is a child process that waits until its
+// parent ends or stops writing, and then writes the command for zero force.
 #pragma once
 
 #include <sys/types.h>
@@ -15,20 +15,21 @@
 
 namespace typodont::haptics {
 
-class Keeper {
+class WatchdogProcess {
  public:
-  /// Set-up time. `descriptor`: of the open device, which the child keeps; negative: no keeper (simulated links).
-  /// `zero`: the bytes to write. If no process can be created, there is no keeper, and running() returns false.
-  Keeper(int descriptor, std::span<const std::uint8_t> zero);
+  /// Set-up time. `descriptor`: of the open device, which the child keeps; negative: no watchdog process (simulated
+  /// links). `zero`: the bytes to write. If no process can be created, there is no watchdog process, and running()
+  /// returns false.
+  WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero);
   /// Ends the child. Call after zero force was sent.
-  ~Keeper();
-  Keeper(const Keeper&) = delete;
-  Keeper& operator=(const Keeper&) = delete;
+  ~WatchdogProcess();
+  WatchdogProcess(const WatchdogProcess&) = delete;
+  WatchdogProcess& operator=(const WatchdogProcess&) = delete;
 
   bool running() const noexcept { return child_ > 0; }
   pid_t child() const noexcept { return child_; }
   /// Call with every write to the device. Any thread, any signal handler.
-  void told(bool force, Nanos t) noexcept {
+  void note_write(bool force, Nanos t) noexcept {
     if (!shared_) return;
     shared_->last_write.store(t, std::memory_order_relaxed);
     shared_->force_out.store(force, std::memory_order_release);
