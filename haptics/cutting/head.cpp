@@ -93,7 +93,7 @@ struct HeadBlock {
   const Tissue* tissue;
   std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
-  glm::ivec3 first;                       // its first sample, relative to the pose's base
+  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
   // This plane bounds the depth of every sample, because the distance from a convex head is convex.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
