@@ -115,7 +115,7 @@ TEST(ImplantMeter, WorkWithTheToolOfALaterPhaseSkipsToIt) {
   EXPECT_EQ(hand.meter.note(), ImplantNote::kNone);
 }
 
-TEST(ImplantMeter, WhatIsWrongIsSaidInTheSameTick) {
+TEST(ImplantMeter, AnErrorIsReportedInTheSameTick) {
   constexpr std::uint32_t kDrilling = implant_level::kDrilling;
   const auto note_at = [](auto&& deed) {
     Hand hand;
@@ -160,7 +160,7 @@ TEST(ImplantMeter, TheBedIsComparedWithThePlanAsTheDrillWent) {
   EXPECT_NEAR(bed.depth, -bottom.z, 1e-6);
 }
 
-TEST(ImplantMeter, TheCanalIsAsFarAwayAsTheWallOrTheBottomOfTheBed) {
+TEST(ImplantMeter, TheDistanceToTheCanalIsMeasuredFromWallAndBottomOfTheBed) {
   // The canal runs along x, 13 mm below the entry, and has a radius of 1 mm; the pilot's is 1.1 mm.
   for (const double aside : {0.5e-3, 3e-3}) {
     Hand hand;
