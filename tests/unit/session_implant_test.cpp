@@ -176,7 +176,7 @@ TEST(ImplantMeter, TheBoneWarmsAndCoolsAsTheModelSays) {
   for (int i = 0; i < 1001; ++i) hand.at({0, 0, -kDepth}, kPilot, implant_level::kDrilling, 70, kPower);
   const double mass = kPi * ((r + s) * (r + s) - r * r) * kDepth * HeatModel::heat_capacity;  // J/K
   // P/C against T/time, for a second; this task's phases are dry.
-  const double steady = HeatModel::share * kPower * HeatModel::dry_time / mass;
+  const double steady = HeatModel::fraction * kPower * HeatModel::dry_time / mass;
   EXPECT_NEAR(hand.meter.temperature() - HeatModel::body, steady * (1 - std::exp(-1 / HeatModel::dry_time)), 0.02);
   const double hot = hand.meter.temperature();
   for (int i = 0; i < 3000; ++i) hand.at({0, 0, 8e-3}, kPilot, implant_level::kFree);
