@@ -378,7 +378,7 @@ class Ends : public testing::Test {
   int status = 0;
 };
 
-TEST_F(Ends, AThousandProcessesAreKilledAndTheirKeepersLetGoWithinTwentyMilliseconds) {
+TEST_F(Ends, AfterAKillOfAThousandProcessesTheirWatchdogsSendZeroWithinTwentyMilliseconds) {
   std::vector<Took> times;
   campaign(std::vector<Way>(kTimes, kKilled), [&](Victim& v) {
     if (*v.ends_at == 0) {

@@ -186,7 +186,7 @@ TEST_F(LiveHands, AreFeltThroughTheWholeProgramAndItsEndLeavesNoForce) {
   EXPECT_LT(session.ticks(0, 1).front().t, from_seconds(1));  // its time is the session's, not the computer's
 }
 
-TEST_F(LiveHands, AProcessThatIsKilledIsSurvivedByAKeeperThatLetsGo) {
+TEST_F(LiveHands, TheWatchdogProcessOutlivesAKilledProcessAndSendsZero) {
   for (int i = 0; i < 3; ++i) {
     start();
     wait_for_contact();
