@@ -41,7 +41,7 @@ endfunction()
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
 # every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
 # is too short, and however long a campaign is asked for; [LIVE]: its tests need real time or a display:
-# they also have the label `live`, and run one at a time; [MEASURED pattern]: these of its tests measure
+# they also have the label `live`, run one at a time, and have a second try; [MEASURED pattern]: these of its tests measure
 # time, and so are of the kind bench.
 include(GoogleTest)
 function(typodont_test name)
@@ -59,6 +59,9 @@ function(typodont_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
+  if(ARG_LIVE)  # what gtest_discover_tests runs the program by
+    set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${PROJECT_SOURCE_DIR}/tests/support/second_try.sh)
+  endif()
   set(filter)
   if(ARG_MEASURED)
     set(filter TEST_FILTER -${ARG_MEASURED})
