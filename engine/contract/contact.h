@@ -30,11 +30,12 @@ constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
-/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 3: a tool that the hand
+/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 4: the teeth's force fades
+/// when the head comes free, where it ended in a step before. 3: a tool that the hand
 /// has left is led back the way it came (the offset model). 2: a late patch gives way (docs/safety.md), a force that
 /// the ledger does not pay for follows the ledger, and a ledger's small debt is forgiven. 1: before that; recordings
 /// without the number.
-inline constexpr std::uint32_t kServoLaws = 3;
+inline constexpr std::uint32_t kServoLaws = 4;
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {

@@ -195,6 +195,8 @@ struct Servo::State {
   double follow_stiffness(const ContactTick& now, double depth) noexcept;
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
+  void fade_teeth(ContactTick& now) noexcept;
+  void keep_teeth_paid(ContactTick& now) noexcept;
 };
 
 }  // namespace typodont::haptics
