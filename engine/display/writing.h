@@ -10,6 +10,9 @@
 
 namespace typodont::display {
 
+/// A spindle's speed as a clinician reads it: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
+std::string spindle_text(double krpm);
+
 /// What the writing says.
 struct Hud {
   bool visible = false;
