@@ -52,7 +52,8 @@ class SphereProxy {
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
-  /// touch, and how much of it they can go, 0 to 1. What lies beyond `most_way` (m) is not looked at: 1 then.
+  /// touch, and how much of it they can go, 0 to 1. Lists the contacts along which they go. What lies beyond `most_way`
+  /// (m) is not looked at: 1 then.
   double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
   /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
@@ -120,6 +121,7 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
+  std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 
   ToolSpheres tool_;
