@@ -19,6 +19,9 @@ constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;  // blocks, a
 int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
+glm::ivec3 block_of(const glm::ivec3& voxel) {
+  return {floor_div(voxel.x, kEdge), floor_div(voxel.y, kEdge), floor_div(voxel.z, kEdge)};
+}
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
@@ -247,29 +250,34 @@ const SolidBits& LoosePieces::solid(const TissueVolume& volume, const glm::ivec3
   return it->second;
 }
 
-std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const glm::ivec3& lo,
-                                                const glm::ivec3& hi) {
-  for (int x = floor_div(lo.x, kEdge); x <= floor_div(hi.x, kEdge); ++x) {
-    for (int y = floor_div(lo.y, kEdge); y <= floor_div(hi.y, kEdge); ++y) {
-      for (int z = floor_div(lo.z, kEdge); z <= floor_div(hi.z, kEdge); ++z) {
-        const auto known = solid_.find({x, y, z});
-        SolidBits now;
-        volume.solid_block({x, y, z}, now);
-        SolidBits gone{};
-        if (known == solid_.end()) {
-          // Not seen since the last edit: all that is air now may have been tissue.
-          for (std::size_t i = 0; i < 8; ++i) gone[i] = ~now[i];
-          solid_.emplace(glm::ivec3(x, y, z), now);
-        } else {
-          for (std::size_t i = 0; i < 8; ++i) gone[i] = known->second[i] & ~now[i];
-          known->second = now;
+/// Compares a block with what was seen of it last.
+void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key) {
+  SolidBits now;
+  volume.solid_block(key, now);
+  const auto [known, unseen] = solid_.try_emplace(key, now);
+  SolidBits gone;
+  // Of a block that was not seen since the last edit all that is air now may have been tissue.
+  for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : known->second[i] & ~now[i];
+  known->second = now;
+  if (!any(gone)) return;
+  SolidBits& emptied = emptied_[key];
+  for (std::size_t i = 0; i < 8; ++i) emptied[i] |= gone[i];
+}
+
+std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const VoxelBox& written,
+                                                std::span<const glm::ivec3> blocks) {
+  const glm::ivec3 lo = block_of(written.lo), hi = block_of(written.hi);
+  if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          if (!solid_.contains({x, y, z})) note_emptied(volume, {x, y, z});
         }
-        if (!any(gone)) continue;
-        SolidBits& emptied = emptied_[{x, y, z}];
-        for (std::size_t i = 0; i < 8; ++i) emptied[i] |= gone[i];
       }
     }
+    all_seen_lo_ = lo, all_seen_hi_ = hi;
   }
+  for (const glm::ivec3& key : blocks) note_emptied(volume, key);
   credit_ = std::min(credit_ + kCreditPerCut, kMostCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
@@ -311,6 +319,7 @@ void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, c
 
 void LoosePieces::after_edit() {
   solid_.clear();
+  all_seen_lo_ = glm::ivec3(0), all_seen_hi_ = glm::ivec3(-1);
   emptied_.clear();
 }
 

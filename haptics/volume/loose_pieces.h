@@ -8,6 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "haptics/dense_tissue.h"
+
 namespace typodont::haptics {
 
 class TissueVolume;
@@ -34,8 +36,10 @@ class LoosePieces {
   /// Looks through the whole volume once, for its bodies.
   explicit LoosePieces(const TissueVolume& volume);
 
-  /// After a cut that wrote to samples lo .. hi: the pieces that it set loose, which are still in the volume.
-  std::vector<TissuePiece> after_cut(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
+  /// After a cut that wrote within `written` and may have emptied samples of `blocks` (TissueVolume::Carved): the
+  /// pieces that it set loose, which are still in the volume.
+  std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
+                                     std::span<const glm::ivec3> blocks);
   /// After samples lo .. hi were written to otherwise.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// After strokes were taken back or brought again: everything may have changed.
@@ -64,7 +68,10 @@ class LoosePieces {
   bool same_body(const TissuePiece& a, const TissuePiece& b) const;
   std::vector<int> bodies_of(const TissuePiece& piece) const;
 
-  Blocks<SolidBits> solid_;  // as last seen
+  void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
+
+  Blocks<SolidBits> solid_;                      // as last seen
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // a box of blocks, inclusive, that are all in solid_
   std::size_t body_count_ = 0;
   Blocks<std::vector<Body>> bodies_;  // of all but the largest, which is number 0
   Blocks<SolidBits> emptied_;         // samples that turned to air and were not looked around yet
