@@ -452,59 +452,6 @@ bool carve_due_ball(BallBlocks* blocks, PerTissue* removed) {
   return carve_due<false>(*blocks, removed);
 }
 
-/// Raises the samples of one leaf, side by side from `lo` (from the base) on; see Sweep::carve_leaf().
-template <bool capsule>
-TYPODONT_KERNEL void carve_leaf_samples(const Capsule& c, const glm::ivec3& lo, float* distance, Sweep::LeafCut& cut) {
-  constexpr float kLeafHalf = 6.1f;  // |(3.5, 3.5, 3.5)|, and a little more: from a leaf's centre to its corners
-  const float outer = c.radius + Sweep::kMargin, slip = 1e-3f + 2e-6f * outer;
-  const float length = capsule ? std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz) : 0;
-  const float from = c.continues ? 0.0f : -1e30f;
-  const glm::vec3 first = glm::vec3(lo) - glm::vec3(c.ax, c.ay, c.az);
-  // The ball at B comes no nearer to any sample than this, nor the capsule than so much less.
-  const float away = glm::length(first + 3.5f - glm::vec3(c.abx, c.aby, c.abz)) - (kLeafHalf + outer + slip);
-  if (away > length) {
-    cut = {false, false, away};
-    return;
-  }
-  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  const F8 height = static_cast<float>(lo.z) + steps - c.az, off = height - c.abz;
-  const F8 first_terms = capsule ? height : off * off, second_terms = height * c.abz;
-  F8 least_slack = F8{} + 1e9f;
-  I8 any_raised = {}, any_emptied = {};
-  for (int x = 0; x < Sweep::kLeaf; ++x) {
-    const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;
-    for (int y = 0; y < Sweep::kLeaf; ++y) {
-      const float py = static_cast<float>(lo.y + y) - c.ay, qy = py - c.aby;
-      const float u = capsule ? px : qx * qx + qy * qy, v = capsule ? py : px * c.abx + py * c.aby;
-      float* const at = distance + (x * Sweep::kLeaf + y) * Sweep::kLeaf;
-      const F8 old = *reinterpret_cast<const F8*>(at);
-      F8 depth, least;
-      I8 ahead, raised;
-      depth_of_eight<capsule>(c, from, F8{} + u, F8{} + v, first_terms, second_terms, depth, ahead);
-      const F8 now = eight::raised_to(old, depth, ahead, least, raised);
-      *reinterpret_cast<F8*>(at) = now;
-      any_raised |= raised;
-      any_emptied |= (old < 0.0f) & (now >= 0.0f);
-      // Where the head was at its deepest nothing changes any more.
-      F8 slack = (raised ? now : least) - depth;
-      slack = now >= Sweep::kInner ? F8{} + 1e9f : slack;
-      least_slack = slack < least_slack ? slack : least_slack;
-    }
-  }
-  float slack = least_slack[0];
-  for (int i = 1; i < 8; ++i) slack = std::min(slack, least_slack[i]);
-  cut = {any_of(any_raised), any_of(any_emptied), slack - slip};
-}
-
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void carve_leaf_capsule(const Capsule* capsule, const glm::ivec3* lo, float* distance, Sweep::LeafCut* cut) {
-  carve_leaf_samples<true>(*capsule, *lo, distance, *cut);
-}
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void carve_leaf_ball_ahead(const Capsule* capsule, const glm::ivec3* lo, float* distance, Sweep::LeafCut* cut) {
-  carve_leaf_samples<false>(*capsule, *lo, distance, *cut);
-}
-
 }  // namespace
 
 bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
@@ -520,18 +467,6 @@ bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     changed |= ball ? carve_ball_ahead(&block, &capsule, removed) : carve_capsule(&block, &capsule, removed);
   }
   return changed;
-}
-
-Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
-  const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
-  const glm::ivec3 from = lo - base_;
-  LeafCut cut;
-  if (is_ball()) {
-    carve_leaf_ball_ahead(&capsule, &from, distance, &cut);
-  } else {
-    carve_leaf_capsule(&capsule, &from, distance, &cut);
-  }
-  return cut;
 }
 
 bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
