@@ -86,11 +86,16 @@ class TissueVolume {
   };
   void copy_written(const Copied& box, int n, const Copied* every);
 
+  /// Where a removal wrote, and the keys of the blocks (see solid_block()) in which it may have turned tissue to air.
+  struct Carved {
+    VoxelBox box;
+    std::vector<glm::ivec3> blocks;
+  };
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay,
-  /// but those of a filling where none is left. Returns where it wrote.
-  VoxelBox carve(const Sweep& sweep);
-  /// Clears whole voxels. Returns where it wrote.
-  VoxelBox carve(const VoxelStamp& stamp);
+  /// but those of a filling where none is left.
+  Carved carve(const Sweep& sweep);
+  /// Clears whole voxels.
+  Carved carve(const VoxelStamp& stamp);
 
   /// Makes a block of samples what they are given to be. Labels stay. Returns where it wrote.
   VoxelBox replace(const RasterBlock& block);
@@ -100,7 +105,7 @@ class TissueVolume {
   /// Adds a body in the shape of a head. Returns where it wrote.
   VoxelBox fill(const PlacedHead& body);
 
-  /// The samples of a block of 8³ that lie in tissue.
+  /// The samples of a block of 8³ that lie in tissue; its first sample is 8 key.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
 
   /// Takes out a piece that hangs on to nothing, and with it what it meant for the distances around it. Labels stay.
@@ -155,7 +160,7 @@ class TissueVolume {
  private:
   struct Impl;
   template <class Removal>
-  VoxelBox carve_leaves(const Removal& sweep);
+  Carved carve_leaves(const Removal& removal);
   template <class Filling>
   VoxelBox fill_leaves(const Filling& filling);
   explicit TissueVolume(std::unique_ptr<Impl> impl);

@@ -431,8 +431,10 @@ int kind_of(int a, int b) {
 }  // namespace
 
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed, float* slack) const noexcept {
   bool changed = false;
+  const float slip = 1e-3f + 2e-6f * static_cast<float>(reach_);  // by which a depth may be off by rounding
+  float least_slack = kNoEnd;
   const HeadTarget target{
       lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
@@ -445,11 +447,16 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
-        float slack;
+        float block_slack;
         bool clipped;
         BlockSlack found;
-        if (pass.what(lane, target, block, slack, clipped) != HeadPass::Work::kRaise) continue;
-        changed |= carve_head_block(&pass.pose(), &block, true, &tops, removed, &found);
+        const HeadPass::Work work = pass.what(lane, target, block, block_slack, clipped);
+        const bool raise = work == HeadPass::Work::kRaise;
+        if (raise || (slack && work == HeadPass::Work::kLook)) {
+          changed |= carve_head_block(&pass.pose(), &block, raise, &tops, removed, &found);
+          block_slack = clipped ? 0 : found.slack;  // nothing is known of the part that was left out
+        }
+        if (k > 0) least_slack = std::min(least_slack, block_slack);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
@@ -463,6 +470,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     tops.carve();
     changed |= tops.changed;
   }
+  if (slack) *slack = least_slack - slip;
   return changed;
 }
 

@@ -69,26 +69,30 @@ std::uint64_t voxels_cut_by_this_thread() noexcept {
   return t_voxels_cut;
 }
 
-/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
-/// side.
+BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi) {
+  const auto brick = [](const glm::ivec3& voxel) {
+    constexpr int n = FieldBrick::kCells;
+    return glm::ivec3(floor_div(voxel.x, n), floor_div(voxel.y, n), floor_div(voxel.z, n));
+  };
+  return {brick(lo - 2), brick(hi + 1)};
+}
+
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
-  constexpr int n = FieldBrick::kCells;
-  for (int x = floor_div(lo.x - 2, n); x <= floor_div(hi.x + 1, n); ++x) {
-    for (int y = floor_div(lo.y - 2, n); y <= floor_div(hi.y + 1, n); ++y) {
-      for (int z = floor_div(lo.z - 2, n); z <= floor_div(hi.z + 1, n); ++z) keys.insert({x, y, z});
-    }
-  }
+  bricks_around(lo, hi).for_each([&](const glm::ivec3& brick) { keys.insert(brick); });
 }
 
 void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
   if (lo.x > hi.x) return;
   if (remembers) written_lo = glm::min(written_lo, lo), written_hi = glm::max(written_hi, hi);
-  KeySet bricks;
-  insert_bricks(lo, hi, bricks);
-  for (const glm::ivec3& brick : bricks) {
+  const BrickBox bricks = bricks_around(lo, hi);
+  if (glm::all(glm::greaterThanEqual(bricks.lo, marked_lo)) && glm::all(glm::lessThanEqual(bricks.hi, marked_hi))) {
+    return;
+  }
+  bricks.for_each([&](const glm::ivec3& brick) {
     changed.insert(brick);
     if (carved.insert(brick).second && in_stroke) strokes.back().carved.push_back(brick);
-  }
+  });
+  marked_lo = bricks.lo, marked_hi = bricks.hi;
 }
 
 void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi) {
@@ -117,49 +121,106 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-template <class Removal>
-VoxelBox TissueVolume::carve_leaves(const Removal& sweep) {
-  Impl& v = *impl_;
-  using Leaf = openvdb::FloatTree::LeafNodeType;
-  constexpr int n = Leaf::DIM;
-  auto accessor = v.distance->getAccessor();
-  glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
-  StrokeKept* const stroke = v.stroke();
+namespace {
 
-  for (int x0 = floor_div(sweep.lo().x, n) * n; x0 <= sweep.hi().x; x0 += n) {
-    for (int y0 = floor_div(sweep.lo().y, n) * n; y0 <= sweep.hi().y; y0 += n) {
-      for (int z0 = floor_div(sweep.lo().z, n) * n; z0 <= sweep.hi().z; z0 += n) {
-        const openvdb::Coord origin(x0, y0, z0);
-        Leaf* leaf = accessor.probeLeaf(origin);
-        if (!leaf && accessor.getValue(origin) > 0) continue;  // air, far from any surface
-        auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
-        if (!leaf) {
-          leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
-          if (kept) kept->changed = true;
+constexpr int kLeaf = Sweep::kLeaf;
+static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
+
+glm::ivec3 leaf_of(const glm::ivec3& voxel) {
+  return {floor_div(voxel.x, kLeaf), floor_div(voxel.y, kLeaf), floor_div(voxel.z, kLeaf)};
+}
+
+}  // namespace
+
+/// The leaf that a removal is about to write to; null in air far from any surface. `kept` is given where there is a
+/// stroke: what is there now, for undo.
+openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
+                                                                  const openvdb::Coord& origin,
+                                                                  LeafFront::Kept*& kept) {
+  auto* leaf = accessor.probeLeaf(origin);
+  if (!leaf && accessor.getValue(origin) > 0) return nullptr;
+  kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
+  if (!leaf) {
+    leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
+    if (kept) kept->changed = true;
+  }
+  return leaf;
+}
+
+/// A removal wrote to the samples lo..hi of a leaf.
+void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept,
+                                      const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& changed) {
+  count_voxels(hi - lo + 1);
+  leaf.setValuesOn();
+  if (kept) kept->changed = true;
+  if (remembers) written.insert(leaf_of(lo));
+  if (changed.empty()) changed = {lo, hi};
+  changed.lo = glm::min(changed.lo, lo), changed.hi = glm::max(changed.hi, hi);
+}
+
+TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
+  Impl& v = *impl_;
+  const glm::ivec3 first = leaf_of(sweep.lo()), last = leaf_of(sweep.hi());
+  v.front.come_to(sweep, first, last);
+  const float path = v.front.path();
+  auto accessor = v.distance->getAccessor();
+  Carved carved;
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      LeafFront::Place* place = v.front.row({x, y, first.z});
+      for (int z = first.z; z <= last.z; ++z, ++place) {
+        if (place->due > path) continue;
+        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+        if (!place->leaf) {
+          place->leaf = v.leaf_to_cut(accessor, coord(origin), place->kept);
+          if (!place->leaf) {
+            place->due = LeafFront::kNever;
+            continue;
+          }
         }
-        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
-        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
-        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
-        if (!sweep.carve(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
-        count_voxels(hi - lo + 1);
-        leaf->setValuesOn();
-        if (kept) kept->changed = true;
-        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
-        changed_lo = glm::min(changed_lo, lo);
-        changed_hi = glm::max(changed_hi, hi);
+        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place->leaf->buffer().data());
+        place->due = path + cut.slack;
+        if (!cut.changed) continue;
+        v.leaf_was_cut(*place->leaf, place->kept, glm::max(origin, sweep.lo()),
+                       glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
+        if (cut.emptied) carved.blocks.push_back(key);
       }
     }
   }
-  v.mark_changed(changed_lo, changed_hi);
-  v.restore_labels(*this, changed_lo, changed_hi);
-  return {changed_lo, changed_hi};
+  v.mark_changed(carved.box.lo, carved.box.hi);
+  v.restore_labels(*this, carved.box.lo, carved.box.hi);
+  return carved;
 }
 
-VoxelBox TissueVolume::carve(const Sweep& sweep) {
-  return carve_leaves(sweep);
+template <class Removal>
+TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
+  Impl& v = *impl_;
+  v.front.forget();
+  auto accessor = v.distance->getAccessor();
+  Carved carved;
+  const glm::ivec3 first = leaf_of(removal.lo()), last = leaf_of(removal.hi());
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) {
+        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+        LeafFront::Kept* kept = nullptr;
+        auto* const leaf = v.leaf_to_cut(accessor, coord(origin), kept);
+        if (!leaf) continue;
+        const glm::ivec3 lo = glm::max(origin, removal.lo()), hi = glm::min(origin + kLeaf - 1, removal.hi());
+        const glm::ivec3 at = lo - origin;
+        float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
+        if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
+        v.leaf_was_cut(*leaf, kept, lo, hi, carved.box);
+        carved.blocks.push_back(key);
+      }
+    }
+  }
+  v.mark_changed(carved.box.lo, carved.box.hi);
+  v.restore_labels(*this, carved.box.lo, carved.box.hi);
+  return carved;
 }
 
-VoxelBox TissueVolume::carve(const VoxelStamp& stamp) {
+TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
   return carve_leaves(stamp);
 }
 
@@ -200,12 +261,13 @@ class Replacement {
 }  // namespace
 
 VoxelBox TissueVolume::replace(const RasterBlock& block) {
-  return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel)));
+  return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel))).box;
 }
 
 template <class Filling>
 VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
   Impl& v = *impl_;
+  v.front.forget();
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
   auto distance = v.distance->getAccessor();
@@ -260,6 +322,7 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   Impl& v = *impl_;
   PerTissue volume{};
   if (piece.empty()) return volume;
+  v.front.forget();
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
 
@@ -367,6 +430,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
 void TissueVolume::Impl::complete_stroke() {
   if (!in_stroke) return;
   in_stroke = false;
+  front.forget();
   StrokeKept& stroke = strokes.back();
   const auto idle = [](const auto& entry) { return !entry.second.changed; };
   std::erase_if(stroke.distance, idle);
@@ -400,6 +464,8 @@ void TissueVolume::Impl::complete_stroke() {
 }
 
 void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
+  front.forget();
+  marked_lo = glm::ivec3(0), marked_hi = glm::ivec3(-1);
   StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
   StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
   for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? stroke.back[i] : -stroke.back[i];
@@ -415,6 +481,7 @@ void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
 void TissueVolume::begin_stroke() {
   Impl& v = *impl_;
   v.complete_stroke();
+  v.front.forget();
   v.strokes.resize(v.done);
   v.strokes.emplace_back();
   ++v.done;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/fnv.h"
+#include "haptics/lanes.h"
 #include "haptics/share.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"
@@ -429,11 +430,11 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
     return;
   }
   const float* data = leaf->buffer().data();
-  for (std::size_t x = 0; x < bits.size(); ++x) {
-    std::uint64_t word = 0;
-    for (int i = 0; i < 64; ++i)
-      word |= static_cast<std::uint64_t>(data[x * 64 + static_cast<std::size_t>(i)] < 0) << i;
-    bits[x] = word;
+  for (std::uint64_t& word : bits) {
+    word = 0;
+    for (int y = 0; y < 8; ++y, data += 8) {
+      word |= static_cast<std::uint64_t>(bits_of(*reinterpret_cast<const F8*>(data) < 0.0f)) << 8 * y;
+    }
   }
 }
 
@@ -457,6 +458,7 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
 std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   const auto list = sorted(impl_->changed);
   impl_->changed.clear();
+  impl_->marked_lo = glm::ivec3(0), impl_->marked_hi = glm::ivec3(-1);
   return list;
 }
 

@@ -16,16 +16,16 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
-  const VoxelBox carved = volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues));
-  if (!carved.empty()) take_out_pieces(cut, carved);
+  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues)));
 }
 
 void FieldBody::fill(const Cut& cut) {
   after_fill(volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame())));
 }
 
-void FieldBody::take_out_pieces(const Cut& cut, const VoxelBox& written) {
-  const std::vector<TissuePiece> pieces = loose_pieces_.after_cut(volume_, written.lo, written.hi);
+void FieldBody::take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved) {
+  if (carved.box.empty()) return;
+  const std::vector<TissuePiece> pieces = loose_pieces_.after_cut(volume_, carved.box, carved.blocks);
   for (const TissuePiece& piece : pieces) {
     LoosePiece loose{cut.index, cut.t, {}, 0, volume_.take_out(piece)};
     dvec3 lo(1e300), hi(-1e300);

@@ -35,7 +35,7 @@ class FieldBody : public TissueBody {
 
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
-  void take_out_pieces(const Cut& cut, const VoxelBox& written);
+  void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
   /// Tells what watches loose pieces that tissue was added there.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
