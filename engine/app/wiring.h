@@ -31,11 +31,18 @@ struct SessionSettings {
   bool backwards = false;                 // the handpiece runs backwards, with a tool that has a thread
   double force_share = 1;                 // 0..1, of the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // of the materials' own; only where not recorded
+  Nanos force_delay = 0;  // ns that the force reaches the hand late; only where the session delays forces
 
   static constexpr PerTissue every_tissue(double share) {
     PerTissue all{};
     for (double& v : all) v = share;
     return all;
+  }
+  /// N/m, what set_stiffness() of the servo takes.
+  PerTissue stiffness_of(const MaterialTable& materials) const {
+    PerTissue scaled{};
+    for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
+    return scaled;
   }
 };
 

@@ -96,8 +96,10 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;  // when the tool was last where the hand is, on the session's clock
-  std::string keys;    // what the hand and the keyboard do, drawn below the picture
+  Nanos followed = 0;        // when the tool was last where the hand is, on the session's clock
+  std::string keys;          // what the hand and the keyboard do, drawn below the picture
+  std::string told;          // by who steers the session, instead of that
+  std::vector<int> pressed;  // keys in the last step
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder, streamer;  // last: they refer to all of the above
@@ -160,6 +162,7 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
+  s.steered = options.steered;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -190,7 +193,7 @@ void Workbench::Impl::set_up() {
   hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
   const haptics::DeviceInfo& hand = hands.right->info();
   if (!options.no_real_time) require_real_time(hands);
-  s.serve(hand);
+  s.serve(hand, options.most_delay);
   explain("hand: " + in_words(hand));
   explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
 
@@ -330,6 +333,7 @@ void Workbench::Impl::advance_sound() {
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
+  pressed.clear();
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   s.wiring.loop_to_render.fetch();
@@ -355,6 +359,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
     PictureStage& stage = *picture->stage();
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
+    pressed = over.pressed;
     follow_keys(over);
     // Where the session is operated, every tick is seen: score_ticks().
     if (implant && !meter) implant->add({&tick, 1});
@@ -406,6 +411,7 @@ std::string Workbench::Impl::hint() const {
         "the tool is caught in the tooth, {:.0f} mm from the hand: bring the hand back to it, and out the way it went "
         "in   space or Esc: stop",
         1e3 * caught());
+  if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
     // A line has room for one of both: what is due comes before what all the keys do.
@@ -682,6 +688,12 @@ void Workbench::drop_picture() {
 }
 void Workbench::make_picture(gpu::Device& device) {
   if (impl_->picture) impl_->picture->make(&device);
+}
+const std::vector<int>& Workbench::pressed() const {
+  return impl_->pressed;
+}
+void Workbench::say(const std::string& line) {
+  impl_->told = line;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;

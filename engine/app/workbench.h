@@ -42,6 +42,10 @@ struct WorkbenchOptions {
   std::string trainee;              // for the recording
   int monitor = -1;                 // full screen on this one; −1: a window on the desktop
 
+  // An experiment (engine/app/experiment/).
+  bool steered = false;   // status() has the newest tick, also where nothing is drawn; hint() says what say() was told
+  double most_delay = 0;  // s that the force may be asked to reach the hand late (SessionSettings); 0: never
+
   // The operator's window (engine/app/operator/).
   bool operated = false;          // keeps the score and the timing at hand
   bool embedded = false;          // the picture is shown in the operator's window, not in one of its own
@@ -148,6 +152,10 @@ class Workbench {
   void drop_picture();
   /// … until there is another.
   void make_picture(gpu::Device& device);
+  /// The keys that were pressed in the last step(), as display::UserInput has them.
+  const std::vector<int>& pressed() const;
+  /// Where steered: the line below the picture, instead of what the keys do.
+  void say(const std::string& line);
   /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
   /// 50 ms, every device is released from here. stop() still completes the recording.
   void emergency_stop();

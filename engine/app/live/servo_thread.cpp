@@ -15,13 +15,6 @@ constexpr double kRampOut = 0.02;  // s at the end of a session
 // Faults that Servo::tick goes by.
 constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// N/m
-PerTissue scaled(const MaterialTable& materials, const PerTissue& share) {
-  PerTissue stiffness{};
-  for (std::size_t i = 0; i < share.size(); ++i) stiffness[i] = share[i] * materials[i].stiffness;
-  return stiffness;
-}
-
 /// As HapticDevice::contact means it.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
@@ -51,14 +44,14 @@ bool ServoTurns::turn() noexcept {
   sample_.pedal = pedal_.pass(sample_.pedal, held);
   if (wiring.settings.fetch()) {
     settings_ = wiring.settings.front();
-    if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
+    if (!s.record) s.servo->set_stiffness(settings_.stiffness_of(s.scene.servo.materials));
   }
   sample_.pedal *= settings_.backwards ? -settings_.speed_share : settings_.speed_share;
   sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;
   hand.contact(in_contact(tick_));
-  hand.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+  send();
   const Nanos wrote = clock_();
   // What the servo was told is in the tick, and nothing that it was not told: a replay tells it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
@@ -73,7 +66,7 @@ bool ServoTurns::turn() noexcept {
   }
   wiring.tick_to_carver.publish(tick_);
   if (s.sound) s.sound->push(tick_);  // before it is published: a file is made up to the newest that is
-  if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick_);
+  if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
   if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);  // full: counted, the session goes on
   s.faults |= tick_.faults;
@@ -82,6 +75,12 @@ bool ServoTurns::turn() noexcept {
   s.loop->tick(woke, wrote, hand.safety());
   if (s.operated) wiring.ticks_to_score.push(tick_);
   return true;
+}
+
+void ServoTurns::send() noexcept {
+  haptics::ForceDelay::Wrench wrench{tick_.f_T_W, tick_.tau_T_W};
+  if (s_.delay) wrench = s_.delay->pass(tick_, settings_.force_delay);
+  hand_.write(settings_.force_share * wrench.f_T_W, settings_.force_share * wrench.tau_T_W);
 }
 
 void ServoTurns::end() noexcept {
@@ -97,7 +96,7 @@ void ServoTurns::end() noexcept {
     sample_.faults = hand_.faults();
     s.servo->tick(sample_, tick_, cut_);
     hand_.contact(in_contact(tick_));
-    hand_.write(settings_.force_share * tick_.f_T_W, settings_.force_share * tick_.tau_T_W);
+    send();
   }
   hand_.write(dvec3(0), dvec3(0));
   hand_.release();  // nor does an arm go on holding up its own weight

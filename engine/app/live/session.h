@@ -19,6 +19,7 @@
 #include "engine/app/wiring.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
+#include "haptics/force_delay.h"
 #include "haptics/haptic_device.h"
 #include "haptics/servo.h"
 
@@ -29,13 +30,15 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;  // made for the hand, once that is known
-  std::optional<LoopWatch> loop;        // servo thread until it has ended
-  ServoTick last;                       // the same
-  double servo_cpu = 0;                 // s, the same
-  Nanos first_tick = 0;                 // when it was done, the same
+  std::optional<haptics::Servo> servo;       // made for the hand, once that is known
+  std::optional<haptics::ForceDelay> delay;  // servo thread; where the session may delay forces
+  std::optional<LoopWatch> loop;             // servo thread until it has ended
+  ServoTick last;                            // the same
+  double servo_cpu = 0;                      // s, the same
+  Nanos first_tick = 0;                      // when it was done, the same
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
+  bool steered = false;              // somebody looks at the newest tick, also where nothing is drawn
   bool watched = false;              // bricks go to the operator too: the headset takes the others
   StrokeBook book;                   // carver thread until it has ended
   std::string carver_failure;        // the same: why it could not go on
@@ -52,9 +55,12 @@ struct LiveSession {
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  void serve(const haptics::DeviceInfo& hand) {
-    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step,
-                                 hand.torque_limit > 0));
+  /// `most_delay`: s that the force may be asked to reach the hand late; 0: never.
+  void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
+    const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
+                                                           hand.position_step, hand.torque_limit > 0);
+    servo.emplace(settings);
+    if (most_delay > 0) delay.emplace(settings, most_delay);
     loop.emplace(wiring, hand.rate);
   }
 };
@@ -71,6 +77,9 @@ class ServoTurns {
   void end() noexcept;
 
  private:
+  /// The tick's force and torque to the hand.
+  void send() noexcept;
+
   LiveSession& s_;
   haptics::HapticDevice& hand_;
   Nanos (*clock_)() noexcept;

@@ -272,14 +272,12 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  list_where_needed({in.X_WG.p, in.X_WT.R});
-  const dvec3 from = advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [&](const dvec3& p) {
-    list_where_needed({p, in.X_WT.R});
-  });
   // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
   // could not give way there, only keeps it from going deeper.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, slack, in.cuts);
+  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
+    list_where_needed({p, in.X_WT.R});
+  });
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);
