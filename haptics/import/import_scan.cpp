@@ -40,14 +40,13 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
 // surround.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
-  for (int x = 0; x < box.size.x; ++x) {
-    for (int y = 0; y < box.size.y; ++y) {
-      for (int z = 0; z < box.size.z; ++z) {
-        const glm::ivec3 p = lo + glm::ivec3(x, y, z);
-        if (scan.grey.holds(p)) box(x, y, z) = scan.grey[p];
-      }
+  const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
+  for_each_slab(std::max(0, to.x - from.x), [&](int x) {
+    for (int y = from.y; y < to.y; ++y) {
+      const float* row = &scan.grey(from.x + x, y, from.z);
+      std::copy(row, row + (to.z - from.z), &box(from.x + x - lo.x, y - lo.y, from.z - lo.z));
     }
-  }
+  });
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
@@ -158,13 +157,13 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
   scan.grey = Grid<float>();
+  const double scale = voxel / working, band = options.band / working;
   const Segmentation s =
-      segment(grey, levels, working, options.preset, [&](double done) { progress(0.2 + 0.5 * done); });
+      segment(grey, levels, working, options.preset, band, [&](double done) { progress(0.2 + 0.5 * done); });
 
   // The result's grid shares a sample with the working grid; equal where their voxels are equal.
-  const double scale = voxel / working, band = options.band / working;
-  glm::ivec3 first = s.phi.size, last(0);
-  for (std::size_t i = 0; i < s.phi.v.size(); ++i) {
+  glm::ivec3 first = grey.size, last(0);
+  for (std::size_t i = 0; i < s.phi.v.size(); ++i) {  // blocks without samples lie further in
     if (!(s.phi.v[i] > 0)) continue;
     first = glm::min(first, s.phi.place(i));
     last = glm::max(last, s.phi.place(i));
@@ -179,13 +178,18 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.band = options.band;
   const Placement placement{scale * glm::dvec3(from), scale};
   out.frame = {origin + working * placement.offset, voxel};
-  const DistanceField field = signed_distance(s.phi, out.size, placement, band);
+  // Where the result's samples are those of the working grid the distances are known already.
+  const bool same_grid = std::abs(scale - 1) < kRounding && glm::all(glm::greaterThanEqual(from, glm::ivec3(0))) &&
+                         glm::all(glm::lessThan(to, grey.size));
+  const DistanceField placed = same_grid ? DistanceField() : signed_distance(s.phi, out.size, placement, band, band);
+  const DistanceField& field = same_grid ? s.surface : placed;
+  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);  // from the result's samples to the field's
   progress(0.9);
 
   const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;
   const Tissue soft = tooth ? Tissue::kDentin : levels.dense ? Tissue::kCancellousBone : Tissue::kCorticalBone;
   const Tissue cavity = tooth ? Tissue::kPulp : Tissue::kCancellousBone;
-  out.distance.resize(field.distance.v.size());
+  out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   result.grey.resize(out.distance.size());
   if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
@@ -194,14 +198,15 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     for (int y = 0; y < out.size.y; ++y) {
       for (int z = 0; z < out.size.z; ++z) {
         const std::size_t i = out.at(x, y, z);
-        const double d = field.distance.v[i];
+        const glm::ivec3 at = shift + glm::ivec3(x, y, z);
+        const double d = field.distance[at];
         const dvec3 q = placement.offset + scale * dvec3(x, y, z);
         out.distance[i] = static_cast<float>(std::clamp(d * working, -out.band, out.band));
-        result.grey[i] = sample(grey, q);
+        result.grey[i] = same_grid ? grey[at] : sample(grey, q);
         if (d > reach) continue;
         dvec3 p = q;
         if (d > 0) {
-          const dvec3 c(field.closest_to(i));
+          const dvec3 c(field.closest[at]);
           const double away = glm::length(q - c);
           p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
         }
