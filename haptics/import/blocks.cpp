@@ -128,13 +128,21 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Goes from sample to sample and through whole blocks that are not kept. An entry of the stack is the number of a
+// Goes from sample to sample, and at once through whole blocks: those that are not kept, and, where samples hang
+// together over faces, those that lie in the mask with all their samples. An entry of the stack is the number of a
 // sample, or −1 − the place of a block.
 template <class Label>
 class Spread {
  public:
   Spread(const SparseMask& mask, bool corners, Sparse<Label>& label, std::vector<Label>& block_label)
-      : mask_(mask), set_(*mask.set), label_(label), block_label_(block_label) {
+      : mask_(mask), set_(*mask.set), label_(label), block_label_(block_label), whole_(set_.first.size(), 0) {
+    if (!corners) {
+      tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t b) {
+        const std::uint8_t* of_block = &mask.v[b * BlockSet::kSamples];
+        whole_[b] = set_.holds(set_.first[b] + (kEdge - 1)) &&
+                    std::all_of(of_block, of_block + BlockSet::kSamples, [](std::uint8_t m) { return m != 0; });
+      });
+    }
     for (int x = -1; x <= 1; ++x) {
       for (int y = -1; y <= 1; ++y) {
         for (int z = -1; z <= 1; ++z) {
@@ -151,6 +159,11 @@ class Spread {
     if (i >= 0) {
       const auto k = static_cast<std::size_t>(i);
       if (!mask_.v[k] || label_.v[k]) return;
+      if (const std::size_t slot = k / BlockSet::kSamples; whole_[slot]) {
+        std::fill_n(&label_.v[slot * BlockSet::kSamples], BlockSet::kSamples, id);
+        stack_.push_back(-1 - static_cast<std::ptrdiff_t>(set_.block(p)));
+        return;
+      }
       label_.v[k] = id;
       stack_.push_back(i);
     } else {
@@ -204,6 +217,7 @@ class Spread {
   const BlockSet& set_;
   Sparse<Label>& label_;
   std::vector<Label>& block_label_;
+  std::vector<std::uint8_t> whole_;  // of the blocks kept
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
 };
@@ -316,9 +330,10 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma) {
   return out;
 }
 
-Sparse<float> smooth_in_place(const Sparse<float>& g, double sigma, double blur) {
+Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
   const auto c = static_cast<float>(sharpening(sigma, blur));
   Sparse<float> once = gaussian(g, sigma);
+  g = {};
   const Sparse<float> twice = gaussian(once, sigma);
   for_each_sample(*once.set,
                   [&](const glm::ivec3&, std::size_t i) { once.v[i] = (1 + c) * once.v[i] - c * twice.v[i]; });
@@ -396,6 +411,65 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
     }
   });
   return d;
+}
+
+Bodies find_bodies(const Mask& mask) {
+  // Runs of voxels along z, joined where they touch in a neighbouring row (union–find).
+  struct Run {
+    int x, y, begin, end;
+  };
+  std::vector<Run> runs;
+  std::vector<std::uint32_t> parent;
+  const auto root = [&](std::uint32_t r) {
+    while (parent[r] != r) r = parent[r] = parent[parent[r]];
+    return r;
+  };
+  const glm::ivec3& size = mask.size;
+  std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
+  const auto join_row = [&](std::size_t row, std::size_t first) {
+    std::size_t a = row_begin[row], b = first;
+    while (a < row_begin[row + 1] && b < runs.size()) {
+      if (runs[a].begin < runs[b].end && runs[b].begin < runs[a].end) {
+        const std::uint32_t ra = root(static_cast<std::uint32_t>(a)), rb = root(static_cast<std::uint32_t>(b));
+        parent[std::max(ra, rb)] = std::min(ra, rb);
+      }
+      ++(runs[a].end < runs[b].end ? a : b);
+    }
+  };
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::size_t row = static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
+                              static_cast<std::size_t>(y),
+                        first = runs.size();
+      row_begin[row] = first;
+      const std::uint8_t *begin = &mask(x, y, 0), *end = begin + size.z, *p = begin;
+      while ((p = std::find_if(p, end, [](std::uint8_t m) { return m != 0; })) != end) {
+        const std::uint8_t* stop = std::find(p, end, std::uint8_t{0});
+        parent.push_back(static_cast<std::uint32_t>(runs.size()));
+        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin)});
+        p = stop;
+      }
+      row_begin[row + 1] = runs.size();
+      if (y > 0) join_row(row - 1, first);
+      if (x > 0) join_row(row - static_cast<std::size_t>(size.y), first);
+    }
+  }
+  std::vector<std::size_t> of_root(runs.size(), 0);
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    of_root[root(static_cast<std::uint32_t>(r))] += static_cast<std::size_t>(runs[r].end - runs[r].begin);
+  Bodies bodies;
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(of_root) - of_root.begin());
+  for (const std::size_t voxels : of_root) {
+    if (voxels > 0) bodies.voxels.push_back(voxels);
+  }
+  if (bodies.voxels.empty()) return bodies;
+  bodies.lo = size, bodies.hi = glm::ivec3(-1);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (root(static_cast<std::uint32_t>(r)) != largest) continue;
+    bodies.lo = glm::min(bodies.lo, glm::ivec3(runs[r].x, runs[r].y, runs[r].begin));
+    bodies.hi = glm::max(bodies.hi, glm::ivec3(runs[r].x, runs[r].y, runs[r].end - 1));
+  }
+  return bodies;
 }
 
 std::int32_t SparseComponents::largest() const {

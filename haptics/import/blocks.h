@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "haptics/import/grid.h"
@@ -51,16 +52,39 @@ struct BlockSet {
 /// Marks, besides the blocks that are marked, all blocks that touch them.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
+/// Leaves what it makes room for without a value, so that the threads that write first also touch the memory first.
+template <class T>
+struct NoInitialValue : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = NoInitialValue<U>;
+  };
+  template <class U, class... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    if constexpr (sizeof...(Arguments) == 0) {
+      ::new (static_cast<void*>(at)) U;
+    } else {
+      ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+    }
+  }
+};
+
 /// A value per sample of the blocks kept, and one value each for all outside and all inside.
 template <class T>
 struct Sparse {
   std::shared_ptr<const BlockSet> set;
   T outside{}, inside{};
-  std::vector<T> v;
+  std::vector<T, NoInitialValue<T>> v;
 
   Sparse() = default;
   Sparse(std::shared_ptr<const BlockSet> blocks, T out, T in)
-      : set(std::move(blocks)), outside(out), inside(in), v(set->first.size() * BlockSet::kSamples, out) {}
+      : set(std::move(blocks)), outside(out), inside(in), v(set->first.size() * BlockSet::kSamples) {
+    fill(out);
+  }
+  void fill(T value) {
+    tbb::parallel_for(std::size_t{0}, set->first.size(),
+                      [&](std::size_t b) { std::fill_n(&v[b * BlockSet::kSamples], BlockSet::kSamples, value); });
+  }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
   /// Of a sample in the box: its number among those kept; negative where it is not kept.
@@ -113,7 +137,7 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur², so that it flattens noise
 /// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
 /// blur²·(mean curvature). c is kept at 3 at most, for the noise.
-Sparse<float> smooth_in_place(const Sparse<float>& g, double sigma, double blur);
+Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
 /// What it leaves of white noise: the norm of its kernel.
 double noise_left(double sigma, double blur);
 
@@ -127,6 +151,13 @@ Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& 
 /// Squared distance, in voxels, to the nearest sample set in `mask`; huge where that is more than `reach` along an
 /// axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
+
+/// Bodies of a dense mask that hang together over faces.
+struct Bodies {
+  std::vector<std::size_t> voxels;  // of each
+  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest, inclusive; none where lo > hi
+};
+Bodies find_bodies(const Mask& mask);
 
 struct SparseComponents {
   Sparse<std::int32_t> label;       // 0: not in the mask; 1, 2, …; in blocks not kept it is not told

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace typodont::haptics::importing {
@@ -197,7 +198,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   Sparse<std::int32_t> feature(set, -1, -1);
   DistanceField field{Sparse<float>(set, static_cast<float>(band), static_cast<float>(-band)), {}};
   Sparse<float>& d = field.distance;
-  std::ranges::fill(d.v, std::numeric_limits<float>::max());
+  d.fill(std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     return glm::length(source(i) - glm::dvec3(points[static_cast<std::size_t>(f)]));
   };
@@ -245,12 +246,18 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   // A neighbour may know a nearer part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    std::vector<glm::vec3> closest = field.closest.v;
-    std::vector<float> better = d.v;
+    // What is found is kept apart, so that no sample reads what another one writes.
+    struct Better {
+      std::size_t sample;
+      float distance;
+      glm::vec3 closest;
+    };
+    std::vector<std::vector<Better>> found(set->first.size());
     for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
       if (!(std::abs(d.v[k]) < bound)) return;
       const glm::dvec3 q = source(i);
       double best = std::abs(d.v[k]);
+      std::optional<glm::dvec3> nearer;
       for (int n = 0; n < 6; ++n) {
         glm::ivec3 j = i;
         j[n / 2] += n % 2 ? 1 : -1;
@@ -259,16 +266,22 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
         glm::dvec3 c(field.closest.v[static_cast<std::size_t>(at)]);
         if (glm::length(q - c) > best - 2e-3) continue;
         best = glm::length(q - c);
-        closest[k] = glm::vec3(c);
+        nearer = c;
         if (closest_point(phi, q, c) && glm::length(q - c) <= best) {
           best = glm::length(q - c);
-          closest[k] = glm::vec3(c);
+          nearer = c;
         }
       }
-      better[k] = std::copysign(static_cast<float>(best), d.v[k]);
+      if (nearer)
+        found[k / BlockSet::kSamples].push_back(
+            {k, std::copysign(static_cast<float>(best), d.v[k]), glm::vec3(*nearer)});
     });
-    field.closest.v = std::move(closest);
-    d.v = std::move(better);
+    for (const auto& of_block : found) {
+      for (const Better& b : of_block) {
+        d.v[b.sample] = b.distance;
+        field.closest.v[b.sample] = b.closest;
+      }
+    }
   }
   return field;
 }

@@ -99,28 +99,26 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   Grid<float> smooth = gaussian(scan.grey, 0.8);
   const Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
   Mask solid(smooth.size, 0);
-  for (std::size_t i = 0; i < smooth.v.size(); ++i) solid.v[i] = smooth.v[i] > static_cast<float>(levels.surface());
+  const auto surface = static_cast<float>(levels.surface());
+  for_each_slab(solid.size.x, [&](int x) {
+    const std::size_t slab = solid.index(x, 0, 0), end = slab + solid.v.size() / static_cast<std::size_t>(solid.size.x);
+    for (std::size_t i = slab; i < end; ++i) solid.v[i] = smooth.v[i] > surface;
+  });
   smooth = Grid<float>();
-  const Components bodies = components(solid);
-  const std::int32_t body = bodies.largest();
-  if (body == 0) {
+  const Bodies bodies = find_bodies(solid);
+  if (bodies.voxels.empty()) {
     throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()),
                 "tissue; see --thresholds");
   }
-  for (std::size_t b = 1; b < bodies.voxels.size(); ++b) report.bodies_found += bodies.voxels[b] >= 8;
-  glm::ivec3 lo = solid.size, hi(0);
-  for (std::size_t i = 0; i < solid.v.size(); ++i) {
-    if (bodies.label.v[i] != body) continue;
-    const glm::ivec3 p = solid.place(i);
-    lo = glm::min(lo, p);
-    hi = glm::max(hi, p);
-  }
+  for (const std::size_t voxels : bodies.voxels) report.bodies_found += voxels >= 8;
+  const glm::ivec3 lo = bodies.lo, hi = bodies.hi, scan_size = solid.size;
+  solid = Mask();
   for (int a = 0; a < 3; ++a) {
     const char axis = "xyz"[a];
     if (lo[a] == 0)
       report.notes.push_back(
           fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
-    if (hi[a] == solid.size[a] - 1)
+    if (hi[a] == scan_size[a] - 1)
       report.notes.push_back(
           fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
   }

@@ -312,8 +312,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double slope = 1 / (std::sqrt(2 * M_PI) * std::hypot(s.blur, sigma));
     if (left / slope < 0.02) break;
   }
-  s.phi = smooth_in_place(occupancy, sigma, s.blur);
-  occupancy = {};
+  s.phi = smooth_in_place(std::move(occupancy), sigma, s.blur);
   const auto height = static_cast<float>(levels.height);
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
@@ -358,44 +357,49 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   });
   const auto limited = [&](double lo, double hi) {
-    Sparse<float> g = filled;
+    Sparse<float> g(set, filled.outside, filled.inside);
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      g.v[i] = std::clamp(g.v[i], static_cast<float>(lo), static_cast<float>(hi));
+      g.v[i] = std::clamp(filled.v[i], static_cast<float>(lo), static_cast<float>(hi));
     });
-    return smooth_in_place(g, kSmooth, s.blur);
+    return smooth_in_place(std::move(g), kSmooth, s.blur);
   };
   constexpr double kInfinity = std::numeric_limits<float>::max();
 
   // Denser tissue: brighter than half way between the two.
-  Sparse<float> depth(set, static_cast<float>(surface_band), static_cast<float>(-surface_band));
-  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) { depth.v[i] = d[p]; });
+  // How deep each sample lies, as far as the labels want to know.
+  enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
+  Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    const double at = d[p];
+    depth.v[i] = at > 3 ? kFar : at > 0 ? kNear : at > -skin ? kInSkin : at >= -shell ? kBelowSkin : kBelowShell;
+  });
   s.dense = Sparse<float>(set, -0.5F, -0.5F);
   s.cavity = Sparse<float>(set, -0.5F, 0.5F);
   if (levels.dense) {
     const Sparse<float> bright = limited(levels.soft - 2 * levels.noise, kInfinity);
     const auto denser = static_cast<float>(levels.denser());
     const double dense = std::max(mode_of(bright, 0.03 * (*levels.dense - levels.soft),
-                                          [&](std::size_t i) { return depth.v[i] <= 0 && bright.v[i] > denser; })
+                                          [&](std::size_t i) { return depth.v[i] >= kInSkin && bright.v[i] > denser; })
                                       .value_or(*levels.dense),
                                   levels.denser());
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
     // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
     // clearly brighter than the softer tissue.
-    const Sparse<float> peak = ball_max(bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
-                                          return depth.v[i] <= 0 && depth.v[i] > static_cast<float>(-skin);
-                                        }));
+    const Sparse<float> peak = ball_max(
+        bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
     const double faintest =
         levels.fixed_dense ? kInfinity : levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      if (depth.v[i] > 0) return;
+      if (depth.v[i] < kInSkin) return;
       double bound = half;
-      if (depth.v[i] > static_cast<float>(-skin) && peak.v[i] > static_cast<float>(faintest))
+      if (depth.v[i] == kInSkin && peak.v[i] > static_cast<float>(faintest))
         bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
       s.dense.v[i] = static_cast<float>(std::clamp((static_cast<double>(bright.v[i]) - bound) / span, -0.5, 0.5));
     });
     // Specks of the denser tissue are noise; on a tooth only the crown's cap is enamel.
-    const SparseComponents parts = components(where(
-        set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] <= 0 && s.dense.v[i] > 0; }));
+    const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
+      return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
+    }));
     const auto keep = keep_large(parts, tooth ? 0.05 : 1e-4);
     for (std::size_t i = 0; i < parts.label.v.size(); ++i) {
       const auto id = static_cast<std::size_t>(parts.label.v[i]);
@@ -427,7 +431,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   constexpr float kNothing = 1e30F;
   Sparse<float> deep(set, kNothing, kNothing);
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-    if (depth.v[i] < 0 && (cavity.v[i] || depth.v[i] < static_cast<float>(-shell))) deep.v[i] = dark.v[i];
+    if (depth.v[i] == kBelowShell || (cavity.v[i] && depth.v[i] >= kInSkin)) deep.v[i] = dark.v[i];
   });
   const Sparse<float> darkest =
       tooth ? ball_min(deep, std::clamp(2 * edge, 2.0, 5.0),
@@ -473,7 +477,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   // filled by the blur.
   if (levels.dense && tooth) {
     const SparseMask soft = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
-      return depth.v[i] <= 0 && !(s.dense.v[i] > 0) && !pulp.v[i];
+      return depth.v[i] >= kInSkin && !(s.dense.v[i] > 0) && !pulp.v[i];
     });
     const SparseComponents parts = components(soft);
     const auto keep = keep_large(parts, 0.02);
@@ -497,13 +501,17 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
 
   // Outside the surface the labels of the nearest tissue, so that they can be read and interpolated at the surface.
-  const Sparse<float> dense_inside = s.dense, cavity_inside = s.cavity;
+  // Those are read from samples inside, which are not written any more.
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    if (!(depth.v[i] > 0) || depth.v[i] > 3) return;
-    const glm::dvec3 c = glm::dvec3(s.surface.closest[p]) - 0.75 * normal_at(s.surface, p);
-    const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(c)), glm::ivec3(0), size - 1);
-    s.dense.v[i] = dense_inside[near];
-    s.cavity.v[i] = cavity_inside[near];
+    if (depth.v[i] != kNear) return;
+    const glm::dvec3 n = normal_at(s.surface, p), on = glm::dvec3(s.surface.closest[p]);
+    for (const double below : {0.75, 1.5, 2.25}) {
+      const glm::ivec3 near = glm::clamp(glm::ivec3(glm::round(on - below * n)), glm::ivec3(0), size - 1);
+      if (depth[near] < kInSkin) continue;
+      s.dense.v[i] = s.dense[near];
+      s.cavity.v[i] = s.cavity[near];
+      break;
+    }
   });
   s.grey = std::move(filled);
   report(1);
