@@ -472,6 +472,23 @@ Bodies find_bodies(const Mask& mask) {
   return bodies;
 }
 
+double share_near(const Mask& mask) {
+  const glm::ivec3 count = BlockSet::blocks_of(mask.size);
+  Grid<std::uint8_t> holds(count, 0);
+  for_each_slab(count.x, [&](int block) {
+    for (int x = kEdge * block; x < std::min(kEdge * (block + 1), mask.size.x); ++x) {
+      for (int y = 0; y < mask.size.y; ++y) {
+        for (int z = 0; z < mask.size.z; ++z) {
+          if (mask(x, y, z)) holds(block, y / kEdge, z / kEdge) = 1;
+        }
+      }
+    }
+  });
+  const std::vector<std::uint8_t> near = with_neighbours(holds.v, count);
+  const double samples = static_cast<double>(std::ranges::count(near, 1)) * BlockSet::kSamples;
+  return std::min(1.0, samples / static_cast<double>(mask.v.size()));
+}
+
 std::int32_t SparseComponents::largest() const {
   if (voxels.size() < 2) return 0;
   return static_cast<std::int32_t>(std::max_element(voxels.begin() + 1, voxels.end()) - voxels.begin());

@@ -159,6 +159,9 @@ struct Bodies {
 };
 Bodies find_bodies(const Mask& mask);
 
+/// Of all samples of the box those in blocks that hold any of the mask, and in the blocks next to them.
+double share_near(const Mask& mask);
+
 struct SparseComponents {
   Sparse<std::int32_t> label;       // 0: not in the mask; 1, 2, …; in blocks not kept it is not told
   std::vector<std::size_t> voxels;  // of component i at [i]; [0] counts nothing

@@ -177,8 +177,8 @@ glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
 
 }  // namespace
 
-Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset, double band,
-                     const std::function<void(double)>& progress) {
+Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
+                     const std::optional<double>& band, const std::function<void(double)>& progress) {
   const auto report = [&](double done) {
     if (progress) progress(done);
   };
@@ -195,7 +195,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       size, with_neighbours(blocks_above(grey, kSmooth, surface_grey), BlockSet::blocks_of(size)));
   const Blocks set = blocks;
   const auto outside_grey = static_cast<float>(levels.outside);
-  const Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
+  Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
   // A first surface, at half the height of the brighter tissue where that is near, so that fissures in enamel stay
@@ -336,8 +336,9 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   }
   // Labels are read some voxels outside the surface, and smoothed there.
   constexpr double kLabelBand = 6, kLabelExact = 3;
-  const double surface_band = std::max({shell + 0.5, kLabelBand, band});
-  s.surface = signed_distance(s.phi, size, {}, surface_band, std::max(kLabelExact, band));
+  const double surface_band = std::max({shell + 0.5, kLabelBand, band.value_or(0)});
+  s.surface = signed_distance(s.phi, size, {}, surface_band, std::max(kLabelExact, band.value_or(0)));
+  if (band) s.phi = {};
   const Sparse<float>& d = s.surface.distance;
   report(0.85);
 
@@ -356,60 +357,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       filled.v[i] = static_cast<float>(levels.soft);
     }
   });
-  const auto limited = [&](double lo, double hi) {
-    Sparse<float> g(set, filled.outside, filled.inside);
-    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      g.v[i] = std::clamp(filled.v[i], static_cast<float>(lo), static_cast<float>(hi));
-    });
-    return smooth_in_place(std::move(g), kSmooth, s.blur);
-  };
-  constexpr double kInfinity = std::numeric_limits<float>::max();
-
-  // Denser tissue: brighter than half way between the two.
-  // How deep each sample lies, as far as the labels want to know.
-  enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
-  Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
-  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
-    const double at = d[p];
-    depth.v[i] = at > 3 ? kFar : at > 0 ? kNear : at > -skin ? kInSkin : at >= -shell ? kBelowSkin : kBelowShell;
-  });
-  s.dense = Sparse<float>(set, -0.5F, -0.5F);
-  s.cavity = Sparse<float>(set, -0.5F, 0.5F);
-  if (levels.dense) {
-    const Sparse<float> bright = limited(levels.soft - 2 * levels.noise, kInfinity);
-    const auto denser = static_cast<float>(levels.denser());
-    const double dense = std::max(mode_of(bright, 0.03 * (*levels.dense - levels.soft),
-                                          [&](std::size_t i) { return depth.v[i] >= kInSkin && bright.v[i] > denser; })
-                                      .value_or(*levels.dense),
-                                  levels.denser());
-    const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
-    // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
-    // clearly brighter than the softer tissue.
-    const Sparse<float> peak = ball_max(
-        bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
-    const double faintest =
-        levels.fixed_dense ? kInfinity : levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
-    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-      if (depth.v[i] < kInSkin) return;
-      double bound = half;
-      if (depth.v[i] == kInSkin && peak.v[i] > static_cast<float>(faintest))
-        bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
-      s.dense.v[i] = static_cast<float>(std::clamp((static_cast<double>(bright.v[i]) - bound) / span, -0.5, 0.5));
-    });
-    // Specks of the denser tissue are noise; on a tooth only the crown's cap is enamel.
-    const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
-      return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
-    }));
-    const auto keep = keep_large(parts, tooth ? 0.05 : 1e-4);
-    for (std::size_t i = 0; i < parts.label.v.size(); ++i) {
-      const auto id = static_cast<std::size_t>(parts.label.v[i]);
-      if (id > 0 && !keep[id]) s.dense.v[i] = -0.1F;
-    }
-  }
-
-  // Cavities. In a tooth also thin canals that the blur fills half: darker than half way between dentin and the darkest
-  // grey near, where that is clearly darker than dentin, deeper than the outer edge reaches.
-  const Sparse<float> dark = limited(-kInfinity, levels.soft + 2 * levels.noise);
+  // The darkest grey of cavities: in their middle, where they are wide enough to have one.
   double cavity_grey = levels.outside;
   {
     std::vector<float> greys, inner;
@@ -427,11 +375,70 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       cavity_grey = told[static_cast<std::size_t>(k)];
     }
   }
+  smooth = {};
+  const auto limited = [&](double lo, double hi) {
+    Sparse<float> g(set, filled.outside, filled.inside);
+    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+      g.v[i] = std::clamp(filled.v[i], static_cast<float>(lo), static_cast<float>(hi));
+    });
+    return smooth_in_place(std::move(g), kSmooth, s.blur);
+  };
+  constexpr double kInfinity = std::numeric_limits<float>::max();
+
+  // Denser tissue: brighter than half way between the two.
+  // How deep each sample lies, as far as the labels want to know.
+  enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
+  Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    const double at = d[p];
+    depth.v[i] = at > 3 ? kFar : at > 0 ? kNear : at > -skin ? kInSkin : at >= -shell ? kBelowSkin : kBelowShell;
+  });
+  if (!levels.dense) {
+    s.dense = Sparse<float>(set, -0.5F, -0.5F);
+  } else {
+    Sparse<float> bright = limited(levels.soft - 2 * levels.noise, kInfinity);
+    const auto denser = static_cast<float>(levels.denser());
+    const double dense = std::max(mode_of(bright, 0.03 * (*levels.dense - levels.soft),
+                                          [&](std::size_t i) { return depth.v[i] >= kInSkin && bright.v[i] > denser; })
+                                      .value_or(*levels.dense),
+                                  levels.denser());
+    const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
+    // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
+    // clearly brighter than the softer tissue.
+    const Sparse<float> peak = ball_max(
+        bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
+    const double faintest =
+        levels.fixed_dense ? kInfinity : levels.soft + std::max(0.3 * span, 8 * levels.smoothed_noise);
+    s.dense = std::move(bright);
+    s.dense.outside = s.dense.inside = -0.5F;
+    for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+      const auto here = static_cast<double>(s.dense.v[i]);
+      s.dense.v[i] = -0.5F;
+      if (depth.v[i] < kInSkin) return;
+      double bound = half;
+      if (depth.v[i] == kInSkin && peak.v[i] > static_cast<float>(faintest))
+        bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
+      s.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
+    });
+    // Specks of the denser tissue are noise; on a tooth only the crown's cap is enamel.
+    const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
+      return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
+    }));
+    const auto keep = keep_large(parts, tooth ? 0.05 : 1e-4);
+    for (std::size_t i = 0; i < parts.label.v.size(); ++i) {
+      const auto id = static_cast<std::size_t>(parts.label.v[i]);
+      if (id > 0 && !keep[id]) s.dense.v[i] = -0.1F;
+    }
+  }
+
+  // Cavities. In a tooth also thin canals that the blur fills half: darker than half way between dentin and the darkest
+  // grey near, where that is clearly darker than dentin, deeper than the outer edge reaches.
+  s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;
   Sparse<float> deep(set, kNothing, kNothing);
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
-    if (depth.v[i] == kBelowShell || (cavity.v[i] && depth.v[i] >= kInSkin)) deep.v[i] = dark.v[i];
+    if (depth.v[i] == kBelowShell || (cavity.v[i] && depth.v[i] >= kInSkin)) deep.v[i] = s.cavity.v[i];
   });
   const Sparse<float> darkest =
       tooth ? ball_min(deep, std::clamp(2 * edge, 2.0, 5.0),
@@ -439,12 +446,14 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
             : Sparse<float>();
   const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // contrast of a canal
   SparseMask pulp(set, 0, 1);
+  s.cavity.outside = -0.5F, s.cavity.inside = 0.5F;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+    s.cavity.v[i] = -0.5F;
     if (!(deep.v[i] < kNothing)) return;
     double bound = levels.soft - 0.5 * drop;
     if (tooth && darkest.v[i] < static_cast<float>(levels.soft - least))
       bound = 0.5 * (levels.soft + std::max<double>(darkest.v[i], cavity_grey));
-    const double here = (bound - static_cast<double>(dark.v[i])) / drop;
+    const double here = (bound - static_cast<double>(deep.v[i])) / drop;
     s.cavity.v[i] = static_cast<float>(std::clamp(here, -0.5, 0.5));
     if (!tooth && !cavity.v[i]) s.cavity.v[i] = -0.5F;
     pulp.v[i] = s.cavity.v[i] > 0;
