@@ -47,6 +47,7 @@ struct ImportOptions {
   double mesh_unit = 1e-3;                // m per unit of a mesh file
   std::optional<double> shell;            // m, a mesh: thickness of the dense outer tissue
   std::optional<double> crown;            // m, an arch without colours: how far below its cusps a crown ends
+  bool greys = true;                      // also keep a scan's greys beside the tissue, as write_preview() needs them
   std::optional<double> memory;           // bytes at most; none: what is free
   /// Called once the work is known, before it begins: bytes that it takes at most, about.
   std::function<void(double)> estimated;
@@ -82,7 +83,7 @@ struct ImportReport {
 struct Imported {
   DenseTissue tissue;
   ImportReport report;
-  std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
+  std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh or where not wanted
 };
 
 /// Whether the file or folder is read as DICOM: then its name, too, may be a person's.

@@ -75,6 +75,7 @@ haptics::ImportOptions options_of(const Arguments& a) {
   }
   o.hounsfield = a.hounsfield;
   o.series = a.series;
+  o.greys = !a.preview.empty();
   if (a.memory_mb) o.memory = *a.memory_mb * 1e6;
   o.estimated = [](double bytes) { log::info("about {:.0f} MB of memory are needed", bytes * 1e-6); };
   o.nan_grey = a.nan_grey;
