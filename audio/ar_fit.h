@@ -10,7 +10,7 @@
 
 namespace typodont::audio {
 
-/// What the drill does in a part of a recording.
+/// The drill's state in a part of a recording.
 enum class DrillPart { kRunUp, kIdle, kLoad, kRunDown };
 /// "run-up", "idle", "load", "run-down".
 std::string_view name_of(DrillPart part) noexcept;
@@ -30,7 +30,7 @@ struct FitOptions {
   int channel = -1;  // -1: the mean of all
   double from = 0, to = 0;  // s of the recording; to = 0: its end
   bool trim = true;         // cut off silence at both ends
-  bool steady = false;      // use only the longest stretch of constant level
+  bool steady = false;      // use only the longest interval of constant level
   std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
   std::string hum = "auto";  // auto, off, 50, 60
   double spindle = 0;        // rad/s of the drill in the recording; 0: estimated from its lines
@@ -41,9 +41,9 @@ struct FitOptions {
 struct FitReport {
   ArModel model;
   double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
-  double level_dB = 0;                    // re full scale, of that part
-  double hum = 0;                         // Hz that was removed with its harmonics; 0: none
-  double distance_dB = 0;             // log-spectral distance of that part's Welch spectrum to the model's expected one
+  double level_dB = 0;                    // level of that part, dB re full scale
+  double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
+  double distance_dB = 0;  // log-spectral distance between that part's Welch spectrum and the model's expected one
   double unsmoothed_distance_dB = 0;  // the same to the model's true spectrum, whose peaks the window may broaden
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
@@ -52,8 +52,8 @@ struct FitReport {
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
   std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
-  std::vector<SoundPart> parts;                             // of the whole recording, in their order
-  std::vector<std::string> notes;                           // what was done to the recording, in sentences for the user
+  std::vector<SoundPart> parts;                             // parts of the whole recording, in order
+  std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };
 
 /// Throws Error with the reason if nothing can be fitted: silence, clipping, a pure tone, a recording too short for the

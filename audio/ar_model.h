@@ -35,7 +35,7 @@ struct ArModel {
   double rate = 48000;             // Hz, the rate the coefficients belong to
   double spindle = 0;              // rad/s of the recorded drill; 0: not known
   bool spindle_estimated = false;  // estimated from the spectral lines, not given by the user
-  std::size_t samples = 0;         // of the recording it was fitted to; 0: not known
+  std::size_t samples = 0;         // number of samples of the recording to which it was fitted; 0: unknown
   std::vector<ModelLine> lines;
   std::string name, method, source, licence, notes;
 
@@ -55,7 +55,7 @@ std::size_t sufficient_order(const ArModel& model);
 
 /// Reads and checks a model file; throws Error naming file, key, found and expected.
 ArModel load_model(const std::filesystem::path& file);
-/// The file's text.
+/// The model as JSON text.
 std::string to_json(const ArModel& model);
 
 }  // namespace typodont::audio

@@ -28,14 +28,14 @@ struct AudioOptions {
 };
 
 struct AudioStats {
-  std::uint64_t samples = 0;     // rendered so far
+  std::uint64_t samples = 0;     // number of rendered samples so far
   std::uint64_t underruns = 0;   // reported by the device
-  std::uint64_t losses = 0;      // times the device went away
-  std::uint64_t recoveries = 0;  // times it was opened again
-  std::uint64_t clipped = 0;     // samples limited to full scale
+  std::uint64_t losses = 0;      // number of times that the device was lost
+  std::uint64_t recoveries = 0;  // number of times that the device was opened again
+  std::uint64_t clipped = 0;     // number of samples that were limited to full scale
   double sample_rate = 0;
   double latency = 0;         // s from a tick until its sample leaves the program, without the device's own latency
-  double device_latency = 0;  // s that the device says it adds; 0 for files
+  double device_latency = 0;  // s, additional latency as reported by the device; 0 for files
 };
 
 /// Owned by the application thread; start, advance and stop are called there.
@@ -55,11 +55,11 @@ class AudioOutput {
   /// Ends the output. A file gets its name only here, when it is complete. Throws Error if it cannot be written.
   virtual void stop() = 0;
   virtual AudioStats stats() const = 0;
-  /// "wav:drill.wav", "portaudio:HDA Intel (48000 Hz, 256 samples)": for people.
+  /// Text for the user: "wav:drill.wav", "portaudio:HDA Intel (48000 Hz, 256 samples)".
   virtual std::string description() const = 0;
 };
 
-/// Names of the sound card outputs, as "portaudio:NAME" takes them; empty where built without PortAudio.
+/// Names of the sound card outputs, in the form used after "portaudio:"; empty in a build without PortAudio.
 struct AudioDevice {
   std::string name, host;
   double sample_rate = 0;

@@ -1,4 +1,4 @@
-// Work-precision rows of the sound for `typodont bench`: error against time per sample.
+// Work–precision rows of the sound for `typodont bench`: error against time per sample.
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@
 namespace typodont::audio {
 
 struct BenchOptions {
-  std::filesystem::path recording;  // the models are fitted to it
+  std::filesystem::path recording;  // recording to which the models are fitted
   std::vector<int> orders = {4, 16, 50, 100, 200, 300, 400, 600};
   int repeats = 9;
-  int samples = 16384;  // per repetition
+  int samples = 16384;  // number per repetition
 };
 
-/// Throws Error as fit_recording does.
+/// Throws Error like fit_recording().
 std::vector<BenchRow> audio_bench(const BenchOptions& options);
 
 }  // namespace typodont::audio

@@ -1,4 +1,4 @@
-// Differences between two sounds, in measures that agree with hearing.
+// Compares two sounds with measures that agree with hearing.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,11 @@ struct SoundMeasure {
   double duration = 0, rate = 0;
   double level_dB = 0;  // rms re full scale
   double peak_dB = 0;
-  double centroid = 0;                 // Hz, spectral centroid up to the common limit: a measure of brightness
-  double rotor = 0;                    // Hz, estimated; 0: none found
-  std::vector<double> tones;           // Hz, up to five strongest lines
-  std::vector<double> tone_variation;  // of each tone's amplitude, over its mean: 0 steady, 0.52 noise in a narrow band
+  double centroid = 0;        // Hz, spectral centroid up to the common limit: a measure of brightness
+  double rotor = 0;           // Hz, estimated; 0: none found
+  std::vector<double> tones;  // Hz, up to five strongest lines
+  // for each tone its amplitude's standard deviation over its mean: 0 steady, 0.52 noise in a narrow band
+  std::vector<double> tone_variation;
 };
 
 struct Comparison {
@@ -26,8 +27,8 @@ struct Comparison {
   double up_to = 0;                // Hz, upper limit of the distances
 };
 
-/// Averages the channels and keeps silence. Sounds of different rates are compared up to the lower limit. `up_to`: Hz,
-/// 200 or more. Throws Error as read_recording does, and where a sample is not finite.
+/// Averages the channels and includes silence. Sounds of different rates are compared up to the lower limit. `up_to`:
+/// Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
 
 }  // namespace typodont::audio

@@ -1,4 +1,4 @@
-// What the hand did, as a table: contact files for `typodont sound synth`, or a servo run's ticks.
+// A table of the hand's contact over time: contact files for `typodont sound synth`, or the ticks of a servo run.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +14,17 @@ struct ContactTrack {
   std::vector<SoundState> states;  // in order of time
   double fastest = 0;              // rad/s, the highest spindle speed in it
   double end = 0;                  // s, time of the last row
-  bool has_spindle = false;        // a column said how fast the spindle turned
+  bool has_spindle = false;        // a column gives the spindle speed
 };
 
-/// A contact file: t_s and any of spindle_krpm, pedal, force_N, contact_area_mm2, removal_mm3_per_s, tissue (a name or
-/// its number), slip_mm_per_s, suction (0..1), cutting (0 or 1). Or ticks as `typodont servo` writes them, from which
-/// force, removal rate and slip follow.
-/// Throws Error naming file, line, column, found and expected.
+/// Reads a contact file: t_s and any of spindle_krpm, pedal, force_N, contact_area_mm2, removal_mm3_per_s, tissue (a
+/// name or its number), slip_mm_per_s, suction (0..1), cutting (0 or 1). Also reads ticks written by `typodont servo`,
+/// from which force, removal rate and slip are computed. Throws Error naming file, line, column, found and expected.
 ContactTrack read_contact_track(const std::filesystem::path& file);
 
-/// Gives the states of a track one after the other. Between two rows it interpolates a state every millisecond; the
-/// tissue stays that of the earlier row. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the
-/// pedal is down, reduced by the bur's friction as for an air turbine, whose torque falls linearly from stall to free
-/// speed.
+/// Returns the states of a track in order. Between two rows it interpolates a state every millisecond; the tissue is
+/// that of the earlier row. If the track has no spindle speed, the speed is `free_speed` (rad/s) while the pedal is
+/// pressed, reduced by the bur's friction as for an air turbine, whose torque falls linearly from stall to free speed.
 class VoicedTrack {
  public:
   /// The track must outlive this object and have at least one row.
@@ -38,8 +36,8 @@ class VoicedTrack {
  private:
   const ContactTrack& track_;
   double free_speed_;
-  std::size_t row_ = 0;  // the last row that was passed …
-  Nanos after_ = 0;      // … and the time since then, ns
+  std::size_t row_ = 0;  // the last row that was passed
+  Nanos after_ = 0;      // ns since that row
 };
 
 }  // namespace typodont::audio

@@ -17,7 +17,7 @@ struct SoundState {
   Nanos t = 0;              // time of the tick; the state takes effect at the nearest sample
   double spindle = 0;       // rad/s, either sign
   double pedal = 0;         // 0..1
-  double contact_area = 0;  // m² of the head that touches tissue
+  double contact_area = 0;  // m², contact area of the head
   double force = 0;         // N
   double removal_rate = 0;  // m³/s
   Tissue tissue = Tissue::kAir;
@@ -27,7 +27,7 @@ struct SoundState {
 };
 
 struct SynthOptions {
-  double hold = 0;           // s; if no state comes for so long, contact ends and the drill runs down. 0: never
+  double hold = 0;           // s without a state after which contact ends and the drill runs down; 0: never
   bool lower_order = false;  // reduce each model to the order with the least BIC (sufficient_order())
 };
 

@@ -1,4 +1,4 @@
-// Recordings: read in any format that libsndfile knows, written as WAV, whole or not at all.
+// Reads recordings in any format of libsndfile, and writes WAV files completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,23 @@ struct Recording {
   std::vector<std::vector<double>> channels;  // full scale is 1
   double rate = 0;                            // Hz
   std::size_t length() const { return channels.empty() ? 0 : channels.front().size(); }
-  /// One channel (0, 1, …), or with -1 the mean of all.
+  /// One channel (0, 1, …), or the mean of all with -1.
   std::vector<double> mono(int channel = -1) const;
 };
 
-/// Throws Error when it is missing, no sound file, empty, or over 30 minutes long.
+/// Throws Error if the file is missing, not a sound file, empty, or longer than 30 minutes.
 Recording read_recording(const std::filesystem::path& file);
 
 enum class SampleFormat { kPcm16, kFloat32 };
 
-/// A WAV file under way: under a temporary name until finish(). A writer that dies leaves nothing behind.
+/// Writes a WAV file under a temporary name until finish(). If the program ends before that, no file remains.
 class WavWriter {
  public:
   WavWriter(const std::filesystem::path& file, double rate, SampleFormat format = SampleFormat::kPcm16);
   ~WavWriter();
   WavWriter(const WavWriter&) = delete;
   WavWriter& operator=(const WavWriter&) = delete;
-  void write(std::span<const float> mono);  // throws Error when the disk is full
+  void write(std::span<const float> mono);  // throws Error if the disk is full
   void finish();
 
  private:

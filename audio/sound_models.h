@@ -25,7 +25,7 @@ struct SoundModels {
   std::array<std::optional<ArModel>, kTissueCount> working;  // from recordings, where there are any
   double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
-  double teeth = 0;  // of the cutter: slow ones are heard one by one, each as it strikes; 0: never
+  double teeth = 0;  // number of teeth of the cutter: slow ones are heard one by one; 0: never
   double level = 1;  // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };

@@ -30,7 +30,7 @@ class TickVoice {
   };
   static constexpr std::size_t kSeen = 64;  // ring buffer, long enough for 12 kHz
   std::array<Seen, kSeen> seen_{};
-  std::size_t count_ = 0, back_ = 0;  // ticks seen so far; the tick from which differences are taken
+  std::size_t count_ = 0, back_ = 0;  // number of ticks so far; the tick from which differences are taken
   std::vector<bool> tools_cut_;
 };
 

@@ -1,5 +1,5 @@
-// Work against precision: what each solver makes of so many touches in so much time, beside Eigen's and OpenCV's own on
-// the same seeded data.
+// Work–precision rows of the solvers: error and time for a number of touches, compared with Eigen's and OpenCV's
+// solvers on the same seeded data.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace typodont::calibration {
 
-/// A few seconds; `quick` a fraction of one, with fewer trials. Names are "task, method"; the size is in touches:
-/// pairs, samples, captures or corners.
+/// Takes a few seconds; with `quick` less than one, with fewer trials. Names are "task, method"; the size is the number
+/// of touches: pairs, samples, captures or corners.
 std::vector<BenchRow> bench_rows(bool quick = false);
 
 }  // namespace typodont::calibration

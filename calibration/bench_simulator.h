@@ -1,6 +1,6 @@
-// A whole mirror bench in the computer: an arm with wrong links, a panel and a mirror that are not where the drawings
-// say, a user with eyes of their own and an unsteady hand. The routine runs against it without hardware, and is tested
-// so.
+// Simulates a complete mirror bench: an arm with wrong link lengths, a panel and a mirror that deviate from the
+// drawings, and a user with individual eyes and an unsteady hand. The calibration routine runs and is tested against it
+// without hardware.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,15 @@ namespace typodont::calibration {
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  double touch_noise = 2e-4;  // m per axis, of every touch
-  double slipped = 0.02;      // share of touches that miss by millimetres
-  bool arm_errors = true;     // links ±1 mm, joints ±1°, scales ±0.5 %
-  double placement_error =
-      0.02;  // m and, times ten, rad·0.5: how far panel, mirror, base and eyes are off the drawings
-  dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, felt minus seen
-  double delay = 0.0234;                       // s, of the display against the arm
-  double touches = 1;                          // multiplies the number of touches of every step
+  double touch_noise = 2e-4;  // m per axis, standard deviation of a touch
+  double slipped = 0.02;      // fraction of touches that miss by millimetres
+  bool arm_errors = true;     // link errors of ±1 mm, joint errors of ±1°, scale errors of ±0.5 %
+  // size of the random deviations of panel, mirror, base and eyes from the drawings: displacements in m, rotations up
+  // to twice this value in rad
+  double placement_error = 0.02;
+  dvec3 user_offset{0.0004, -0.0003, 0.0012};  // m, position felt minus position seen
+  double delay = 0.0234;                       // s, delay of the display relative to the arm
+  double touches = 1;                          // factor on the number of touches of every step
 };
 
 class BenchSimulator {
@@ -28,17 +29,17 @@ class BenchSimulator {
 
   const ArmGeometry& true_arm() const { return arm_; }
   const RigGeometry& truth() const { return truth_; }
-  /// What the drawings say: where the routine starts.
+  /// The nominal bench from the drawings, with which the routine starts.
   BenchState drawings() const;
 
-  /// The encoders when the tip is exactly at p_W, the wrist held somehow.
+  /// The encoder readings for a tip exactly at p_W, with an arbitrary wrist orientation.
   ArmReading hold(const dvec3& p_W);
   /// The same with the unsteadiness of a hand.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
-  /// Where this user reaches for what a program draws at p_W.
+  /// The point that this user touches when a program draws a point at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;
 
-  // The captures of each step, made with what is believed when its turn comes.
+  // Captures of each step, made with the bench known at that time.
   void capture_arm(Captures& captures, const BenchState& bench);
   void capture_screen(Captures& captures, const BenchState& bench);
   void capture_eyes(Captures& captures, const BenchState& bench);
@@ -49,8 +50,8 @@ class BenchSimulator {
   struct Colocation {
     double rms = 0, worst = 0, mean = 0;  // m
   };
-  /// The tool is held somewhere in the workspace, the arm read, the tool drawn: how far from the hand does this user
-  /// see it? Over 9×9×9 points of the workspace.
+  /// Co-location error of the present calibration over 9×9×9 points of the workspace: the arm is read, the tool is
+  /// drawn, and the user sees the drawn tool at some distance from the hand.
   Colocation colocation(const BenchState& bench);
 
  private:
@@ -61,7 +62,7 @@ class BenchSimulator {
   RigGeometry truth_;
 };
 
-/// Drawings → captures → solved, step by step.
+/// Runs the routine: from the drawings, step by step with captures and solutions.
 struct SimulatedRoutine {
   Captures captures;
   BenchState bench;

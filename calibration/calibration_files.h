@@ -1,8 +1,7 @@
-// The files of the single solvers, as docs/interface.md describes them: reading captures, writing results. Keys carry
-// the unit; inside it is metres and seconds. Throws Error naming file, line, column, found, expected.
-//
-// Units: each group of length columns ends in _mm or in _m. A group in _mm of which no coordinate exceeds 3 mm is
-// refused (metres under the wrong name), and so is any group with a coordinate beyond 10 m.
+// Reads the captures and writes the results of the single solvers, in the formats of docs/interface.md. Keys carry the
+// unit; inside, values are in metres and seconds. Throws Error naming file, line, column, found, expected.
+// Units: each group of length columns ends in _mm or in _m. A group in _mm whose coordinates are all below 3 mm is
+// refused (metres under the wrong name), and so is a group with a coordinate beyond 10 m.
 #pragma once
 
 #include <filesystem>
@@ -20,21 +19,21 @@ struct PointPairs {
   std::vector<dvec3> H, D;
 };
 
-/// Poses of two sensors at the same moments, of unit length.
+/// Poses of two sensors at the same times, with the same number of entries.
 struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-PointPairs read_pairs(const std::filesystem::path& file);  // hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm
-Stream read_stream(const std::filesystem::path& file);     // t_s,x_mm,y_mm,z_mm
-/// ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and the same with b; quaternions within 1 % of unit length.
+PointPairs read_pairs(const std::filesystem::path& file);  // columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm
+Stream read_stream(const std::filesystem::path& file);     // columns t_s,x_mm,y_mm,z_mm
+/// Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and the same with b; quaternions within 1 % of unit length.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
-/// Points in H: columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. May all lie at the origin.
+/// Points in H: columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the origin.
 std::vector<dvec3> read_points(const std::filesystem::path& file);
 
 std::string registration_json(const RegistrationResult& result, const std::vector<dvec3>& targets_H);
 std::string delay_json(const DelayResult& result);
-/// `X_name`, `Z_name`: "X_SM", "X_HK".
+/// `X_name`, `Z_name`: for example "X_SM", "X_HK".
 std::string hand_eye_json(const HandEyeResult& result, const char* X_name, const char* Z_name);
 std::string camera_json(const CameraResult& result);
 

@@ -1,6 +1,6 @@
-// The panel and the mirror from a camera's pictures: a full bundle adjustment over camera, lens, every picture's place,
-// the panel's place and size, the mirror plane, and points touched with the stylus, which tie all of it to W.
-// Without a camera, screen_solver.h does the same from touches alone.
+// Calibrates the panel and the mirror from a camera's pictures. A bundle adjustment estimates the camera and its lens,
+// the pose of every picture, the panel's pose and size, and the mirror plane. Points touched with the stylus connect
+// them to W. Without a camera, screen_solver.h uses touches alone.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace typodont::calibration {
 
-/// Pinhole and lens, in pixels; distortion k1, k2, p1, p2, k3 as OpenCV has them.
+/// Pinhole and lens parameters in pixels; distortion k1, k2, p1, p2, k3 as in OpenCV.
 struct CameraIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 5> distortion{};
@@ -23,50 +23,51 @@ struct CameraIntrinsics {
 
 enum class SeenOn { kTouchedPoint, kPanel, kPanelInMirror };
 
-/// One corner in one picture.
+/// One corner seen in one picture.
 struct Sighting {
   int picture = 0;
   SeenOn on = SeenOn::kPanel;
-  PanelPoint corner;         // on the panel
-  dvec3 touched_W{0, 0, 0};  // m, a touched point as the stylus gave it; equal ones are one point
-  double px = 0, py = 0;     // right and down from the middle of the first pixel
+  PanelPoint corner;         // position on the panel
+  dvec3 touched_W{0, 0, 0};  // m, touched point from the stylus; equal values mean the same point
+  double px = 0, py = 0;     // right and down from the centre of the first pixel
 };
 
 struct CameraOptions {
-  double touch_sigma = 2e-4;  // m per axis
-  double pixel_sigma = 0.1;   // pixels per axis
+  double touch_sigma = 2e-4;  // m per axis, standard deviation of a touch
+  double pixel_sigma = 0.1;   // pixels per axis, standard deviation of a corner
 };
 
 struct CameraResult {
   CameraIntrinsics camera, camera_sigma;
-  std::vector<Pose> X_WK;  // the camera (x right, y down, z ahead) in every picture, in order of their numbers
+  // the camera's pose (x right, y down, z forward) for every picture, in the order of their numbers
+  std::vector<Pose> X_WK;
   Panel panel;
   double width = 0, height = 0, width_sigma = 0, height_sigma = 0;  // m
   dvec3 centre_sigma{0, 0, 0};                                      // m
-  double tilt_sigma = 0;                                            // rad, worst axis
+  double tilt_sigma = 0;                                            // rad, along the worst axis
   std::optional<MirrorPlane> mirror;
-  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;  // rad; m, at the mirror's point below the panel
+  double mirror_tilt_sigma = 0, mirror_offset_sigma = 0;  // rad; m, at the mirror point below the panel
   double rms_px = 0, worst_px = 0;
-  int outliers = 0;  // sightings beyond five pixel sigmas
+  int outliers = 0;  // number of sightings with residuals above five times pixel_sigma
   double seconds = 0;
-  std::string not_determined;  // empty: all of it is
+  std::string not_determined;  // parameters that the sightings do not determine; empty: none
 };
 
-/// `start`: the panel as drawn; its size is the first guess. Throws Error without sightings of the panel.
+/// `start`: the nominal panel, used as the initial guess. Throws Error if there are no sightings of the panel.
 CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int height_px, const Panel& start,
                           const CameraOptions& options = {});
 
-/// Where a camera sees a point.
+/// Position in a camera's picture.
 struct Pixel {
   double x = 0, y = 0;
 };
 Pixel project(const CameraIntrinsics& camera, const Pose& X_WK, const dvec3& p_W);
 
-/// picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched); on: 0 touched, 1 panel, 2 panel in the mirror.
+/// Columns picture,on,px,py and u,v (panel) or x_mm,y_mm,z_mm (touched); on: 0 touched, 1 panel, 2 panel in the mirror.
 std::vector<Sighting> read_sightings(const std::filesystem::path& file);
 
-/// A chessboard for the panel: where its inner corners are (row by row from the top left; the first cell inside them is
-/// dark). columns + rows must be odd, so that the board looks different upside down.
+/// A chessboard to show on the panel, with the positions of its inner corners (row by row from the top left; the first
+/// cell inside them is dark). columns + rows must be odd, so that the board looks different when rotated by 180°.
 struct BoardPicture {
   int width = 0, height = 0;
   std::vector<unsigned char> grey;
@@ -75,8 +76,8 @@ struct BoardPicture {
 BoardPicture draw_board(int columns, int rows, int width, int height);
 
 #ifdef TYPODONT_CAMERA
-/// The corners of such a board in a picture (OpenCV's detector), in draw_board's order; empty when it is not seen
-/// whole. `mirrored`: it is seen in a mirror.
+/// Finds the corners of such a board in a picture with OpenCV's detector, in the order of draw_board(); empty unless
+/// the whole board is visible. `mirrored`: the picture shows it in a mirror.
 std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns, int rows, bool mirrored);
 #endif
 

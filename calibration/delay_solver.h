@@ -1,5 +1,6 @@
-// The time offset between two recordings of one motion, for instance the haptic arm (A) and the tracker (B).
-// Sign: a positive delay means that B lags A: p_B(t) = X_BA * p_A(t - delay). Seconds; any thread; set-up time.
+// Estimates the time offset between two recordings of the same motion, for instance by the haptic arm (A) and the
+// tracker (B). Sign: a positive delay means that B lags A: p_B(t) = X_BA * p_A(t - delay). Seconds; any thread; set-up
+// time.
 #pragma once
 
 #include <string>
@@ -9,34 +10,34 @@
 
 namespace typodont::calibration {
 
-/// One recording. Times strictly increase; they need not be regular, and samples may be missing or frozen.
+/// One recording. Times strictly increase; they may be irregular, and samples may be missing or frozen.
 struct Stream {
   std::vector<double> t;  // s
   std::vector<dvec3> p;   // m
 };
 
 struct DelayOptions {
-  double max_delay = 2.0;  // s, searched both ways; at most 40 % of what the streams share
+  double max_delay = 2.0;  // s, search range in both directions; at most 40 % of the common time
 };
 
 struct DelayResult {
-  double delay = 0;  // s, at `reference_time` (the first common moment) when the clocks run apart, else everywhere
-  double sigma = 0;  // s; the width of the search when the motion does not determine it
+  double delay = 0;  // s; if the clocks have different rates, the delay at `reference_time` (the first common moment)
+  double sigma = 0;  // s, standard deviation; the width of the search range if the motion does not determine the delay
   bool ambiguous = false;
-  std::string reason;               // why it is ambiguous, one sentence
-  std::vector<double> candidates;   // s, every delay that explains the streams as well, nearest to zero first
+  std::string reason;               // the reason for an ambiguous result, as one sentence
+  std::vector<double> candidates;   // s, all delays that explain the streams equally well, nearest to zero first
   bool rich = false;                // the motion determines the delay to 0.1 ms
-  double skew = 0, skew_sigma = 0;  // how much faster B's clock runs (1e-6 = 1 ppm); 0 when not significant
+  double skew = 0, skew_sigma = 0;  // relative excess rate of B's clock (1e-6 = 1 ppm); 0 if not significant
   double reference_time = 0;        // s
-  double delay_at_end = 0;          // s, at the last common moment
-  double noise = 0;                 // m per axis, of the difference of the two streams
-  Pose X_BA;                        // the rotation is the identity unless the streams clearly need another
-  bool rotated = false;             // whether they do
-  int samples = 0;                  // compared
+  double delay_at_end = 0;          // s, delay at the last common moment
+  double noise = 0;                 // m per axis, noise of the difference between the streams
+  Pose X_BA;                        // the rotation is the identity unless the streams clearly need one
+  bool rotated = false;             // true if a rotation was needed
+  int samples = 0;                  // number of compared samples
   int lost_a = 0, lost_b = 0, frozen_a = 0, frozen_b = 0, rejected = 0;
 };
 
-/// Throws Error when a stream has fewer than 16 samples, its times do not increase, or the two do not overlap.
+/// Throws Error if a stream has fewer than 16 samples, if its times do not increase, or if the streams do not overlap.
 DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions& options = {});
 
 }  // namespace typodont::calibration

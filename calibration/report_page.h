@@ -1,4 +1,5 @@
-// One page for people: what each step found, its residuals as plots, and the co-location error as a map.
+// Writes the report page of a calibration: the result of each step, its residuals as plots, and the co-location error
+// as a map.
 #pragma once
 
 #include <string>
@@ -7,10 +8,10 @@
 
 namespace typodont::calibration {
 
-/// A whole HTML file, nothing outside it.
+/// A complete HTML file without external resources.
 std::string report_page(const BenchState& bench, const std::string& title);
 
-/// The map of verify alone, as an SVG picture: three levels of the workspace, colour by error.
+/// The error map of verify alone, as an SVG picture: three levels of the workspace, with the error as colour.
 std::string error_map_svg(const VerifyResult& result);
 
 }  // namespace typodont::calibration

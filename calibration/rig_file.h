@@ -1,6 +1,6 @@
-// The rig file's calibrated fields. Reads and writes what the calibration owns (screen, mirror, head, X_WH, and one
-// block "calibration" with date, device serials, covariances and where the raw captures lie) and leaves every other
-// field as it is. Throws Error naming file and key.
+// The calibrated fields of a rig file. Reads and writes the fields that the calibration owns (screen, mirror, head,
+// X_WH, and the block "calibration" with date, device serials, covariances and the folder of the raw captures), and
+// keeps every other field. Throws Error naming file and key.
 #pragma once
 
 #include <array>
@@ -15,26 +15,26 @@ namespace typodont::calibration {
 
 class RigFile {
  public:
-  /// A file that exists, or a new mirror rig.
+  /// Loads an existing file, or creates a new mirror rig.
   static RigFile load(const std::filesystem::path& file);
   static RigFile create(const std::filesystem::path& file);
   RigFile(RigFile&&) noexcept;
   ~RigFile();
 
-  /// The geometry and the arm as the file has them; missing parts keep their defaults.
+  /// Geometry and arm from the file; missing parts keep their defaults.
   BenchState bench() const;
-  /// "FILE.captures" beside the rig, or what the file names.
+  /// "FILE.captures" beside the rig, or the folder that the file names.
   std::filesystem::path captures_folder() const;
 
-  /// When a step was last solved ("2026-03-01T10:15:00Z"); empty: never.
+  /// Date at which a step was last solved ("2026-03-01T10:15:00Z"); empty: never.
   std::string step_date(const std::string& step) const;
 
-  /// Takes over what the bench's steps found. Steps without a result keep their record.
+  /// Copies the results of the bench's steps into the file. Steps without a result keep their record.
   void set(const BenchState& bench);
-  /// A step without a result of its own was done now.
+  /// Records that a step without a result of its own was done now.
   void mark_done(const std::string& step);
   void set_device(const std::string& role, const std::string& serial);
-  /// Adds the date and writes the file whole.
+  /// Sets the date and writes the file completely.
   void save();
 
  private:
@@ -43,7 +43,7 @@ class RigFile {
   std::unique_ptr<Document> document_;
 };
 
-/// What every step found, as JSON: what --json prints and the rig's "calibration.steps" holds.
+/// Results of all steps as JSON, for --json and for "calibration.steps" of the rig.
 std::string bench_json(const BenchState& bench);
 
 }  // namespace typodont::calibration

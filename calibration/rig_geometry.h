@@ -1,4 +1,4 @@
-// The bench as the picture sees it: panel, mirror, eyes, and where the haptic base stands. Pure geometry, metres, frame
+// Geometry of the picture on the bench: panel, mirror, eyes, and pose of the haptic base. Pure geometry, metres, frame
 // W.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace typodont::calibration {
 
-/// The physical panel; u runs right, v up, both 0..1 over the picture.
+/// The physical panel; u points right, v up, both 0..1 over the picture.
 struct Panel {
   dvec3 lower_left{-0.17, -0.1, 0}, lower_right{0.17, -0.1, 0}, upper_left{-0.17, 0.1, 0};
   dvec3 at(double u, double v) const {
@@ -16,7 +16,7 @@ struct Panel {
   }
 };
 
-/// n·x = offset, n of unit length.
+/// The plane n·x = offset, with unit normal n.
 struct MirrorPlane {
   dvec3 normal{0, 1, 0};
   double offset = 0;  // m
@@ -36,7 +36,7 @@ struct RigGeometry {
   std::optional<MirrorPlane> mirror;
   EyePair eyes;
   Pose X_WH;
-  /// Where a pixel appears: behind the mirror, or on the panel itself.
+  /// Apparent position of a pixel: behind the mirror, or on the panel itself without one.
   dvec3 appears(double u, double v) const {
     const dvec3 p = panel.at(u, v);
     return mirror ? mirror->reflect(p) : p;
@@ -47,22 +47,22 @@ struct PanelPoint {
   double u = 0, v = 0;
 };
 
-/// What is shown to each eye of one point.
+/// The positions on the panel that show one point to the two eyes.
 struct Dots {
   PanelPoint left, right;
 };
 
-/// The pixel that one eye must see for a point to appear at p_W.
+/// The pixel that makes a point appear at p_W for one eye.
 PanelPoint pixel_for(const RigGeometry& rig, const dvec3& eye_W, const dvec3& p_W);
 
 inline Dots dots_for(const RigGeometry& rig, const dvec3& p_W) {
   return {pixel_for(rig, rig.eyes.left_eye(), p_W), pixel_for(rig, rig.eyes.right_eye(), p_W)};
 }
 
-/// The midpoint of the closest approach of two lines of sight.
+/// Midpoint of the shortest connection of two lines of sight.
 dvec3 closest_point(const dvec3& left_eye, const dvec3& left_dot, const dvec3& right_eye, const dvec3& right_dot);
 
-/// Where both eyes of `truth` see what a program that believes `believed` draws at p_W.
+/// Position at which the eyes of `truth` see a point that a program draws at p_W, assuming `believed`.
 dvec3 perceived(const RigGeometry& believed, const RigGeometry& truth, const dvec3& p_W);
 
 }  // namespace typodont::calibration

@@ -1,4 +1,4 @@
-// The whole set-up routine: raw captures in, one calibrated bench out. Every step can be solved again from its
+// The complete calibration routine: from raw captures to a calibrated bench. Every step can be solved again from its
 // captures.
 #pragma once
 
@@ -17,8 +17,8 @@
 
 namespace typodont::calibration {
 
-/// A touch as it was captured: the point as the arm then gave it, and the encoders where the arm has them, so that the
-/// point can be computed again when the arm's geometry is known better.
+/// A touch as captured: the point that the arm reported then, and the encoder readings if available, so that the point
+/// can be recomputed when the arm's geometry is better known.
 struct Touch {
   dvec3 p_H{0, 0, 0};
   std::optional<ArmReading> reading;
@@ -38,12 +38,12 @@ struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
   std::optional<Dots>
-      dots;  // what the panel showed; with it the point can be placed again when the eyes are known better
-  /// Where the point appears, by what is believed now.
+      dots;  // the dots shown on the panel; with them the point can be recomputed when the eyes are better known
+  /// Apparent position of the point for the given rig.
   dvec3 shown(const RigGeometry& rig) const;
 };
 
-/// Raw captures, step by step; an empty step was skipped.
+/// Raw captures of each step; an empty step was skipped.
 struct Captures {
   std::vector<ArmCapture> arm;
   std::vector<MarkCapture> marks;
@@ -54,11 +54,11 @@ struct Captures {
   Stream delay_a, delay_b;
 };
 
-/// One CSV per step in a folder (arm.csv, marks.csv, mirror.csv, eyes.csv, register.csv, verify.csv, drift.csv,
+/// Writes one CSV per step to a folder (arm.csv, marks.csv, mirror.csv, eyes.csv, register.csv, verify.csv, drift.csv,
 /// delay_a.csv, delay_b.csv). Steps without captures have no file. Throws Error.
 void write_captures(const std::filesystem::path& folder, const Captures& captures);
 Captures read_captures(const std::filesystem::path& folder);
-// Each file alone.
+// Each function reads a single file.
 std::vector<ArmCapture> read_arm_captures(const std::filesystem::path& file);
 std::vector<MarkCapture> read_mark_captures(const std::filesystem::path& file);
 std::vector<Touch> read_touches(const std::filesystem::path& file);
@@ -67,34 +67,35 @@ std::vector<PairCapture> read_pair_captures(const std::filesystem::path& file);
 
 struct JointResult;
 
-/// What is believed of a bench, and what each step found.
+/// The present estimate of a bench, and the result of each step.
 struct BenchState {
   ArmGeometry arm;
-  RigGeometry rig;  // frame W = D
+  RigGeometry rig;  // in frame W = D
   Box workspace_D{dvec3(-0.04), dvec3(0.04)};
   Tolerance tolerance;
   std::optional<ArmResult> arm_result;
   std::optional<PanelResult> panel_result;
   std::optional<MirrorResult> mirror_result;
   std::optional<EyesResult> eyes_result;
-  std::shared_ptr<const JointResult> joint;  // of all captures; only where the dots were recorded
+  std::shared_ptr<const JointResult> joint;  // joint solution of all captures; only if the dots were recorded
   std::optional<RegistrationResult> registration;
   std::optional<VerifyResult> verification;
   std::optional<DelayResult> delay;
 };
 
-// Each solves one step from its captures and takes the answer over, unless it is not determined. Throws Error.
+// Each function solves one step from its captures, and applies the result unless it is undetermined. Throws Error.
 void solve_arm_step(BenchState& bench, const Captures& captures);
 void solve_screen_step(BenchState& bench, const Captures& captures, double tip_radius = 0);
-/// `user_offset`: the user's systematic offset between seeing and feeling too, from the touches of register or verify.
+/// `user_offset`: also estimate the user's systematic offset between seeing and feeling, from the touches of register
+/// or verify.
 void solve_eyes_step(BenchState& bench, const Captures& captures, bool user_offset = false);
-/// What the alignments alone say of the eyes.
+/// The eyes as determined by the alignments alone.
 EyesResult eyes_of(const BenchState& bench, const Captures& captures);
-/// First all captures jointly where they suffice (joint_solver.h), then the rigid registration.
+/// Solves all captures jointly if there are enough (joint_solver.h), then does the rigid registration.
 void solve_register_step(BenchState& bench, const Captures& captures);
 void solve_delay_step(BenchState& bench, const Captures& captures);
 void solve_verify_step(BenchState& bench, const Captures& captures);
-/// Every step that has captures, in order.
+/// Solves every step that has captures, in order.
 void solve_all(BenchState& bench, const Captures& captures);
 
 }  // namespace typodont::calibration

@@ -1,4 +1,4 @@
-// The few distributions that calibration needs: quantiles for tests of significance, and seeded normal noise.
+// Probability distributions for calibration: quantiles for significance tests, and seeded normal noise.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ double chi_squared_quantile(double p, double dof);
 /// The x with P(X <= x) = p for Fisher's F with (d1, d2) degrees of freedom.
 double f_quantile(double p, double d1, double d2);
 
-/// Seeded noise: the same numbers on every run.
+/// Seeded noise: the same numbers in every run.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed) : engine_(seed) {}

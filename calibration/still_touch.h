@@ -1,5 +1,5 @@
-// Takes touches out of the samples of a hand: the mean of a tenth of a second before the pedal goes down, and only when
-// the tip was at rest then. The time before counts, because the foot that presses shakes the hand.
+// Extracts touches from the samples of a hand: the mean over a tenth of a second before the pedal is pressed, if the
+// tip was at rest then. The time before the press is used because pressing the pedal shakes the hand.
 #pragma once
 
 #include <array>
@@ -14,23 +14,23 @@ namespace typodont::calibration {
 class StillTouch {
  public:
   struct Limits {
-    double window = 0.1;     // s that are averaged
-    double radius = 0.3e-3;  // m around the mean that every sample must lie in
+    double window = 0.1;     // s, averaging time
+    double radius = 0.3e-3;  // m, largest distance of a sample from the mean
   };
-  enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window is not yet full of samples
+  enum class Verdict { kNone, kTaken, kMoved, kTooSoon };  // kTooSoon: the window does not yet contain enough samples
 
   explicit StillTouch(const Limits& limits);
 
-  /// One sample; `asked`: somebody pressed a key. Anything but kNone answers the pedal or the key. A pedal answers once
-  /// each time it goes down; one that is down at the first sample must come up first. `joints` (rad, six count) are
-  /// averaged alike. Never allocates.
+  /// Adds one sample; `asked`: a key was pressed. Any result but kNone answers the pedal or the key. The pedal answers
+  /// once per press; a pedal that is pressed at the first sample must be released first. `joints` (rad, all six or
+  /// none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
   const dvec3& point() const noexcept { return mean_; }  // of the last kTaken or kMoved
-  /// Of the last kTaken, where every sample came with six.
+  /// True if every sample of the last kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
   const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad
-  double moved() const noexcept { return moved_; }                          // m, the farthest sample from that point
+  double moved() const noexcept { return moved_; }  // m, largest distance of a sample from that point
 
  private:
   struct Sample {
@@ -45,7 +45,7 @@ class StillTouch {
   }
 
   Limits limits_;
-  std::vector<Sample> samples_;  // a ring
+  std::vector<Sample> samples_;  // ring buffer
   std::size_t next_ = 0, count_ = 0;
   bool pedal_down_ = true;
   dvec3 mean_{0};

@@ -1,5 +1,5 @@
-# cmake --install: the libraries with their headers and package files (component development), and the program with what
-# it needs (component program).
+# cmake --install: installs the libraries with their headers and package files (component development), and the program
+# with the files that it needs (component program).
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/Typodont)
 install(TARGETS typodont_options EXPORT Typodont)
 set_target_properties(typodont_options PROPERTIES EXPORT_NAME options)
@@ -12,10 +12,11 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/TypodontConfigVersion.cma
 install(FILES ${PROJECT_BINARY_DIR}/TypodontConfig.cmake ${PROJECT_BINARY_DIR}/TypodontConfigVersion.cmake
         DESTINATION ${package_folder} COMPONENT development)
 
-# The process that reads volume files: the program finds it from its own place, other programs by TYPODONT_VOLUME_READER.
+# The process that reads volume files. The program finds it relative to itself, other programs by
+# TYPODONT_VOLUME_READER.
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
 install(TARGETS typodont_volume_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
-# The one that reads DICOM files, likewise: TYPODONT_DICOM_READER.
+# The process that reads DICOM files, found in the same way by TYPODONT_DICOM_READER.
 if(TARGET typodont_dicom_reader)
   install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT program)
   install(TARGETS typodont_dicom_reader RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/typodont COMPONENT development)
@@ -36,7 +37,8 @@ if(TYPODONT_BUILD_program)
   install(FILES cmake/package/typodont.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps COMPONENT program)
   install(FILES LICENSE RENAME copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/typodont COMPONENT program)
 
-  # cpack: build/package/typodont_VERSION_ARCHITECTURE.deb, the program, libtypodont.so with its headers, the Python package.
+  # cpack makes build/package/typodont_VERSION_ARCHITECTURE.deb with the program, libtypodont.so and its headers, and
+  # the Python package.
   set(CPACK_GENERATOR DEB)
   set(CPACK_PACKAGE_DIRECTORY ${PROJECT_SOURCE_DIR}/build/package)
   set(CPACK_PACKAGE_CONTACT "Typodont maintainers <maintainers@typodont.invalid>")

@@ -1,4 +1,5 @@
-# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [PCH header …]): a static library typodont_NAME.
+# typodont_module(NAME SOURCES a.cpp … [PUBLIC lib …] [PRIVATE lib …] [PCH header …]): adds a static library
+# typodont_NAME.
 function(typodont_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;PCH" ${ARGN})
   add_library(typodont_${name} STATIC ${ARG_SOURCES})
@@ -8,14 +9,14 @@ function(typodont_module name)
   endif()
 endfunction()
 
-# typodont_library(NAME HEADERS header …): the module NAME is also for other programs, as Typodont::NAME. Installs it, the
-# headers, and all headers of this tree that they include. Headers are named from the module's folder.
+# typodont_library(NAME HEADERS header …): makes the module NAME available to other programs as Typodont::NAME. Installs
+# it, the headers, and all headers of this tree that they include. Headers are named relative to the module's folder.
 function(typodont_library name)
   cmake_parse_arguments(ARG "" "" "HEADERS" ${ARGN})
   set(library typodont_${name})
   add_library(Typodont::${name} ALIAS ${library})
   set_target_properties(${library} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
-  # Else functions that a shared library could replace are not inlined.
+  # Without this, functions that a shared library could replace are not inlined.
   target_compile_options(${library} PRIVATE -fno-semantic-interposition)
   set(headers)
   set(found ${ARG_HEADERS})
@@ -38,11 +39,11 @@ function(typodont_library name)
   set_property(GLOBAL APPEND PROPERTY TYPODONT_INSTALLED ${name})
 endfunction()
 
-# typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): a GoogleTest program;
-# every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: where the preset's
-# is too short, and however long a campaign is asked for; [LIVE]: its tests need real time or a display:
-# they also have the label `live`, run one at a time, and have a second try; [MEASURED pattern]: these of its tests measure
-# time, and so are of the kind bench.
+# typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
+# program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: used if the
+# preset's timeout is too short, independently of the length of a campaign. [LIVE]: the tests need real time or a
+# display; they also get the label `live`, run one at a time, and have a second try. [MEASURED pattern]: these tests
+# measure time and get the kind bench.
 include(GoogleTest)
 function(typodont_test name)
   cmake_parse_arguments(ARG "LIVE" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})

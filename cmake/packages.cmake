@@ -1,5 +1,5 @@
-# Packages, each only where something that is built needs it; the order matters where said. What reads scans and meshes,
-# and OpenCV, are found where they are used.
+# Finds packages, each only if a part that is built needs it; comments say where the order matters. Packages for scans
+# and meshes, and OpenCV, are searched where they are used.
 find_package(Threads REQUIRED)            # before glslang
 find_package(glm CONFIG REQUIRED)
 find_package(fmt CONFIG REQUIRED)
@@ -7,7 +7,7 @@ if(TYPODONT_BUILD_haptics)
   find_package(TBB CONFIG REQUIRED)       # before OpenVDB and Ceres, which disagree on how to find it
   list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
   find_package(OpenVDB MODULE REQUIRED)
-  # Levels of detail of meshes (model mesh_lod). The program has them; the library alone also builds without.
+  # Levels of detail of meshes (model mesh_lod). Required by the program, optional for the library alone.
   if(TYPODONT_BUILD_program)
     find_package(meshoptimizer CONFIG REQUIRED)
   else()
@@ -62,7 +62,8 @@ if(TYPODONT_TESTS)
   find_package(GTest CONFIG REQUIRED)
 endif()
 
-# typodont_find_library(VARIABLE NAME): a library without a package file; an installed Typodont names it without its path.
+# typodont_find_library(VARIABLE NAME): finds a library without a package file; an installed Typodont names it without
+# its path.
 function(typodont_find_library variable name)
   find_library(${variable}_FILE ${name} REQUIRED)
   set(${variable} $<BUILD_INTERFACE:${${variable}_FILE}> $<INSTALL_INTERFACE:${name}> PARENT_SCOPE)

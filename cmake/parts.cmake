@@ -1,4 +1,4 @@
-# What is built: TYPODONT_BUILD_PART for program, haptics, devices, import, audio and calibration.
+# Selects what is built: TYPODONT_BUILD_PART for program, haptics, devices, import, audio and calibration.
 set(all_libraries haptics devices import audio calibration)
 if(TYPODONT_LIBRARIES)
   set(TYPODONT_BUILD_program OFF)

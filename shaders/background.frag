@@ -5,11 +5,11 @@
 layout(location = 0) in vec2 in_place;
 layout(location = 0) out vec4 out_color;
 
-// A dark studio wall, equal for both eyes: it lies on the screen plane, where no disparity strains. Or black.
+// A dark studio wall, or black. It is equal for both eyes: it lies on the screen plane, so that its disparity is zero.
 void main() {
   vec2 p = in_place - vec2(0.0, -0.15);
   vec3 color = mix(vec3(0.0045, 0.0050, 0.0060), vec3(0.036, 0.040, 0.047), exp(-1.1 * dot(p, p)));
-  // Half a step of noise hides the bands of 8 bits.
+  // Noise of half a quantisation step hides banding in 8 bits.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
   out_color = vec4((color + noise * 0.0016) * frame.background.x, frame.background.w);
 }

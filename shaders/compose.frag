@@ -1,13 +1,14 @@
 #version 460
-// Two eyes into one screen. Bytes go through unchanged where the sizes fit, so each layout decodes back exactly.
-// A processor that plays the GPU goes through every branch for every pixel: what is known is a constant.
+// Composes two eyes into one screen. If the sizes fit, bytes are copied unchanged, so that each layout can be decoded
+// exactly. Known conditions are constants, because a software renderer executes every branch for every pixel.
 layout(set = 0, binding = 0) uniform sampler2DArray eyes;
 layout(push_constant) uniform Push {
-  ivec4 place;  // xy: upper left of where the eye's picture goes, pixels of the target; z: layer drawn, or the first
-                // row's parity where rows alternate; w: the last layer
+  // xy: upper left corner of the eye's region, pixels of the target; z: layer drawn, or the parity of the first row if
+  // rows alternate; w: the last layer
+  ivec4 place;
 };
-layout(constant_id = 0) const int kMix = 0;  // Mix in compositor.cpp
-layout(constant_id = 1) const bool kFits = true;  // no pixel is stretched
+layout(constant_id = 0) const int kMix = 0;  // Mix in places.h
+layout(constant_id = 1) const bool kFits = true;  // no stretching
 layout(location = 0) in vec2 in_place;
 layout(location = 0) out vec4 out_color;
 

@@ -1,29 +1,29 @@
 #version 460
-// One step of all particles that live on the GPU: the law of engine/debris (motion.h, Debris::State::attend), every
-// particle looked after in every step, and the instances they are drawn by.
+// One step of all particles that live on the GPU, by the physics of engine/debris (motion.h, Debris::State::attend).
+// Every particle gets a full update in every step. Also writes the instances for drawing.
 layout(local_size_x = 64) in;
 
 struct Particle {
   vec4 place;   // xyz: m, W; w: age, s
-  vec4 motion;  // xyz: m/s; w: mass at birth, kg; 0: sucked away
-  vec4 chip;    // x: diameter, m; y: density, kg/m³; z: drag, 1/s, kStuck at rest; w: colour, bytes
+  vec4 motion;  // xyz: m/s; w: initial mass, kg; 0: removed by suction
+  vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words each
 layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m
 layout(push_constant) uniform Step {
-  vec4 gravity;  // xyz: m/s²; w: s, the step
-  vec4 origin;   // xyz: of the field, m; w: its spacing
-  ivec4 size;    // xyz: of the field, samples; w: particles in all
-  vec4 sink;     // xyz: m; w: m³/s/sr, 0: no suction
-  vec4 air;      // density, viscosity; z: the nozzle's radius, m; w: s, in which mass decays
-  vec4 bounce;   // restitution, share kept along; z: m, least diameter shown; w: s, a life
-  uvec4 ring;    // x: the oldest; y: how many; z: unused
+  vec4 gravity;  // xyz: m/s²; w: step, s
+  vec4 origin;  // xyz: origin of the field, m; w: its spacing, m
+  ivec4 size;  // xyz: samples of the field; w: capacity for particles
+  vec4 sink;  // xyz: nozzle, m; w: m³/s/sr, 0: no suction
+  vec4 air;  // density, viscosity; z: the nozzle's radius, m; w: decay time of the mass, s
+  vec4 bounce;  // restitution, ratio of the tangential speeds; z: smallest drawn diameter, m; w: lifetime, s
+  uvec4 ring;  // x: index of the oldest; y: number; z: unused
 };
 
 const float kStuck = 1e30, kRestSpeed = 0.05, kPi = 3.14159265;
 
-// C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933); beyond, 0.44.
+// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933); above that 0.44.
 float drag_rate(float speed, float diameter, float density) {
   float stokes = 18.0 * air.y / (density * diameter * diameter), re = air.x * speed * diameter / air.y;
   if (re >= 1000.0) return stokes * 0.44 * re / 24.0;
@@ -48,20 +48,20 @@ bool look(vec3 p, out float d, out vec3 g) {
   return true;
 }
 
-// How near the way from a to b comes to c.
+// Smallest distance of c from the line segment from a to b.
 float passes(vec3 a, vec3 b, vec3 c) {
   vec3 way = b - a;
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
 }
 
-// What the air moves at in a step as long as a picture: as far as to the nozzle (engine/debris/motion).
+// Mean velocity of the air in a step; the air moves at most to the nozzle (engine/debris/motion).
 vec3 drawn_air(vec3 p) {
   vec3 d = sink.xyz - p;
   float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;
   return (pull * dt < 1.0 / 3.0 ? pull * (1.0 + 2.0 * dt * pull) : 1.0 / dt) * d;
 }
 
-// The finest dust is mist, as in engine/app/debris_view.cpp.
+// The finest dust is drawn as mist, as in engine/app/picture/debris_view.cpp.
 void show(uint s, vec3 p, float diameter, float chip, float bytes) {
   bool mist = chip < 12e-6;
   float share = diameter > 0.0 ? min(1.0, diameter / bounce.z) * (mist ? 0.16 : 1.0) : 0.0;
@@ -82,7 +82,7 @@ void main() {
   vec3 p = own.place.xyz, v = own.motion.xyz;
   float dt = gravity.w, rate = own.chip.z, diameter = own.chip.x, mass = own.motion.w;
   own.place.w += dt;
-  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // just born
+  if (rate < 0.0) rate = drag_rate(length(v), diameter, own.chip.y);  // new particle
   bool resting = rate >= kStuck;
   vec3 before = p;
   if (!resting) {
@@ -111,7 +111,7 @@ void main() {
       stays = dot(v, v) < kRestSpeed * kRestSpeed;
     }
     if (stays) v = vec3(0.0);
-    // Drag goes by the speed in the air, which suction moves.
+    // Drag depends on the speed relative to the air, which suction moves.
     vec3 slip = sink.w != 0.0 ? v - drawn_air(p) : v;
     rate = stays ? kStuck : drag_rate(length(slip), diameter, own.chip.y);
   }

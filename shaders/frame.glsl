@@ -1,4 +1,4 @@
-// What every pass reads: set 0 of engine/render/shared.h.
+// Data that every pass reads: set 0 of engine/render/shared.h.
 #extension GL_GOOGLE_include_directive : require
 #include "engine/render/shared.h"
 
@@ -8,14 +8,14 @@ layout(set = 0, binding = 2) uniform sampler2D shadow_depth;
 layout(set = 0, binding = 3) uniform sampler2DArray reflection;
 
 layout(push_constant) uniform Push { ObjectData object; };
-// The eye being drawn.
+// Index of the eye that is drawn.
 #define VIEW (gl_ViewIndex + int(object.view.x))
 
 layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;
 layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look, section, x-ray, difference
-layout(constant_id = 4) const bool kGlass = false;  // drawn as glass: more where the surface turns away
-// What the bricks drawn hold (BrickKind in passes/bricks.h): of the rest no code is made.
+layout(constant_id = 4) const bool kGlass = false;  // draw as glass: denser where the surface faces away
+// Content of the drawn bricks (BrickKind in passes/bricks.h); code for other content is compiled out.
 layout(constant_id = 5) const int kHolds = 15;
 const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16;

@@ -1,6 +1,6 @@
 #version 460
 
-// sRGB bytes in and out, mixed as they are: what the colours of user interfaces are chosen for.
+// Input and output are sRGB bytes, blended without conversion, as user interface colours are chosen.
 layout(push_constant) uniform Place {
   vec2 scale;
   vec2 shift;

@@ -1,10 +1,10 @@
 #version 460
 
-// A user interface's triangles: pixels in, clip space out.
+// Triangles of a user interface: converts pixels to clip space.
 layout(push_constant) uniform Place {
-  vec2 scale;  // of a pixel in clip space
+  vec2 scale;  // size of a pixel in clip space
   vec2 shift;
-  int layer;   // of the texture; negative: letters, whose red channel is their opacity
+  int layer;  // layer of the texture; negative: letters, whose red channel is the opacity
 };
 
 layout(location = 0) in vec2 in_pixel;

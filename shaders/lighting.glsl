@@ -1,34 +1,35 @@
-// Light that reaches a point (shadow, occlusion) and light that leaves it (the look). World space throughout, so a
-// mirrored picture needs nothing special.
+// Incident light (shadow, occlusion) and reflected light (appearance) at a point. All in world space, so that a
+// mirrored picture needs no special case.
 
 const float kPi = 3.14159265;
-const float kPenumbra = 0.30e-3;        // m, half width of the lamp's soft shadow edge
+const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
 const float kOcclusionRadius = 2.2e-3;  // m
 
-// Points spread evenly over the unit disc (Vogel's spiral).
+// Points distributed evenly over the unit disc (Vogel's spiral).
 vec2 disc(int i, int count) {
   float r = sqrt((float(i) + 0.5) / float(count));
   float a = 2.39996323 * float(i);
   return r * vec2(cos(a), sin(a));
 }
 
-const float kToolShadowReach = 10e-3;  // m: from farther off it throws none; as in passes/changed.cpp
+const float kToolShadowReach = 10e-3;  // m: longest shadow of the tool; same value as in passes/changed.cpp
 
-// How much of the key light passes a ball that `way` along the ray to the lamp is `miss` away from it: a penumbra that
-// widens with the way to go, nothing where the ball lies behind, and nothing from far off: the lamp is a wide one.
+// Fraction of the key light that passes a ball. `way`: distance along the ray to the lamp; `miss`: distance of the ray
+// from the ball. The penumbra widens with `way`. No shadow from a ball behind the point or far away, because the lamp
+// is wide.
 float passes(float way, float miss, float radius) {
   float soft = 0.08e-3 + 0.12 * max(way, 0.0);
   float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
   return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
 }
 
-// The tool as a ball and a rod about its axis.
+// The tool as a ball and a cylinder about its axis.
 float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
   float head = passes(t, length(c - t * l), frame.tool_head.w);
-  // The rod's point nearest to the ray.
+  // The cylinder's point nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
@@ -36,14 +37,15 @@ float tool_shadow(vec3 p) {
   return min(head, passes(way, length(k - way * l), frame.tool_end.w));
 }
 
-const float kToolReach = 3.0e-3;  // m: beyond it the tool takes no ambient light; as in passes/changed.cpp
+// m: beyond this distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
+const float kToolReach = 3.0e-3;
 
 float fading(float d2) {
   float f = clamp(1.0 - d2 / (kToolReach * kToolReach), 0.0, 1.0);
   return f * f;
 }
 
-// Occlusion of the ambient light by the tool's head and shank (Quilez's sphere occlusion, twice), near them.
+// Ambient occlusion by the tool's head and shank (Quilez's sphere occlusion, twice) near them.
 float tool_occlusion(vec3 p, vec3 n) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 c = frame.tool_head.xyz - p;
@@ -57,12 +59,12 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-// x: share of the key light that arrives; y: share of the ambient light. Tissue only; the tool apart.
+// x: fraction of the key light that arrives; y: fraction of the ambient light. Only tissue; the tool is separate.
 vec2 tissue_visibility(vec3 p, vec3 n) {
   vec2 result = vec2(1.0);
   if (frame.light_size.w > 0.0) {
     float texel = frame.light_size.z / frame.light_size.x;
-    // Away from the surface by its slope towards the lamp, so that it does not shadow itself.
+    // Offset from the surface by its slope towards the lamp, so that it does not shadow itself.
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
@@ -71,8 +73,8 @@ vec2 tissue_visibility(vec3 p, vec3 n) {
       lit += texture(shadow_map, vec3(q.xy + spread * disc(i, kShadowTaps), q.z));
     result.x = lit / float(max(kShadowTaps, 1));
 
-    // Ambient occlusion in the lamp's space, where the shadow map is a height field: equal for both eyes, and only
-    // redone when the tissue changes. Directions to the samples against the normal.
+    // Ambient occlusion in the lamp's space, where the shadow map is a height field. So it is equal for both eyes and
+    // recomputed only if the tissue changes. Uses the directions to the samples relative to the normal.
     vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
                              vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
@@ -97,7 +99,7 @@ float fifth_power(float x) {
   return x2 * x2 * x;
 }
 
-// The room as a glossy surface mirrors it: dim ceiling and floor, the lamp's softbox, a window at the side.
+// The reflected room: dim ceiling and floor, the lamp's softbox, a window at the side.
 vec3 room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz);
   vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.34, 0.37, 0.42), smoothstep(-0.9, 0.9, up));
@@ -113,31 +115,32 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-/// Grazing translucent enamel turns cool and pale: short wavelengths scatter back. `nv`: cosine to the viewer.
+/// Translucent enamel at grazing angles is bluish and pale, because short wavelengths scatter back. `nv`: cosine to the
+/// viewer.
 vec3 tinted(vec3 albedo, float translucent, float nv) {
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
   return mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, translucent * rim);
 }
 
-/// Light that arrives at tissue of this colour and goes out again in all directions, but for the colour itself.
+/// Light that arrives at tissue of this colour and is reflected diffusely, without the factor of the colour itself.
 vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
-  // Light wanders inside translucent tissue: it wraps round the form, red farthest, and bleeds into shadow edges.
+  // Light scatters in translucent tissue: it wraps around the shape, red light farthest, and softens shadow edges.
   vec3 wrap = translucent * vec3(0.42, 0.30, 0.24);
   vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
   vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
   arrives = mix(arrives, sqrt(arrives), 0.35 * translucent);
-  // Light bounced between the walls of a cavity takes the walls' colour (Jimenez 2016, fitted multibounce).
+  // Light that is reflected between the walls of a cavity takes their colour (Jimenez 2016, fitted multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
   vec3 ambient = mix(vec3(0.60, 0.50, 0.45), vec3(0.88, 0.93, 1.00), sky) * frame.up.w * opened;
-  // A weak fill from beside the viewer keeps the dark side readable.
+  // A weak fill light from beside the viewer keeps the dark side visible.
   vec3 fill = vec3(0.16, 0.18, 0.21) * max(dot(n, v) + 0.3 * dot(n, frame.up.xyz), 0.0) * opened;
   return front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill;
 }
 
-/// What the wet film over the tissue mirrors, or the metal itself.
+/// Reflection in the wet film over the tissue, or in metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
@@ -159,11 +162,12 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   return color + fr * room(r, rough) * gloss * seen;
 }
 
-/// Where light is worked out at corners: what of the gloss is broad, and the lamp's mirror image in it, which is not.
+/// If light is computed per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
+/// computed per pixel.
 struct CornerGloss {
-  vec3 broad;   // the room
-  vec3 lamp;    // times spot(n · half, width) in the pixel
-  float width;  // of the lamp's image
+  vec3 broad;  // reflection of the room
+  vec3 lamp;  // times spot(n · half, width) per pixel
+  float width;  // width of the lamp's image
 };
 CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
   float nl = max(dot(n, frame.key.xyz), 0.0), nv = max(dot(n, v), 1e-3);
@@ -186,13 +190,13 @@ float spot(float nh, float width) {
   return 1.0 / (d * d);
 }
 
-/// `gloss_normal`: of the wet film, which has ripples of its own.
+/// `gloss_normal`: normal of the wet film, which has its own ripples.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
   return albedo * arriving(n, v, albedo, look.translucent, light) + glossy(gloss_normal, v, look, light);
 }
 
-// Khronos PBR Neutral (2024): keeps the colours of tissues as they are measured, rolls off only the highlights.
+// Khronos PBR Neutral (2024): keeps the measured colours of tissues and compresses only the highlights.
 vec3 tone_map(vec3 color) {
   const float start = 0.8 - 0.04, desaturation = 0.15;
   float x = min(color.r, min(color.g, color.b));

@@ -1,6 +1,7 @@
-// Pass 3 of sphere packings (S2, eq. 6): what a ball leaves of a sphere. As SphereTissue::after_cut and counted.
+// Pass 3 of sphere packings (S2, eq. 6): the part of a sphere that a ball leaves. As SphereTissue::after_cut() and
+// counted().
 
-// The volume that a sphere and its share of the gaps still count for, m³.
+// Volume in m³ that a sphere represents, including its part of the gaps.
 double counted(Sphere s) {
   double r = radius_of(s);
   precise double least = kLeast * s.base_radius;
@@ -16,7 +17,7 @@ double counted(Sphere s) {
   return left;
 }
 
-// How deep a ball of radius r on its way from a to b comes into a sphere; `away`: the direction out of its way.
+// Largest depth of a ball of radius r in a sphere on its path from a to b; `away`: direction away from the path.
 double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out dvec3 away) {
   dvec3 off = minus(center, nearest_on(a, b, center));
   precise double distance = sqrt(dot3(off, off));
@@ -26,7 +27,7 @@ double overlap_of(dvec3 a, dvec3 b, double r, dvec3 center, double radius, out d
   return overlap;
 }
 
-// Whether the ball's way to `near` comes near the sphere: the processor's tree asks the same.
+// True if the ball's path to `near` comes near the sphere; the same test as in the CPU's tree.
 bool is_near(Sphere s, Ball ball) {
   double r = tree_radius(s);
   if (!(r > 0.0LF)) return false;
@@ -38,7 +39,7 @@ bool is_near(Sphere s, Ball ball) {
   return dot3(off, off) < reach2;
 }
 
-// Makes `s` what the ball leaves of it; false where that is all of it.
+// Sets `s` to what the ball leaves of it; false if nothing remains.
 bool after_cut(inout Sphere s, Ball ball) {
   dvec3 a = dvec3(ball.ax, ball.ay, ball.az), b = dvec3(ball.bx, ball.by, ball.bz), away;
   double overlap = overlap_of(a, b, ball.r, dvec3(s.bx, s.by, s.bz), s.base_radius, away);

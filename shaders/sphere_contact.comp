@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 1 of sphere packings (S2, eq. 1): the first contact of a moving tool. Each group leaves its best.
+// Pass 1 of sphere packings (S2, eq. 1): the first contact of a moving tool. Each group writes its earliest contact.
 #include "shaders/spheres.glsl"
 layout(local_size_x = 64) in;
 
 struct Contact {
-  double t;  // above 1: none
+  double t;  // above 1: no contact
   uint ball, sphere;
 };
 layout(set = 0, binding = 0, std430) readonly buffer Spheres { Sphere spheres[]; };
@@ -13,12 +13,12 @@ layout(set = 0, binding = 3, std430) writeonly buffer Results { Contact results[
 
 shared Contact best[64];
 
-// Of several at once the least ball, then the least sphere.
+// Among simultaneous contacts the lowest ball index, then the lowest sphere index.
 bool before(Contact a, Contact b) {
   return a.t != b.t ? a.t < b.t : a.ball != b.ball ? a.ball < b.ball : a.sphere < b.sphere;
 }
 
-// sphere_pair.h, contact_time(); 2 where the balls do not touch in time.
+// contact_time() of sphere_pair.h; 2 if the spheres do not touch in time.
 double contact_time(dvec3 D, dvec3 m, double R) {
   double nearing = dot3(m, D);
   precise double cx = m.y * D.z - m.z * D.y, cy = m.z * D.x - m.x * D.z, cz = m.x * D.y - m.y * D.x;

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings, only measured: what each ball by itself would take of each sphere.
+// Pass 3 of sphere packings without removal: the volume that each ball alone would remove from each sphere.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;

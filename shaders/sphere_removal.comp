@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings (S2, eq. 6): one ball of the tool after the other shrinks and moves the spheres on its way.
+// Pass 3 of sphere packings (S2, eq. 6): the tool's balls, one after the other, shrink and move the spheres on their
+// paths.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;

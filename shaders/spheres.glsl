@@ -1,12 +1,13 @@
-// The spheres of a tissue and the geometry of two spheres, as haptics/contact/packing has them: sphere_pair.h,
-// sphere_tissue.cpp. Every operation is written in the same order as there and `precise`, so that a device with IEEE
-// doubles gives the same bits.
+// The spheres of a tissue and the geometry of two spheres, as in haptics/contact/packing: sphere_pair.h,
+// sphere_tissue.cpp. Every operation has the same order as there and is `precise`, so that a device with IEEE doubles
+// gives the same bits.
 
 // haptics/sphere_passes.h: CutSphere.
 struct Sphere {
   double bx, by, bz, base_radius, base_volume, ax, ay, az, overlap, tool;
 };
-// A ball of the tool: from a to b; only spheres near the way from a to `near` are looked at. Of pass 1, b is the way.
+// A ball of the tool that moves from a to b; only spheres near the path from a to `near` are examined. In pass 1, b is
+// the displacement.
 struct Ball {
   double ax, ay, az, bx, by, bz, nx, ny, nz, r;
 };
@@ -15,14 +16,14 @@ struct Share {
   double volume;
 };
 layout(push_constant) uniform Pass {
-  vec4 around;         // xyz: middle of the ball around all of the tool's way, from the origin; w: its radius. m
-  double ox, oy, oz;   // the origin of single precision, m, W
-  float slack;         // m, by which bounds are larger: covers the rounding of single precision
+  vec4 around;  // xyz: centre of the ball around the tool's whole motion, relative to the origin; w: its radius. m
+  double ox, oy, oz;  // origin for single precision, m, W
+  float slack;  // m by which bounds are enlarged: covers the rounding of single precision
   uint spheres, balls;
-  uint capacity;       // of the list of results
+  uint capacity;  // capacity of the list of results
   uint printed;        // 1: volumes by eq. 6 as printed
 } pass;
-// xyz: centre from the origin; w: radius and slack, negative where the sphere has vanished. m
+// xyz: centre relative to the origin; w: radius plus slack, negative if the sphere has disappeared. m
 layout(set = 0, binding = 1, std430) buffer Bounds { vec4 bounds[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Balls { Ball balls[]; };
 
@@ -31,7 +32,7 @@ const double kLeast = 1e-3LF;
 const double kSameSide = 0.5LF;
 const double kTouching = 1e-13LF;
 
-// False only where the sphere cannot come near any ball of the tool.
+// False only if the sphere cannot come near any ball of the tool.
 bool may_be_near(uint i) {
   vec4 b = bounds[i];
   float reach = b.w + pass.around.w;
@@ -43,7 +44,7 @@ double radius_of(Sphere s) {
   precise double left = s.base_radius - 0.5LF * s.overlap;
   return left > 0.0LF ? left : 0.0LF;
 }
-// As the tree has it: 0 where the sphere has vanished.
+// As in the tree: 0 if the sphere has disappeared.
 double tree_radius(Sphere s) {
   double r = radius_of(s);
   precise double least = kLeast * s.base_radius;
@@ -63,7 +64,7 @@ dvec3 minus(dvec3 a, dvec3 b) {
   return d;
 }
 
-// The point of the segment from a to b that is nearest to p.
+// The nearest point to p on the segment from a to b.
 dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   dvec3 ab = minus(b, a);
   double length2 = dot3(ab, ab);
@@ -74,7 +75,7 @@ dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   return at;
 }
 
-// Eq. 2, mended: the volume that two spheres share.
+// Eq. 2, corrected: the volume that two spheres share.
 double lens_volume(double r1, double r2, double d) {
   precise double reach = r1 + r2, off = r1 - r2;
   if (!(d < reach)) return 0.0LF;

@@ -11,7 +11,7 @@ layout(location = 3) in vec3 in_look;
 layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
 
-// What polished metal mirrors: bands of light and dark, which make it read as metal.
+// Reflection in polished metal: bright and dark bands, which give the impression of metal.
 vec3 metal_room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
   float soft = 0.10 + 0.6 * rough;
@@ -21,9 +21,9 @@ vec3 metal_room(vec3 r, float rough) {
   return color + room(r, rough) * 0.6;
 }
 
-// Polished metal, lit by the room: its shadows are the tissue's, not its own.
+// Polished metal lit by the room. It receives shadows of the tissue but casts none on itself.
 void main() {
-  // Half there: sieved by interleaved gradient noise (Jimenez 2014), so that nothing needs sorting.
+  // Partly transparent tools are dithered by interleaved gradient noise (Jimenez 2014), so that no sorting is needed.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   if (noise < object.view.y) discard;
   vec3 n = normalize(in_normal.xyz);

@@ -1,8 +1,8 @@
 #version 460
-// A panel of writing over the composed screen, pixel for pixel as the host drew it (engine/display/writing.h).
+// A text panel over the composed screen, with the same pixels as the host drew (engine/display/writing.h).
 layout(set = 0, binding = 1) readonly buffer Panels { uint pixels[]; };
 layout(push_constant) uniform Push {
-  ivec4 panel;  // xy: its upper left, pixels of the target; z: its width; w: its first pixel in the buffer
+  ivec4 panel;  // xy: upper left corner, pixels of the target; z: width; w: index of its first pixel in the buffer
 };
 layout(location = 0) out vec4 out_color;
 

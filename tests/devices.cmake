@@ -1,4 +1,4 @@
-# Devices: everything is tried against emulations that speak the protocol; none of it needs hardware.
+# Tests of devices against emulations that speak the protocol; none needs hardware.
 add_library(typodont_device_emulation STATIC support/emulation/emulated_arm.cpp support/emulation/haply_service.cpp
             support/emulation/live_board.cpp)
 target_link_libraries(typodont_device_emulation PUBLIC typodont_devices PRIVATE nlohmann_json::nlohmann_json util)
@@ -9,17 +9,18 @@ typodont_test(unit_devices KIND unit
           unit/device_links_test.cpp unit/device_vendors_test.cpp unit/device_registry_test.cpp unit/device_timing_test.cpp unit/device_hotplug_test.cpp
   LIBS typodont_devices typodont_device_emulation)
 typodont_test(property_devices KIND property SOURCES property/device_parsers_test.cpp LIBS typodont_devices typodont_device_emulation)
-# The whole program with an emulated arm: one after the other, they watch real time.
+# Tests of the whole program with an emulated arm. They run one at a time, because they depend on real time.
 typodont_test(stress_hands KIND stress SOURCES stress/hands_live_test.cpp LIBS typodont_app typodont_device_emulation LIVE)
 add_library(standin_clock SHARED support/emulation/standin_clock.cpp)
 target_link_libraries(standin_clock PRIVATE typodont_options ${CMAKE_DL_LIBS})
 target_compile_definitions(stress_hands PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>"
                                                 TYPODONT_STANDIN_CLOCK="$<TARGET_FILE:standin_clock>")
 add_dependencies(stress_hands typodont standin_clock)
-# Processes that die, a thousand each; by themselves, for they watch real time.
+# Tests in which a thousand processes are killed each. They run alone, because they depend on real time.
 typodont_test(stress_ends KIND stress SOURCES stress/device_ends_test.cpp LIBS typodont_devices typodont_device_emulation util
               LIVE)
-# Vendors' libraries, in name and interface: loaded under their vendor's soname before a driver asks for it.
+# Replacements for vendors' libraries with the same names and interfaces. A test loads them under the vendor's soname
+# before a driver requests it.
 foreach(vendor hd dhd)
   add_library(standin_${vendor} SHARED support/emulation/standin_${vendor}.cpp)
   target_link_libraries(standin_${vendor} PRIVATE typodont_options)
@@ -39,8 +40,8 @@ target_link_libraries(device_mortal PRIVATE typodont_devices)
 target_compile_definitions(unit_devices PRIVATE TYPODONT_MORTAL="$<TARGET_FILE:device_mortal>")
 add_dependencies(unit_devices device_mortal)
 
-# hidraw nodes by umockdev: its wrapper preloads a library that answers for /dev, /sys and udev. Sanitizers want to be
-# preloaded first themselves, so not together with them.
+# hidraw nodes by umockdev: its wrapper preloads a library that simulates /dev, /sys and udev. Not with sanitizers,
+# which must be preloaded first themselves.
 pkg_check_modules(UMOCKDEV IMPORTED_TARGET umockdev-1.0)
 find_program(UMOCKDEV_WRAPPER umockdev-wrapper)
 if(TYPODONT_HIDAPI AND UMOCKDEV_FOUND AND UMOCKDEV_WRAPPER AND NOT TYPODONT_SANITIZE)

@@ -1,4 +1,4 @@
-# The doors (engine/bindings).
+# Tests of the language bindings (engine/bindings).
 typodont_test(unit_handles KIND unit SOURCES unit/handles_test.cpp LIBS typodont_bindings)
 if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked into them
   foreach(host two_threads hostile)
@@ -19,7 +19,8 @@ else()  # from an installation
     TYPODONT_CMAKE="${CMAKE_COMMAND}" TYPODONT_COMPILER="${CMAKE_CXX_COMPILER}" TYPODONT_CC="${CMAKE_C_COMPILER}"
     TYPODONT_BUILD="${PROJECT_BINARY_DIR}" TYPODONT_LIBDIR="${CMAKE_INSTALL_LIBDIR}"
     TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
-  # What needs more than a compiler; ./run test installs it. A test without its tool is skipped and says what to install.
+  # Tests that need more than a compiler; ./run test installs the tools. A test without its tool is skipped and says
+  # what to install.
   find_program(TYPODONT_MCS mcs)
   find_program(TYPODONT_GODOT godot3-server)
   find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)

@@ -1,5 +1,5 @@
-# Every parser of outside data, driven by coverage where the preset is fuzz (./run fuzz), and by the
-# kept corpus everywhere.
+# Fuzzing of every parser of external data: with coverage feedback in the preset fuzz (./run fuzz), and with the stored
+# corpus in all presets.
 add_library(typodont_fuzz_targets STATIC fuzz/targets.cpp)
 target_link_libraries(typodont_fuzz_targets PUBLIC typodont_app typodont_import)
 typodont_test(stress_fuzz KIND stress SOURCES stress/fuzz_corpus_test.cpp LIBS typodont_fuzz_targets)

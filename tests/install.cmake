@@ -1,4 +1,4 @@
-# The installed libraries: what sanitizers add to a library its users would need, too.
+# Tests of the installed libraries. Not with sanitizers, because users would then need their runtimes, too.
 if(NOT TYPODONT_SANITIZE)
   typodont_test(acceptance_consumer KIND acceptance SOURCES acceptance/consumer_test.cpp LIBS fmt::fmt TIMEOUT 900)
   target_compile_definitions(acceptance_consumer PRIVATE

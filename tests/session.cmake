@@ -8,13 +8,13 @@ typodont_test(property_session KIND property
                       property/session_cavity_property_test.cpp
               LIBS typodont_session)
 typodont_test(stress_session KIND stress SOURCES stress/session_crash_test.cpp LIBS typodont_session)
-# A program of its own: it takes the place of the C library's file functions.
+# A separate program, because it replaces file functions of the C library.
 typodont_test(stress_power_cut KIND stress SOURCES stress/session_power_cut_test.cpp LIBS typodont_session)
 find_program(TYPODONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # the one that has Debian's h5py
 find_program(TYPODONT_H5DUMP h5dump REQUIRED)
 typodont_test(golden_session KIND golden SOURCES golden/session_python_test.cpp golden/session_elsewhere_test.cpp LIBS typodont_session)
 target_compile_definitions(golden_session PRIVATE TYPODONT_PYTHON="${TYPODONT_PYTHON}" TYPODONT_H5DUMP="${TYPODONT_H5DUMP}")
-# R with hdf5r is large: used where it is.
+# R with hdf5r is large, so this test runs only where it is installed.
 find_program(TYPODONT_RSCRIPT Rscript)
 if(TYPODONT_RSCRIPT)
   execute_process(COMMAND ${TYPODONT_RSCRIPT} -e "library(hdf5r)" RESULT_VARIABLE no_hdf5r OUTPUT_QUIET ERROR_QUIET)
@@ -31,7 +31,7 @@ add_dependencies(acceptance_sign typodont)
 typodont_test(acceptance_session KIND acceptance SOURCES acceptance/session_commands_test.cpp LIBS typodont_session)
 target_compile_definitions(acceptance_session PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_session typodont)
-# The report in a real browser. ./run test installs one; where there is none, it is said.
+# Test of the report in a real browser. ./run test installs one; without a browser the test says so.
 find_program(TYPODONT_BROWSER NAMES chromium-headless-shell)
 if(TYPODONT_BROWSER)
   typodont_test(acceptance_browser KIND acceptance SOURCES acceptance/session_browser_test.cpp LIBS typodont_session)

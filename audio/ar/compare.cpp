@@ -15,8 +15,8 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kWindow = 1024.0 / 48000;  // s
-constexpr double kGrid = 46.875;            // Hz between the frequencies compared
+constexpr double kWindow = 1024.0 / 48000;  // s, length of the analysis window
+constexpr double kGrid = 46.875;            // Hz, grid of the compared frequencies
 
 struct Analysed {
   SoundMeasure measure;
@@ -72,7 +72,7 @@ Comparison compare_sounds(const std::filesystem::path& file_a, const std::filesy
   result.a = a.measure;
   result.b = b.measure;
   result.level_difference_dB = result.b.level_dB - result.a.level_dB;
-  // Under 60 Hz a window this short tells nothing.
+  // Below 60 Hz such a short window gives no information.
   const std::span<const double> pa(a.power.begin() + 1, a.power.end()), pb(b.power.begin() + 1, b.power.end());
   result.distance_dB = log_spectral_distance(pa, pb);
   result.itakura_saito = itakura_saito(pa, pb);

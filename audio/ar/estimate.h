@@ -9,7 +9,7 @@ namespace typodont::audio {
 
 struct Estimate {
   std::vector<double> reflection;
-  double variance = 0;           // of the prediction residual
+  double variance = 0;           // variance of the prediction residual
   std::vector<double> by_order;  // residual variance of orders 0…p for the criteria; may be empty
   bool refactored = false;  // the solution was unstable and was replaced by the stable model with the same spectrum
 };

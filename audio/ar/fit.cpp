@@ -135,7 +135,7 @@ std::pair<std::size_t, std::size_t> steady(std::span<const double> x, double rat
   return {best_from * frame, (best_from + best_length) * frame};
 }
 
-/// The mains frequency (Hz) if it is 20 dB above its neighbourhood, else 0.
+/// Returns the mains frequency (Hz) if it is 20 dB above its neighbourhood, otherwise 0.
 double detected_hum(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::floor(std::min(static_cast<double>(x.size()), 4 * rate) / 2));
   if (static_cast<double>(points) < 0.5 * rate) return 0;  // too coarse to distinguish 50 Hz from 60 Hz
@@ -177,9 +177,9 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// Where a band above the audible one is empty, 40 dB under the weakest audible part (another rate, a coder's
-/// low-pass), standard deviation of white noise that lies 10 dB under the weakest audible part; else 0. No all-pole
-/// model can say "nothing", and poles spent on trying are missing where they are heard.
+/// If a band above the audible one is empty, 40 dB below the weakest audible part (because of another sample rate or a
+/// coder's low-pass): the standard deviation of white noise 10 dB below the weakest audible part; otherwise 0. An
+/// all-pole model cannot represent an empty band, and poles spent there would be missing in the audible band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -214,7 +214,7 @@ std::size_t order_asked(const FitOptions& options) {
   return static_cast<std::size_t>(order);
 }
 
-/// "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
+/// Lists the parts as "run-up 0.60 to 0.85 s, idle 0.85 to 2.40 s".
 std::string named(const std::vector<SoundPart>& parts) {
   std::string names;
   for (const SoundPart& part : parts)
@@ -264,7 +264,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   const double rate = recording.rate;
   report.duration = static_cast<double>(recording.length()) / rate;
 
-  // Which part: what the user asked for, without silence, perhaps only the steady stretch.
+  // Select the part: as the user requested, without silence, optionally only the steady interval.
   const double to = options.to > 0 ? options.to : report.duration;
   if (!(options.from >= 0 && options.from < to && to <= report.duration + 1e-6)) {
     throw Error(file.string(), "--from and --to", fmt::format("{} to {} s", options.from, to),
@@ -317,7 +317,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   report.from = static_cast<double>(first) / rate;
   report.to = static_cast<double>(last) / rate;
 
-  // Can it be fitted?
+  // Check that it can be fitted.
   const double model_rate = options.rate > 0 ? options.rate : rate;
   const double samples_fitted = static_cast<double>(x.size()) * model_rate / rate;
   if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {
@@ -333,7 +333,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     refuse_clipping(file, {recording.channels[c].data() + first, last - first});
   }
 
-  // Hum, then the model's rate.
+  // Remove hum, then convert to the model's rate.
   report.hum = options.hum == "off" ? 0 : options.hum == "auto" ? detected_hum(x, rate) : std::stod(options.hum);
   if (report.hum > 0) {
     remove_hum(x, report.hum, rate);
@@ -351,7 +351,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   }
   report.level_dB = in_dB(mean_power(x));
 
-  // The rotor's lines apart, then the noise.
+  // Separate the rotor's lines from the noise.
   const std::vector<double> whole = x;
   ArModel& model = report.model;
   std::vector<TakenLine> taken;
@@ -395,7 +395,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
     model.spindle_estimated = model.spindle > 0;
   }
 
-  // How well it fits: against the recording's smoothed spectrum.
+  // Compare the model with the recording's smoothed spectrum.
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * model_rate / 2));
   const auto measured = welch(whole, points, model_rate);
   report.up_to = std::min(16000.0, 0.45 * std::min(rate, model_rate));

@@ -16,15 +16,15 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kProminence = 10;  // dB above its surroundings that a line must have
+constexpr double kProminence = 10;  // dB above the surroundings, smallest prominence of a line
 constexpr std::size_t kMostLines = 16;
-constexpr std::size_t kNoiseOrder = 16;  // poles of the deviations
-constexpr double kDrift = 1;             // s over which a change of frequency is the spindle's, not the line's
-constexpr double kLongestTrack = 60;     // s in the middle of a recording that a line is followed over
-constexpr double kWeakNoise = 0.02;      // variance that noise adds to the amplitude, of its mean's square
+constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
+constexpr double kDrift = 1;             // s; slower changes of frequency belong to the spindle, not to the line
+constexpr double kLongestTrack = 60;     // s in the middle of a recording over which a line is followed
+constexpr double kWeakNoise = 0.02;      // limit for the noise's variance of the amplitude over its squared mean
 constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz
 
-/// Three moving averages of the same length, centred: nearly a Gaussian, with no phase and no delay.
+/// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.
 void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
   const std::size_t n = z.size();
   std::vector<std::complex<double>> sums(n + 1);
@@ -37,12 +37,12 @@ void smooth(std::vector<std::complex<double>>& z, std::size_t half) {
   }
 }
 
-/// Half the length of each moving average that lets 3 dB less through at `bandwidth`.
+/// Half the length of each moving average for a -3 dB point at `bandwidth`.
 std::size_t half_length(double bandwidth, double rate) {
   return static_cast<std::size_t>(std::lround(0.5 * 0.26 * rate / bandwidth));
 }
 
-/// The sound's band about `frequency`, moved to 0 Hz: amplitude and phase of a sinusoid at that frequency.
+/// Shifts the band around `frequency` to 0 Hz: amplitude and phase of a sinusoid at that frequency.
 std::vector<std::complex<double>> band_about(std::span<const double> x, double rate, double frequency,
                                              double bandwidth) {
   std::vector<std::complex<double>> z(x.size());
@@ -55,8 +55,8 @@ std::vector<std::complex<double>> band_about(std::span<const double> x, double r
   return z;
 }
 
-/// Puts noise of the one-sided power density `floor` (1/Hz) in place of the band about `frequency`. Piece by piece, so
-/// that long recordings need little memory.
+/// Replaces the band around `frequency` by noise with the one-sided power density `floor` (1/Hz). Works in pieces to
+/// save memory.
 void replace_band(std::vector<double>& x, double rate, double frequency, double bandwidth, double floor) {
   constexpr std::size_t kPiece = 1 << 20;
   const std::size_t margin = 3 * half_length(bandwidth, rate) + 3, n = x.size();
@@ -75,7 +75,7 @@ void replace_band(std::vector<double>& x, double rate, double frequency, double 
   }
 }
 
-/// `z` has lost its edges, where the averages are one-sided.
+/// `z` must not include the edges, where the averages are one-sided.
 LineTrack track_of(std::span<const std::complex<double>> z, double rate, double frequency, double bandwidth) {
   LineTrack track;
   track.bandwidth = bandwidth;
@@ -102,14 +102,14 @@ double root_mean_square(const std::vector<double>& values) {
                    static_cast<double>(std::max<std::size_t>(1, values.size())));
 }
 
-/// Takes off the mean of the second around each value: the spindle's speed, which drifts in a recording.
+/// Subtracts the mean of the second around each value, to remove drift of the spindle's speed.
 std::vector<double> without_drift(const std::vector<double>& values, double rate) {
   const auto half = static_cast<std::ptrdiff_t>(0.5 * kDrift * rate / kLineStep);
   const auto count = static_cast<std::ptrdiff_t>(values.size());
   std::vector<double> sums(values.size() + 1, 0.0), result = values;
   std::partial_sum(values.begin(), values.end(), sums.begin() + 1);
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const auto reach = std::min({half, i, count - 1 - i});  // even to both sides, so that a steady drift goes whole
+    const auto reach = std::min({half, i, count - 1 - i});  // symmetric, so that a linear drift is removed completely
     const double around = sums[static_cast<std::size_t>(i + reach + 1)] - sums[static_cast<std::size_t>(i - reach)];
     result[static_cast<std::size_t>(i)] -= around / static_cast<double>(2 * reach + 1);
   }
@@ -128,7 +128,7 @@ LineNoise noise_of(std::vector<double> values) {
   return noise;
 }
 
-/// The power density (1/Hz) beside a line: the median within 400 Hz of it.
+/// Power density (1/Hz) beside a line: the median within 400 Hz of it.
 double floor_about(std::span<const double> x, double rate, double frequency) {
   const auto points = static_cast<std::size_t>(2 * std::lround(rate / 48000 * 2048));
   const auto power = welch(x, points, rate);
@@ -141,7 +141,7 @@ double floor_about(std::span<const double> x, double rate, double frequency) {
   return around[around.size() / 2];
 }
 
-/// The same process with `variance` less.
+/// The same process with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;
@@ -157,7 +157,7 @@ double LineTrack::mean_amplitude() const {
 }
 
 double LineTrack::amplitude_variance_of_noise() const {
-  // The smoothing lets |H|² = 2^-(f/bandwidth)² through.
+  // The smoothing has the power response |H|² = 2^-(f/bandwidth)².
   const double mean = mean_amplitude();
   return mean > 0 ? floor * std::sqrt(kPi / std::log(2.0)) * bandwidth / (mean * mean) : 0.0;
 }
@@ -201,7 +201,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
   std::vector<double> tried;
   for (const SpectralLine& found : spectral_lines(x, rate, kProminence)) {
     if (lines.size() == kMostLines) break;
-    // A line that wavers has several peaks, all within its band.
+    // A fluctuating line has several peaks within its band.
     const auto near = [&](double f) { return std::abs(f - found.frequency) < 2 * kBandwidths.front(); };
     if (found.frequency < kBandwidths.front() || std::any_of(tried.begin(), tried.end(), near)) continue;
     tried.push_back(found.frequency);
@@ -212,7 +212,7 @@ std::vector<TakenLine> take_lines(std::vector<double>& x, double rate) {
     line.amplitude = track.mean_amplitude();
     std::vector<double> relative;
     for (const double a : track.amplitude) relative.push_back(a / line.amplitude - 1);
-    // The noise beside the line stays in the sound. What it adds to the line's variance is not the line's own.
+    // The noise beside the line stays in the sound, so its contribution to the line's variance is subtracted.
     line.amplitude_noise = without(noise_of(relative), track.amplitude_variance_of_noise());
     line.frequency_noise = without(noise_of(without_drift(track.deviation, rate)), track.frequency_variance_of_noise());
     replace_band(x, rate, line.frequency, track.bandwidth, track.floor);
@@ -227,7 +227,7 @@ std::vector<double> lines_through_window(const std::vector<TakenLine>& lines, st
   for (const auto& [line, spread] : lines) {
     const double varies = line.amplitude_noise.deviation();
     const double square = line.amplitude * line.amplitude * (1 + varies * varies);
-    // The line's frequency is spread as a normal distribution; a Hann window of a sinusoid is known in closed form.
+    // The line's frequency has a normal distribution; the Hann window of a sinusoid is known in closed form.
     constexpr int kPoints = 9;  // from −2 to 2 standard deviations
     double weights = 0;
     for (int k = 0; k < kPoints; ++k) weights += std::exp(-0.125 * (k - 4) * (k - 4));

@@ -9,10 +9,11 @@ namespace typodont::audio {
 
 namespace {
 
-// ln(x) for x in (0, 1]: exponent and mantissa apart, then atanh's series in s = (m − 1)/(m + 1), |s| < 0.172.
+// ln(x) for x in (0, 1]: the exponent, plus the mantissa's logarithm by the atanh series in s = (m − 1)/(m + 1), |s| <
+// 0.172.
 inline __attribute__((always_inline)) Float16 log_of(Float16 x) {
   const UInt16x raw = std::bit_cast<UInt16x>(x);
-  // Mantissa to [√½, √2): where it is above √2, halve it and count one more power.
+  // Map the mantissa to [√½, √2): above √2, halve it and increment the exponent.
   UInt16x shifted = raw - 0x3f3504f3u;
   const Int16x exponent = std::bit_cast<Int16x>(shifted) >> 23;
   const UInt16x mantissa_bits = (shifted & 0x007fffffu) + 0x3f3504f3u;
@@ -33,7 +34,7 @@ inline __attribute__((always_inline)) Float16 sine_of_turns(Float16 t) {
   return t < 0.0f ? -p : p;
 }
 
-// 32 at once: sixteen lanes of xoshiro128++ (Blackman & Vigna 2018), then Box & Muller 1958.
+// Generates 32 values: sixteen lanes of xoshiro128++ (Blackman & Vigna 2018), then Box & Muller 1958.
 TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   UInt16x s0, s1, s2, s3;
   std::memcpy(&s0, state[0], 64);
@@ -57,7 +58,7 @@ TYPODONT_CLONES void fill_32(std::uint32_t (*state)[16], float* out) {
   std::memcpy(state[2], &s2, 64);
   std::memcpy(state[3], &s3, 64);
 
-  // u in (0, 1), t in [−½, ½), both of 24 bits.
+  // u in (0, 1), t in [−½, ½), both with 24 bits.
   const Int16x first = std::bit_cast<Int16x>(drawn[0]);
   const Float16 u = (__builtin_convertvector((first >> 8) & 0x00ffffff, Float16) + 0.5f) * 5.9604645e-8f;
   const Int16x second = std::bit_cast<Int16x>(drawn[1]);

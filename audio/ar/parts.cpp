@@ -9,15 +9,15 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kFrame = 0.05;          // s
-constexpr double kAudible = 25;          // dB below the loud frames down to which the drill is heard
-constexpr double kEvenWithin = 1.5;      // dB over kEvenOver frames: neither running up nor down
+constexpr double kFrame = 0.05;          // s, length of a frame
+constexpr double kAudible = 25;          // dB below the loud frames, limit of the drill's audibility
+constexpr double kEvenWithin = 1.5;      // dB, largest change over kEvenOver frames that counts as a constant level
 constexpr std::ptrdiff_t kEvenOver = 6;  // frames
-constexpr double kUnderLoad = 2.5;       // dB louder than idling
-constexpr double kShortest = 0.2;        // s of an even part; what is shorter belongs to its neighbour
+constexpr double kUnderLoad = 2.5;       // dB, increase over idling that counts as load
+constexpr double kShortest = 0.2;        // s; a shorter part is merged with its neighbour
 constexpr std::array<std::string_view, 4> kNames = {"run-up", "idle", "load", "run-down"};
 
-/// dB per frame.
+/// Level of each frame in dB.
 std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   std::vector<double> levels;
   for (std::size_t at = 0; at + frame <= x.size(); at += frame) {
@@ -28,7 +28,7 @@ std::vector<double> levels_of(std::span<const double> x, std::size_t frame) {
   return levels;
 }
 
-/// The level that divides quiet from loud frames best (Otsu 1979), or nothing where they are of one kind.
+/// The level that best separates quiet from loud frames (Otsu 1979), or nothing if there is only one kind.
 std::optional<double> dividing_level(std::vector<double> levels, std::size_t fewest) {
   std::sort(levels.begin(), levels.end());
   std::vector<double> sums(levels.size() + 1, 0.0);
@@ -83,7 +83,7 @@ std::vector<SoundPart> parts_of(std::span<const double> x, double rate) {
   while (to > from && !even(to - 1)) --to;
   if (from == to) return {};
 
-  // Between the first and the last even frame: idle or load, each long enough.
+  // Between the first and the last frame of constant level: idle or load, each of a minimum length.
   const auto shortest = static_cast<std::ptrdiff_t>(std::lround(kShortest / kFrame));
   const auto limit = dividing_level({levels.begin() + from, levels.begin() + to}, static_cast<std::size_t>(shortest));
   std::vector<DrillPart> parts(static_cast<std::size_t>(count), DrillPart::kIdle);

@@ -23,7 +23,7 @@ std::vector<SpectralLine> spectral_lines(std::span<const double> x, double rate,
     std::nth_element(around.begin(), middle, around.end());
     const double prominence = 10 * std::log10((*at + 1e-30) / (*middle + 1e-30));
     if (prominence < at_least_dB) continue;
-    // The peak's place between the bins: a parabola through the logarithms.
+    // Position of the peak between the bins: a parabola through the logarithms.
     const double l = std::log(at[-1] + 1e-30), c = std::log(at[0] + 1e-30), r = std::log(at[1] + 1e-30);
     const double curve = l - 2 * c + r;
     const double shift = curve < 0 ? std::clamp(0.5 * (l - r) / curve, -0.5, 0.5) : 0.0;
@@ -42,12 +42,13 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
     }
     return best;
   };
-  double best = 0, best_score = 12;  // dB
+  double best = 0, best_score = 12;  // best_score in dB, initial value is the threshold
   for (const auto& line : lines) {
     for (int divisor = 1; divisor <= 3; ++divisor) {
       const double f = line.frequency / divisor;
       if (f < 250 || f > 8000) continue;
-      // A harmonic that is missing costs what a weak one brings. Above the last one that is there none is missing.
+      // A missing harmonic subtracts as much as a weak one adds. Harmonics above the highest one found do not count as
+      // missing.
       double score = 0, missing = 0;
       int present = 0;
       for (int harmonic = 1; harmonic <= 8 && harmonic * f < 0.45 * rate; ++harmonic) {
@@ -60,7 +61,7 @@ double estimated_rotor_frequency(std::span<const double> x, double rate) {
           missing += 5;
         }
       }
-      if (present >= 2 && score > best_score) {  // one line is no series
+      if (present >= 2 && score > best_score) {  // a single line is not a series
         best_score = score;
         best = f;
       }

@@ -19,7 +19,7 @@ struct PlanFree {
   void operator()(fftw_plan_s* p) const { fftw_destroy_plan(p); }
 };
 
-/// A real transform of fixed length, both ways.
+/// A real Fourier transform of fixed length in both directions.
 class RealFft {
  public:
   explicit RealFft(std::size_t n)
@@ -71,7 +71,7 @@ std::vector<double> welch(std::span<const double> x, std::size_t n, double rate)
     ++segments;
   }
   for (std::size_t i = 0; i < power.size(); ++i) {
-    const bool single = i == 0 || 2 * i == n;  // no mirror image
+    const bool single = i == 0 || 2 * i == n;  // no mirrored frequency
     power[i] *= (single ? 1.0 : 2.0) / (rate * weight * static_cast<double>(segments));
   }
   return power;
@@ -120,7 +120,8 @@ std::vector<double> power_of_taps(std::span<const double> taps, std::size_t poin
 }
 
 std::vector<double> expected_welch(const std::vector<double>& power, std::size_t n, double rate) {
-  // The mean periodogram is the transform of the autocorrelation times the window's own (Blackman & Tukey 1958).
+  // The expected periodogram is the transform of the autocorrelation times the window's autocorrelation (Blackman &
+  // Tukey 1958).
   const auto r = autocorrelation_of_power(power);
   const auto through = autocorrelation(window_samples(Window::kHann, n), n - 1);
   RealFft fft(2 * n);

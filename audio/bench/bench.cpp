@@ -24,8 +24,8 @@ namespace typodont::audio {
 
 namespace {
 
-/// The floor: as many multiply-adds a sample as the filter has coefficients, with no feedback to wait for, in the same
-/// vectors and registers. A recursive filter computed directly cannot be faster.
+/// The baseline: as many multiply-adds per sample as the filter has coefficients, without feedback, in the same vectors
+/// and registers. A recursive filter computed directly cannot be faster.
 TYPODONT_CLONES void multiply_add_floor(const float* a, int order, const float* x, float* y, int count) {
   for (int n = 0; n < count; n += 64) {
     Float16 even[4] = {}, odd[4] = {};
@@ -85,8 +85,8 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const ArModel model = truncated(best.model, static_cast<std::size_t>(order));
     const std::string knob = "order " + std::to_string(order);
 
-    // How much of the sound the order keeps.
-    const std::size_t points = 2 * best.frequencies.size();  // of the recording's Welch spectrum
+    // Compare the spectrum for each order with the recording's.
+    const std::size_t points = 2 * best.frequencies.size();  // length of the recording's Welch spectrum
     const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;
     for (std::size_t i = 0; i < best.frequencies.size(); ++i) {
@@ -102,7 +102,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     });
     rows.push_back({"floor multiply-add float", knob, BenchRow::kNone, "", floor, "sample"});
 
-    // A fresh filter for the error, the same one again and again for the time.
+    // A new filter to measure the error; one filter repeatedly to measure the time.
     BlockFilter<float> single(model);
     run_blocks(single, noise, out);
     const double single_error = relative_rms(out, truth);
@@ -160,7 +160,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
   const double noise_ns = median_ns(options, [&] { generator.fill(out.data(), static_cast<int>(count)); });
   rows.push_back({"noise", "gaussian", BenchRow::kNone, "", noise_ns, "sample"});
 
-  // The whole voice, in nanoseconds a sample and as a part of real time.
+  // The complete voice: time per sample, and as a fraction of real time.
   SoundModels models;
   models.idle = truncated(best.model, 300);
   models.free_speed = 300 * kKrpm;

@@ -15,8 +15,8 @@ class ClockFilter {
  public:
   ClockFilter(double sample_rate, double bandwidth = 0.7) noexcept : rate_(sample_rate), bandwidth_(bandwidth) {}
 
-  /// The time at which the callback for `samples` samples would have come without jitter, when it came at `t`. A
-  /// callback that is more than four periods off (a stopped or starved device) restarts the filter.
+  /// The time at which the callback for `samples` samples would have come without jitter, if it came at `t`. A callback
+  /// that is more than four periods late or early (a stopped or starved device) restarts the filter.
   Nanos filtered(Nanos t, int samples) noexcept {
     const double nominal = samples / rate_ * 1e9;
     if (samples != samples_ || !running_ || std::abs(static_cast<double>(t - next_) - rest_) > 4 * nominal + 20e6) {
@@ -48,7 +48,7 @@ class ClockFilter {
   int samples_ = 0;
   bool running_ = false;
   long long seen_ = 0;
-  Nanos next_ = 0;     // when the next callback is due …
+  Nanos next_ = 0;     // time at which the next callback is due
   double rest_ = 0;    // … and the fraction of it
   double period_ = 0;  // ns
 };

@@ -23,7 +23,8 @@ DeviceOutput::~DeviceOutput() {
 }
 
 bool DeviceOutput::close_within(Nanos patience) {
-  // PortAudio waits for a callback that a dead JACK server never makes, for ten minutes: not on our thread.
+  // PortAudio can wait ten minutes for a callback that a dead JACK server never makes, so it is closed on another
+  // thread.
   if (closed_->load()) {
     closed_->store(false);
     std::thread([backend = backend_, closed = closed_] {
@@ -89,7 +90,7 @@ void DeviceOutput::advance(Nanos t) {
     ++recoveries_;
     last_look_samples_at_ = t;
     log::info("sound: {} is back", opened_.name);
-  } catch (const std::exception&) {  // still away: said once is enough
+  } catch (const std::exception&) {  // still disconnected; this was already reported
     close_within(50'000'000);
   }
 }
@@ -124,7 +125,7 @@ bool DeviceOutput::callback(void* self, float* out, int frames, int channels, Na
 bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool underrun) noexcept {
   if (underrun) underruns_.fetch_add(1, std::memory_order_relaxed);
   const double period = 1e9 / opened_.sample_rate;
-  // Everything that happened one buffer and a margin before this callback's due time has arrived.
+  // All ticks up to one buffer and a margin before this callback's due time have arrived.
   const Nanos t_first =
       clock_.filtered(t, frames) + offset_ - kMargin - static_cast<Nanos>(std::llround(frames * period));
   std::uint64_t clipped = 0;
@@ -136,7 +137,7 @@ bool DeviceOutput::fill(float* out, int frames, int channels, Nanos t, bool unde
       const float v = part[static_cast<std::size_t>(i)];
       clipped += v > 1.0f || v < -1.0f;
       const float limited = std::clamp(v, -1.0f, 1.0f);
-      for (int c = 0; c < channels; ++c) *out++ = limited;  // one voice, as many ears as the device insists on
+      for (int c = 0; c < channels; ++c) *out++ = limited;  // the mono signal goes to all channels of the device
     }
     done += count;
   }

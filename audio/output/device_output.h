@@ -1,4 +1,4 @@
-// A sound card that may go and come back.
+// Sound output through a sound card that may be disconnected and come back.
 #pragma once
 
 #include <array>
@@ -24,12 +24,12 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// A tick at t is heard in the sample that leaves the program this much later, after one buffer: time for the
-  /// callback to be late and for the tick to cross the ring.
+  /// A tick at t is heard in the sample that leaves the program one buffer and this margin later, which allows for a
+  /// late callback and the tick's way through the ring.
   static constexpr Nanos kMargin = 1'000'000;
-  static constexpr Nanos kSilentFor = 500'000'000;  // without a callback for this long a device counts as lost
+  static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
   static constexpr Nanos kRetryEvery = 1'000'000'000;
-  static constexpr Nanos kPatience = 2'000'000'000;  // with a library that does not let the device go
+  static constexpr Nanos kPatience = 2'000'000'000;  // ns to wait for a library that does not release the device
 
  private:
   static bool callback(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept;
@@ -37,8 +37,8 @@ class DeviceOutput final : public AudioOutput {
   void open();
   bool close_within(Nanos patience);
 
-  std::shared_ptr<StreamBackend> backend_;     // shared with a thread that closes it, however long that takes
-  std::shared_ptr<std::atomic<bool>> closed_;  // false while one does
+  std::shared_ptr<StreamBackend> backend_;     // shared with a thread that closes it, which may take long
+  std::shared_ptr<std::atomic<bool>> closed_;  // false while that thread is closing it
   std::string device_;
   AudioOptions options_;
   StreamOpened opened_;

@@ -1,4 +1,4 @@
-// Outputs by address, and the two that need no device.
+// Creates sound outputs by address, and contains the two that need no device.
 #include <algorithm>
 #include <cmath>
 
@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// Renders as time is told to advance, as fast as it can.
+/// Renders when advance() is called, as fast as possible.
 class FileOutput final : public AudioOutput {
  public:
   FileOutput(const std::string& file, const AudioOptions& options)
@@ -63,7 +63,7 @@ class FileOutput final : public AudioOutput {
   AudioStats stats_;
 };
 
-/// Silence costs nothing: the source is never asked.
+/// No output: the source is never called, so silence has no cost.
 class NoOutput final : public AudioOutput {
  public:
   explicit NoOutput(const AudioOptions& options) : rate_(options.sample_rate > 0 ? options.sample_rate : 48000) {}

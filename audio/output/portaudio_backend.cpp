@@ -18,7 +18,7 @@ namespace typodont::audio {
 
 namespace {
 
-/// ALSA and JACK print what they do not find on standard error; a user who asked for one device need not read of all.
+/// Suppresses the messages of ALSA and JACK about missing devices on standard error, which are irrelevant to the user.
 class QuietErrors {
  public:
   QuietErrors() {
@@ -40,7 +40,7 @@ class QuietErrors {
   int saved_ = -1;
 };
 
-/// The library is up while one of these lives; devices are listed anew when the first comes.
+/// PortAudio is initialised while an object of this type exists; the first one lists the devices again.
 class Library {
  public:
   Library() {
@@ -100,7 +100,7 @@ class PortAudioBackend final : public StreamBackend {
     double rate = request.sample_rate > 0 ? request.sample_rate : info.defaultSampleRate;
     parameters.suggestedLatency = request.buffer / rate;
 
-    // Mono where the device takes it; the asked rate where it can, else its own.
+    // Use mono and the requested rate if the device supports them, otherwise its own.
     const QuietErrors quiet;
     PaError error = paInvalidSampleRate;
     for (const double tried : {rate, info.defaultSampleRate}) {
@@ -149,7 +149,7 @@ class PortAudioBackend final : public StreamBackend {
       return paAbort;
     }
     const bool underrun = (flags & (paOutputUnderflow | paOutputOverflow)) != 0;
-    // The host's monotonic clock, the one the ticks carry; PortAudio's own time may be another.
+    // Use the host's monotonic clock, as the ticks do, because PortAudio's clock may be a different one.
     const bool more = request.callback(request.self, static_cast<float*>(out), static_cast<int>(frames),
                                        backend->channels_, now(), underrun);
     return more ? paContinue : paComplete;

@@ -1,4 +1,4 @@
-// What a sound card library must do for us: PortAudio in the program, a simulated card in the tests.
+// Interface to a sound card library: PortAudio in the program, a simulated card in the tests.
 #pragma once
 
 #include <cstdint>
@@ -21,18 +21,18 @@ struct StreamRequest {
 struct StreamOpened {
   std::string name;
   double sample_rate = 0;
-  double device_latency = 0;  // s that the device adds, as it says itself
+  double device_latency = 0;  // s, additional latency as reported by the device
 };
 
 class StreamBackend {
  public:
   virtual ~StreamBackend() = default;
-  /// Throws Error when no device has that name, RunFailure when it refuses.
+  /// Throws Error if no device has that name, RunFailure if it refuses.
   virtual StreamOpened open(const StreamRequest& request) = 0;
   virtual void start() = 0;
-  /// False once the device has gone or the stream has stopped by itself.
+  /// False after the device has disappeared or the stream has stopped by itself.
   virtual bool alive() noexcept = 0;
-  /// The callback is not called again once this has begun. May take minutes where a server died under the library.
+  /// After this call begins, the callback is not called again. May take minutes if the sound server died.
   virtual void close() noexcept = 0;
 };
 

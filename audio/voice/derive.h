@@ -12,9 +12,9 @@ namespace typodont::audio {
 /// How a tissue changes the drill's spectrum; see audio/README.md. Hard, brittle tissue chips in short bursts (higher
 /// level and slope). Bone and dentin resonate at lower frequencies. Soft tissue damps.
 struct TissueColour {
-  double level_dB;       // power of the working sound above the idle one, at free speed
+  double level_dB;       // dB, power of the working sound relative to the idle sound, at free speed
   double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
-  double centre;         // Hz of the resonance
+  double centre;         // Hz, centre of the resonance
   double resonance_dB;   // at its centre
   double width_octaves;  // standard deviation
 };

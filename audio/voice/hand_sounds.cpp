@@ -9,11 +9,11 @@ namespace typodont::audio {
 
 namespace {
 
-constexpr double kAsperity = 20e-6;  // m between the bumps a tip meets on a tooth
+constexpr double kAsperity = 20e-6;  // m, distance of the bumps that a tip meets on a tooth
 
-/// Frequencies of the first mode, Hz, its decay time, s, and how loudly it answers. Harder tissue rings higher, longer
-/// and louder; the other two modes stand at 1.58 and 2.24 times the first (a free bar's are 2.76 and 5.4; a held
-/// crown's lie closer). By ear, not measured.
+/// Frequency in Hz of the first mode, its decay time in s, and its strength. Harder tissue rings higher, longer and
+/// louder. The other two modes are at 1.58 and 2.24 times the first (2.76 and 5.4 for a free bar; closer for a held
+/// crown). Chosen by ear, not measured.
 struct Ring {
   double frequency, decay, weight;
 };
@@ -69,7 +69,7 @@ float ModalBank::next() noexcept {
       mode.re = re;
       energy += mode.re * mode.re + mode.im * mode.im;
     }
-    if (check && energy < 1e-14f) {  // -140 dB: over
+    if (check && energy < 1e-14f) {  // below -140 dB the sound has ended
       ringing_[t] = false;
       for (Mode& mode : modes_[t]) mode.re = mode.im = 0;
     }
@@ -82,7 +82,7 @@ Scrape::Scrape(double sample_rate, std::uint64_t seed)
     : noise_(seed), per_radian_(static_cast<float>(2 * kPi / sample_rate)) {}
 
 float Scrape::next(float slip, float level) noexcept {
-  // Two one-pole low-passes an octave to either side of the rate of bumps: their difference is the band between.
+  // Two one-pole low-passes, one octave above and below the rate of bumps; their difference is a band-pass.
   const float rate = slip / static_cast<float>(kAsperity);
   const float upper = std::min(2 * rate * per_radian_, 0.9f), lower = std::min(0.5f * rate * per_radian_, 0.5f);
   const float white = noise_.next();
@@ -92,11 +92,11 @@ float Scrape::next(float slip, float level) noexcept {
 }
 
 Suction::Suction(double sample_rate, std::uint64_t seed) : noise_(seed), slow_(mixed(seed)) {
-  const double radius = std::exp(-kPi * 900 / sample_rate);  // 900 Hz wide about 1.4 kHz
+  const double radius = std::exp(-kPi * 900 / sample_rate);  // bandwidth 900 Hz around 1.4 kHz
   a1_ = static_cast<float>(-2 * radius * std::cos(2 * kPi * 1400 / sample_rate));
   a2_ = static_cast<float>(radius * radius);
   gain_ = static_cast<float>(1 - radius);
-  slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // gurgles five times a second
+  slow_gain_ = static_cast<float>(2 * kPi * 5 / sample_rate);  // modulation at 5 Hz (gurgling)
 }
 
 float Suction::next(float level) noexcept {

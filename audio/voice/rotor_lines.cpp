@@ -9,7 +9,7 @@
 namespace typodont::audio {
 
 namespace {
-constexpr int kWarmUp = 4000;  // values after which a process that starts from zero is stationary
+constexpr int kWarmUp = 4000;  // number of values after which a process that starts from zero is stationary
 }
 
 RunningNoise::RunningNoise(const LineNoise& noise, std::uint64_t seed)

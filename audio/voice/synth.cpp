@@ -21,26 +21,28 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-constexpr double kTypicalArea = 1e-6;  // m²: contact area, force (N) and removal (m³/s) at which 63 % of the idle
-constexpr double kTypicalForce = 1;    //   sound is replaced by the working sound
-constexpr double kTypicalRemoval = 1e-9;
-constexpr double kBrightForce = 1.5;  // force (N) and removal (m³/s) at which high frequencies have 63 % of their gain
-constexpr double kBrightRemoval = 0.5e-9;
-constexpr double kBrightFrom = 4000;  // Hz
-constexpr double kFastestSpeed = 2;   // limit, as a ratio to the free speed
-constexpr double kAttack = 0.5e-3;    // s, time constant of all level changes
-constexpr double kRunUp = 0.4;        // s from rest to free speed, used where the spindle's speed jumps
-constexpr double kRunDown = 1.25;     // s, time constant of running down; both measured in one recording
+// m²: at this contact area, 63 % of the idle sound is replaced by the working sound
+constexpr double kTypicalArea = 1e-6;
+constexpr double kTypicalForce = 1;        // N: the same for the force
+constexpr double kTypicalRemoval = 1e-9;   // m³/s: the same for the removal rate
+constexpr double kBrightForce = 1.5;       // N: at this force, high frequencies have 63 % of their gain
+constexpr double kBrightRemoval = 0.5e-9;  // m³/s: the same for the removal rate
+constexpr double kBrightFrom = 4000;       // Hz, lower edge of these high frequencies
+constexpr double kFastestSpeed = 2;        // limit, as a ratio to the free speed
+constexpr double kAttack = 0.5e-3;         // s, time constant of all level changes
+constexpr double kRunUp = 0.4;             // s from rest to free speed, used if the spindle's speed jumps
+constexpr double kRunDown = 1.25;          // s, time constant of running down; both were measured in one recording
 constexpr double kJump = 0.5;     // ratio to free speed: a change between two ticks above it is a switch, not a load
 constexpr double kAtRest = 0.03;  // ratio to free speed below which the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
-constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly is a push, not a tap
+constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
-// A tooth that strikes: working sound that dies away until the next one. Its mean power is that of the steady sound.
-constexpr double kApart = 60, kFused = 200;  // Hz of teeth: up to the one all are heard, from the other on none alone
-constexpr double kDying = 6;                 // e-folds from tooth to tooth
+// A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
+// Hz, tooth frequencies: up to the first all teeth are heard separately, from the second on none is
+constexpr double kApart = 60, kFused = 200;
+constexpr double kDying = 6;  // e-folds of decay from tooth to tooth
 constexpr int kChunk = 64;
 
 /// Sets denormal numbers to zero during its lifetime. So a decaying filter costs no more than a loud one, and the bits
@@ -290,7 +292,7 @@ struct DrillSynth::Impl {
       }
     }
 
-    // Hand instruments.
+    // Sound of hand instruments.
     if (!scrape_level.zero() || !modal.silent()) {
       for (int i = 0; i < count; ++i) {
         if (!scrape_level.zero()) {
@@ -309,7 +311,7 @@ struct DrillSynth::Impl {
     for (int i = 0; i < count; ++i) out[i] = limited(level * out[i]);
   }
 
-  /// The working sound in bursts, one a tooth, where the teeth come slowly enough to be told apart.
+  /// The working sound in bursts, one per tooth, if the teeth are slow enough to be heard separately.
   void strike(const double* speeds, float* working, int count) noexcept {
     for (int i = 0; i < count; ++i) {
       const double frequency = teeth * free_speed / (2 * kPi) * speeds[i];
@@ -360,7 +362,7 @@ struct DrillSynth::Impl {
   std::vector<RotorTone> tones;
   std::vector<double> phases;  // turns
   const double teeth, tooth_peak;
-  double tooth_phase = 0;  // of the way from tooth to tooth
+  double tooth_phase = 0;  // 0 … 1 from tooth to tooth
   InterpolationKernels kernels;
   std::vector<ModelStream> streams;  // idle, then working by tissue
   RotorLines lines;
@@ -376,9 +378,9 @@ struct DrillSynth::Impl {
 
   double index_now = 0, index_next = 0, last_state = 0;  // samples
   bool heard_any = false, gliding = false, in_contact = false;
-  double speed = 0, speed_target = 0, speed_step = 0;  // of the free speed
+  double speed = 0, speed_target = 0, speed_step = 0;  // ratios to the free speed
   int ramp_left = 0;
-  std::array<Level, kTissueCount> weights;  // of the streams
+  std::array<Level, kTissueCount> weights;  // gains of the streams
   Level bright, scrape_level, suction_level;
   float slip = 0, low = 0;
   double last_force = 0;

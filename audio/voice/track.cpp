@@ -61,8 +61,8 @@ bool among(const std::vector<std::string>& names, const std::string& name) {
 }  // namespace
 
 ContactTrack read_contact_track(const std::filesystem::path& file) {
-  // Ticks are known by what only they have; their other columns do not matter here. In a contact file every column
-  // does.
+  // Tables of ticks are recognised by columns that only they have; their other columns are ignored. In a contact file
+  // every column must be known.
   const auto header = header_of(file);
   const bool ticks = among(header, "removed_mm3") || among(header, "force_x_N") || among(header, "hand_x_mm");
   std::map<std::string, CellReader> readers = {
@@ -103,7 +103,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
   ContactTrack track;
   track.has_spindle = table.column("spindle_krpm") >= 0;
   double before = -1;
-  std::size_t back = 0;  // the row that differences are taken to
+  std::size_t back = 0;  // the row from which differences are taken
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t = value(row, "t_s", 0, 0, 1e6);
     if (t <= before) table.fail(row, "t_s", fmt::format("{} after {}", t, before), "times that increase");
@@ -132,7 +132,7 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
           elapsed;
       state.slip_speed = glm::length(v - n * glm::dot(v, n)) * kMillimetre;
     }
-    // In free air a hand feels forces too, of inertia and damping; they make no sound.
+    // In free air, forces of inertia and damping make no sound.
     if (has_area && state.contact_area == 0 && state.removal_rate == 0) state.force = 0;
     state.tissue = static_cast<Tissue>(static_cast<int>(value(row, "tissue", 0, 0, kTissueCount - 1)));
     if (!has_tissue) state.tissue = Tissue::kEnamel;
@@ -146,7 +146,8 @@ ContactTrack read_contact_track(const std::filesystem::path& file) {
 }
 
 std::optional<SoundState> VoicedTrack::next() noexcept {
-  // Turbine: at most 2.33 N·mm at stall (measured handpieces); bur of 1.2 mm, friction 0.4 at its rim.
+  // Turbine: stall torque of at most 2.33 N·mm (measured handpieces); bur of 1.2 mm, friction coefficient 0.4 at its
+  // rim.
   constexpr double kStallTorque = 2.33e-3, kRim = 0.6e-3, kFriction = 0.4;
   constexpr Nanos kStep = kNanosPerSecond / 1000;
   if (row_ == track_.states.size()) return std::nullopt;

@@ -1,5 +1,5 @@
-// The only file that includes OpenCV. Pictures are read by stb: OpenCV's own readers bring a hundred libraries with
-// them, which every start of the program would load.
+// The only file that includes OpenCV. stb reads the pictures, because OpenCV's readers would load a hundred libraries
+// at every start of the program.
 #include <stb/stb_image.h>
 
 #include <map>
@@ -21,13 +21,13 @@ std::vector<Pixel> find_board(const std::filesystem::path& picture, int columns,
       stbi_load(picture.c_str(), &width, &height, &channels, STBI_grey), stbi_image_free);
   if (!bytes) throw Error(picture.string(), "", "no picture", "a PNG, JPEG or PGM file");
   cv::Mat grey(height, width, CV_8U, bytes.get());
-  // A reflection turns the order of the corners round; turned back, it is an ordinary board.
+  // A reflection reverses the order of the corners; flipping the picture restores an ordinary board.
   if (mirrored) cv::flip(grey, grey, 1);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCornersSB(grey, cv::Size(columns, rows), corners,
                                    cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY))
     return {};
-  // The first cell inside the corners is dark: a board found upside down is counted from its other end.
+  // The first cell inside the corners is dark. If it is not, the board was found rotated, and the order is reversed.
   const auto& at = [&](int x, int y) { return corners[static_cast<std::size_t>(y * columns + x)]; };
   const auto brightness = [&](int x, int y) {
     const cv::Point2f middle = 0.25f * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1));

@@ -21,7 +21,7 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
   return a;
 }
 
-// One row of a table by column name.
+// Access to one row of a table by column name.
 struct Row {
   const CsvTable& table;
   std::size_t index;
@@ -33,7 +33,7 @@ struct Row {
   dvec3 point(const char* x, const char* y, const char* z) const {
     return dvec3((*this)[x], (*this)[y], (*this)[z]) * kMillimetre;
   }
-  /// All of the columns, or none of them; some are an error.
+  /// True if all columns exist, false if none does; throws Error if only some do.
   bool has(const std::vector<std::string>& columns) const {
     std::size_t present = 0;
     for (const auto& column : columns) present += std::isfinite((*this)[column]);

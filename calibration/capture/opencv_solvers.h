@@ -1,4 +1,4 @@
-// OpenCV's own solvers, for the rows of bench.h to be compared with. Only where TYPODONT_CAMERA is on.
+// OpenCV's solvers, as baselines for the rows of bench.h. Only if TYPODONT_CAMERA is on.
 #pragma once
 
 #include <span>
@@ -7,12 +7,13 @@
 
 namespace typodont::calibration {
 
-/// Reprojection rms in pixels, of the panel's sightings.
+/// Root-mean-square reprojection error in pixels for the sightings of the panel.
 double opencv_calibration(std::span<const Sighting> sightings, int width_px, int height_px, double panel_width,
                           double panel_height, CameraIntrinsics& camera);
 /// cv::estimateAffine3D with a forced rotation (Umeyama).
 Pose opencv_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D);
-/// cv::estimateAffine3D by RANSAC (an affine motion: OpenCV has no robust rigid one), applied to a point.
+/// Result of cv::estimateAffine3D with RANSAC, applied to a point (an affine motion, because OpenCV has no robust rigid
+/// one).
 dvec3 opencv_robust(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double threshold, const dvec3& p_HQ);
 
 }  // namespace typodont::calibration

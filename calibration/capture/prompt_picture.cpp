@@ -9,7 +9,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Capitals, digits and signs, 5×7, one string of seven rows of five bits per glyph (hexadecimal, two digits a row).
+// Capital letters, digits and signs in 5×7 pixels: one string per glyph, with seven rows of five bits (hexadecimal, two
+// digits per row).
 struct Glyph {
   char character;
   unsigned char rows[7];
@@ -68,7 +69,7 @@ Picture prompt_picture(const Prompt& prompt, int width, int height, bool mirrore
     if (x < 0 || y < 0 || x >= width || y >= height) return;
     picture.grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] = grey;
   };
-  // Text in lines of whole words, centred near the top. Only the text is mirrored: marks lie where they lie.
+  // Text in lines of whole words, centred near the top. Only the text is mirrored; marks keep their positions.
   const int scale = std::max(1, width / 420), line_cells = std::max(8, width / (6 * scale) - 4);
   std::vector<std::string> lines(1);
   std::string_view rest = prompt.text;

@@ -1,4 +1,4 @@
-// How this module writes poses and vectors as JSON; only for its .cpp files.
+// Writes poses and vectors as JSON; only for the .cpp files of this module.
 #pragma once
 
 #include <cmath>

@@ -17,7 +17,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// The size of the place the points fill, as the edge of a cube; flat sets count as the cube they could have filled.
+// Edge of a cube with the size of the region that the points fill; flat sets count as a cube of their extent.
 double extent(Points points) {
   dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (const dvec3& p : points) low = glm::min(low, p), high = glm::max(high, p);
@@ -25,26 +25,28 @@ double extent(Points points) {
   return std::max({size.x, size.y, size.z});
 }
 
-// Robust consensus without a known noise level, after Moisan & Stival 2004 (a contrario RANSAC): the number of false
-// alarms NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), α_k = chance that a stray point falls within the k-th residual.
+// Robust consensus for an unknown noise level, after Moisan & Stival 2004 (a contrario RANSAC). Number of false alarms
+// NFA(k) = tests · C(n,k) · C(k,3) · α_k^(k-3), where α_k is the probability that a random point lies within the k-th
+// residual.
 class Consensus {
  public:
-  /// A normal cloud of `sigma` in which stray points fall; nothing: the cube around all points. Inside a cloud nothing
-  /// counts as tighter than a thirtieth of it: a few pairs that coincide to the last digit are an instrument's steps.
+  /// `sigma`: the random points are normally distributed with this standard deviation; without it, they fill the cube
+  /// around all points. In a normal distribution, agreement tighter than a thirtieth of sigma is not counted, because
+  /// pairs that coincide to the last digit come from quantisation.
   Consensus(Points p_H, Points p_D, double false_alarm, double sigma = 0)
       : p_H_(p_H),
         p_D_(p_D),
         n_(p_H.size()),
         false_alarm_(false_alarm),
         floor_(std::max(rounding_of(p_H, p_D), sigma / 30)),
-        // A normal cloud is nowhere denser than at its middle.
+        // The density of a normal distribution is largest at its centre.
         log_volume_(sigma > 0 ? 1.5 * std::log(2 * kPi) + 3 * std::log(sigma)
                               : 3 * std::log(std::max({extent(p_H), extent(p_D), floor_, 1e-300}))),
         log_choose_(n_ + 1) {
     const double octaves = std::log2(std::max(floor_ * floor_, 1e-300));
     first_bin_ = bin_of_bits(std::exp2(std::floor(octaves)));
     for (std::size_t b = 0; b < kBins; ++b) {
-      // The upper edge of bin b: the next power of two, in quarters.
+      // Upper edge of bin b: a quarter power of two.
       const double edge =
           std::exp2(std::floor(octaves) + static_cast<double>(b / 4)) * (1 + static_cast<double>(b % 4 + 1) / 4);
       log_alpha_[b] = log_alpha(edge);
@@ -56,14 +58,14 @@ class Consensus {
     }
   }
 
-  /// The tightest consensus there is. Wrong touches near their true places also agree, loosely; so look inside what was
-  /// found for a core far tighter than chance would put into a normal cloud of its size, and start again from that.
-  /// Where more than half of all pairs agree more closely than this consensus, they are the answer: fewer than half of
-  /// the pairs, wrong in whatever way, cannot prevent that (least trimmed squares).
+  /// Finds the tightest consensus. Wrong touches near their true positions also agree, but loosely. So the search looks
+  /// inside the found set for a core that is far tighter than expected by chance in a normal distribution of that size,
+  /// and restarts from it. If more than half of all pairs agree more closely than this consensus, they are the result:
+  /// fewer than half of the pairs cannot prevent that, however wrong they are (least trimmed squares).
   Agreement find() const {
     Agreement best = find_core();
-    // A spread of a billionth of the coordinates is arithmetic, whose errors have no normal distribution: nothing is
-    // wrong there.
+    // A spread below 1e-9 of the coordinates is rounding error, which is not normally distributed; then no pair is
+    // wrong.
     if (best.log_nfa < 0 && sigma_of(best.fit) < kArithmetic * floor_) return best;
     const Fit majority = find_majority();
     if (majority.pairs.size() >= 4 && 2 * majority.pairs.size() > n_ && sigma_of(majority) < sigma_of(best.fit)) {
@@ -125,16 +127,17 @@ class Consensus {
       if (fit.sse < best.sse) best = std::move(fit);
     }
     if (best.pairs.empty()) return best;
-    constexpr double kGrowthFalseAlarm = 0.01;  // of stopping too early among good pairs, which the last step mends
+    // probability of stopping too early among good pairs; stage 3 corrects this
+    constexpr double kGrowthFalseAlarm = 0.01;
     const double surely_within = chi_squared_quantile(1 - kGrowthFalseAlarm / static_cast<double>(half), 3);
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      Indices pairs = nearest(best.X_DH, next);  // now order[next - 1] is the farthest of them
+      Indices pairs = nearest(best.X_DH, next);  // order[next - 1] is the farthest of them
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];
-      // The quantile of F is never below that of chi-squared: most pairs need no more than that.
+      // The F quantile is never below the chi-squared quantile, so this cheap test is sufficient for most pairs.
       if (farthest > variance * surely_within &&
           farthest > 3 * variance * f_quantile(1 - kGrowthFalseAlarm / static_cast<double>(next), 3, dof)) {
         break;
@@ -182,13 +185,13 @@ class Consensus {
 
   struct Candidate {
     Pose X_DH;
-    double score;  // the smaller, the better: log NFA, or m², the median of the squared residuals
+    double score;  // smaller is better: log NFA, or the median of the squared residuals in m²
     std::size_t count;
   };
 
   template <class F>
   void for_each_triple(F visit) const {
-    if (n_ <= 20) {  // at most 1140: all of them
+    if (n_ <= 20) {  // at most 1140 triples: try all
       for (std::size_t i = 0; i < n_; ++i) {
         for (std::size_t j = i + 1; j < n_; ++j) {
           for (std::size_t k = j + 1; k < n_; ++k) (void)visit(i, j, k);
@@ -196,15 +199,15 @@ class Consensus {
       }
       return;
     }
-    // With 30 % good pairs one triple in 37 is good: 1500 miss all with probability 1e-18. Once many agree, fewer will
-    // do: 1e-9 of missing a better triple of that share.
+    // With 30 % good pairs, one triple in 37 is good; 1500 triples miss all of them with probability 1e-18. Once many
+    // pairs agree, fewer triples are needed for a probability of 1e-9.
     Noise random(1);
     double needed = 1500;
     for (int draw = 0; draw < needed; ++draw) {
       const std::size_t i = random.index(n_), j = random.index(n_), k = random.index(n_);
       if (i == j || j == k || i == k) continue;
-      const double share = visit(i, j, k);
-      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, share * share * share)), 100.0, 1500.0);
+      const double fraction = visit(i, j, k);
+      needed = std::clamp(std::log(1e-9) / std::log1p(-std::min(0.99, fraction * fraction * fraction)), 100.0, 1500.0);
     }
   }
 
@@ -223,7 +226,7 @@ class Consensus {
     return std::log(static_cast<double>(n_)) + log_choose_[k] + static_cast<double>(k - 3) * log_alpha_k;
   }
 
-  // Four bins an octave, straight from the bits of the number: sorting would take most of the time.
+  // Four bins per octave, computed from the bits of the number, because sorting would take most of the time.
   static std::int64_t bin_of_bits(double x) { return static_cast<std::int64_t>(std::bit_cast<std::uint64_t>(x) >> 50); }
 
   std::pair<double, std::size_t> best_nfa(const std::vector<double>& r2) const {
@@ -272,8 +275,8 @@ class Consensus {
     return grow(fit_to(p_H_, p_D_, order));
   }
 
-  // Refits and takes in everything within the noise of the fit, until nothing changes. Starting from too few, the
-  // threshold widens by itself: a ball of radius tσ cut out of a normal cloud has an rms of at least tσ/√5.
+  // Fits again and adds all pairs within the noise of the fit until nothing changes. If it starts with too few pairs,
+  // the threshold grows by itself: a ball of radius tσ in a normal distribution has an rms of at least tσ/√5.
   Fit grow(Fit fit) const {
     std::vector<double> r2(n_);
     for (int round = 0; round < 60; ++round) {
@@ -295,7 +298,7 @@ class Consensus {
     return fit;
   }
 
-  static constexpr double kArithmetic = 1e5;  // roundings
+  static constexpr double kArithmetic = 1e5;  // in units of the rounding error
 
   Points p_H_, p_D_;
   std::size_t n_;
@@ -307,12 +310,12 @@ class Consensus {
   std::int64_t first_bin_ = 0;
   std::array<double, kBins> log_alpha_{};
   mutable std::map<std::size_t, double> quantiles_;
-  mutable std::vector<Candidate> by_median_;  // of find_widest
+  mutable std::vector<Candidate> by_median_;  // candidates of find_widest
 };
 
-// Where the noise of a touch is known, "within the noise" is a number, and a hypothesis is judged by counting: random
-// triples whose edges have the same length on both sides, each refitted to all that agrees before it is counted (Chum,
-// Matas & Kittler 2003), until a larger set is missed with a chance of 1e-9 only.
+// Consensus for a known noise level: the noise limit is fixed, and hypotheses are compared by their number of inliers.
+// Random triples with equal edge lengths on both sides are refitted to all agreeing pairs before counting (Chum, Matas
+// & Kittler 2003), until the probability of missing a larger set is below 1e-9.
 class KnownNoise {
  public:
   KnownNoise(Points p_H, Points p_D, double sigma, double false_alarm)
@@ -321,16 +324,16 @@ class KnownNoise {
     limit2_ =
         std::max(sigma * sigma * chi_squared_quantile(1 - false_alarm / static_cast<double>(n_), 3), floor * floor);
     edge_ = std::max(edge_, 2 * floor);
-    // Wilson & Hilferty 1931: the 95 % quantile of chi-squared, to a percent.
+    // 95 % quantile of chi-squared after Wilson & Hilferty 1931, accurate to one percent.
     const double dof = std::max(3.0, 3 * static_cast<double>(n_) - 6), w = 2 / (9 * dof);
     expected_ = std::max(sigma * sigma * dof * std::pow(1 - w + 1.645 * std::sqrt(w), 3),
                          static_cast<double>(n_) * floor * floor);
   }
 
-  /// `all` is the fit to every pair. Sets smaller than `least` are of no interest.
+  /// `all` is the fit to all pairs. Sets smaller than `least` are not needed.
   Agreement find(const Fit& all, std::size_t least) const {
     Agreement best{grow(all, 0), 0};
-    // Four good pairs of sixteen are missed with a chance of 1e-9; of a few pairs every triple soon had its turn.
+    // Four good pairs among sixteen are missed with probability 1e-9; with few pairs all triples are tried.
     const double most = std::min(3000.0, 4 * std::pow(static_cast<double>(n_), 3));
     double needed = needed_for(std::max(least, best.fit.pairs.size()));
     if (needed == 0 && cost(best.fit) > expected_) needed = needed_for(n_ / 2);
@@ -344,7 +347,7 @@ class KnownNoise {
     for (double draw = 0; draw < std::min(needed, most); ++draw) {
       const std::size_t i = random_index(state), j = random_index(state), k = random_index(state);
       if (i == j || j == k || i == k || !same_length(i, j) || !same_length(j, k) || !same_length(i, k)) continue;
-      // A triple of those that agree, without wrong pairs among them, would find the same again.
+      // A triple of pairs that agree, all good, would give the same result again.
       if (agrees[i] && agrees[j] && agrees[k] && best.fit.sse <= expected_) continue;
       const dvec3 h[3] = {p_H_[i], p_H_[j], p_H_[k]}, d[3] = {p_D_[i], p_D_[j], p_D_[k]};
       const std::size_t have = best.fit.pairs.size();
@@ -355,7 +358,7 @@ class KnownNoise {
       mark();
       needed = needed_for(std::max(least, found));
     }
-    // The chance that stray pairs agree so well, as Consensus has it.
+    // Probability that random pairs agree so well, as in Consensus.
     const auto n = static_cast<double>(n_), k = static_cast<double>(best.fit.pairs.size());
     if (k < 4) return {std::move(best.fit)};
     const double edge = std::max({extent(p_H_), extent(p_D_), 1e-300});
@@ -366,7 +369,7 @@ class KnownNoise {
   }
 
  private:
-  // SplitMix64: the generators of the library take longer to seed than all of this takes to run.
+  // SplitMix64, because seeding a standard generator takes longer than this whole computation.
   std::size_t random_index(std::uint64_t& state) const {
     std::uint64_t z = (state += 0x9E3779B97F4A7C15u);
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -378,8 +381,8 @@ class KnownNoise {
     return std::abs(glm::length(p_H_[i] - p_H_[j]) - glm::length(p_D_[i] - p_D_[j])) <= edge_;
   }
 
-  /// m²: squared residuals, each at most that of a pair at the limit (Torr & Zisserman 2000). A count alone would let
-  /// wrong pairs near their places draw the motion to them.
+  /// Sum in m² of the squared residuals, each limited to that of a pair at the limit (Torr & Zisserman 2000). With a
+  /// mere count, wrong pairs near their true positions could shift the motion.
   double cost(const Fit& fit) const { return fit.sse + static_cast<double>(n_ - fit.pairs.size()) * limit2_; }
 
   double needed_for(std::size_t count) const {
@@ -388,7 +391,7 @@ class KnownNoise {
     return std::log(1e-9) / std::log1p(-std::min(0.99, k * (k - 1) * (k - 2) / (n * (n - 1) * (n - 2))));
   }
 
-  // Refits to whatever agrees until that stays the same. Not worth it where fewer than `least` agree at first.
+  // Fits again to all agreeing pairs until nothing changes. Stops if fewer than `least` agree at first.
   Fit grow(Fit fit, std::size_t least) const {
     for (int round = 0; round < 20; ++round) {
       const glm::dmat3 R = glm::mat3_cast(fit.X_DH.R);
@@ -411,7 +414,7 @@ class KnownNoise {
   Points p_H_, p_D_;
   std::size_t n_;
   double edge_, limit2_ = 0;
-  double expected_ = 0;  // m², the squared residuals of good pairs alone stay below it (95 %)
+  double expected_ = 0;  // m², upper 95 % limit for the sum of squared residuals of good pairs
 };
 
 }  // namespace

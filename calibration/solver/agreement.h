@@ -1,4 +1,4 @@
-// Which pairs of points agree on one rigid motion. Only for the registration.
+// Finds the pairs of points that agree on one rigid motion. Only for the registration.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace typodont::calibration {
 using Points = std::span<const dvec3>;
 using Indices = std::vector<std::size_t>;
 
-/// The least-squares motion of some of the pairs.
+/// The least-squares motion for some of the pairs.
 struct Fit {
   Pose X_DH;
   Indices pairs;   // ascending
@@ -21,21 +21,21 @@ struct Fit {
 };
 Fit fit_to(Points p_H, Points p_D, Indices pairs);
 
-/// m per axis, the noise that a fit of four pairs or more leaves over.
+/// Noise in m per axis, from the residuals of a fit of at least four pairs.
 double sigma_of(const Fit& fit);
 
-/// How many of all pairs lie within `limit` m of where the motion takes them.
+/// Number of pairs within `limit` m of their position under the motion.
 std::size_t followers(Points p_H, Points p_D, const Pose& X_DH, double limit);
 
-/// m, what doubles can tell of the points.
+/// m, rounding error of the points' coordinates in double precision.
 double rounding_of(Points p_H, Points p_D);
 
-/// The largest set of pairs that agree, and how often chance alone brings as many together.
+/// The largest set of agreeing pairs, and the expected number of equally good sets by chance.
 struct Agreement {
   Fit fit;
-  double log_nfa = std::numeric_limits<double>::infinity();  // the logarithm of the number of false alarms
+  double log_nfa = std::numeric_limits<double>::infinity();  // logarithm of the number of false alarms
 };
-/// Where the noise is known, sets smaller than `least` need not be found.
+/// If the noise is known, sets smaller than `least` are not needed.
 Agreement largest_agreement(Points p_H, Points p_D, const RegistrationOptions& options, std::size_t least);
 
 }  // namespace typodont::calibration

@@ -30,7 +30,7 @@ dquat about(const dvec3& axis, double angle) {
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
-  std::size_t first_parameter = 0;  // of its 3 (socket) or 6 (plate pose) unknowns
+  std::size_t first_parameter = 0;  // index of its first unknown: 3 for a socket, 6 for the pose of a plate
 };
 
 }  // namespace
@@ -66,7 +66,7 @@ ArmGeometry to_geometry(const std::array<double, kArmParameters>& v) {
 
 namespace {
 
-/// The joints' true angles, and the axes that D, E and F turn about, in H.
+/// True joint angles, and the rotation axes of D, E and F in H.
 struct Joints {
   std::array<double, 6> q;
   dvec3 tilt_axis, axis[3];
@@ -135,7 +135,7 @@ std::array<dvec3, kArmParameters> tip_derivatives(const ArmGeometry& g, const Ar
 ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nominal) {
   if (captures.empty()) throw Error("arm: found no capture, expected the tip held in a socket or on a plate");
 
-  // One socket is a point, one plate a pose; both are unknown too.
+  // A socket is an unknown point, a plate an unknown pose.
   std::map<int, Group> groups;
   for (std::size_t i = 0; i < captures.size(); ++i) {
     Group& group = groups[captures[i].group];
@@ -196,12 +196,12 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton on the arm alone: sockets and plates are the best for each arm (variable projection), so the
-  // Jacobian is projected off their columns. The nominal geometry, one plausible error wide, holds what the captures do
-  // not determine where it is.
+  // Gauss–Newton for the arm alone. For each arm the best sockets and plates follow (variable projection), so the
+  // Jacobian is projected onto the complement of their columns. A prior at the nominal geometry, with the plausible
+  // errors as standard deviations, keeps undetermined parameters at their nominal values.
   MatrixXd open_axes;
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // in units of the scales
-  double sigma = 2e-4;  // m; replaced by the residuals' own after the first pass
+  double sigma = 2e-4;  // m; replaced by an estimate from the residuals after the first pass
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);
     std::size_t rows = 0;
@@ -226,7 +226,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
         const dvec3 arm = place[captures[i].group].rotate(*captures[i].known);
         Eigen::Matrix3d lever;
         lever << 0, arm.z, -arm.y, -arm.z, 0, arm.x, arm.y, -arm.x, 0;
-        N.block(row, first + 3, 3, 3) = -lever * 10;  // per 0.1 rad: of the order of the other columns
+        N.block(row, first + 3, 3, 3) = -lever * 10;  // per 0.1 rad, so that all columns have similar magnitudes
       }
       row += 3;
     }
@@ -234,7 +234,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     const MatrixXd projected = J - N * nuisance.solve(J);
     const VectorXd left = r - N * nuisance.solve(r);
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(projected.transpose() * projected);
-    // Determined: known to a third of what it may plausibly be off.
+    // A direction is determined if its standard deviation is below a third of its plausible error.
     Eigen::Index open = 0;
     while (open < eigen.eigenvalues().size() && sigma > 0.33 * std::sqrt(std::max(0.0, eigen.eigenvalues()[open]))) {
       ++open;
@@ -255,12 +255,12 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
                                 static_cast<int>(nuisance.rank());
     const double total = rms(to_geometry(values));
     const double previous = sigma;
-    // The floor keeps exact data from declaring directions determined that only rounding moves.
+    // A lower limit for the noise: exact data must not determine directions that only rounding affects.
     if (result.degrees_of_freedom > 0) {
       sigma = std::max(1e-9, total * std::sqrt(static_cast<double>(rows) / 3 / result.degrees_of_freedom));
     }
     if (round > 3 && step.norm() < 1e-7 && std::abs(sigma - previous) <= 1e-4 * sigma + 1e-13) {
-      // Settled: set slipped touches aside, once more from here.
+      // Converged: exclude outliers and continue from here.
       bool changed = false;
       std::vector<double> sizes;
       for (std::size_t i = 0; i < captures.size(); ++i) sizes.push_back(glm::length(residual(to_geometry(values), i)));
@@ -289,13 +289,13 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
     result.parameters.push_back({kNames[p], start[p], values[p], scales[p] * std::sqrt(covariance(index, index)),
                                  1 - covariance(index, index)});
   }
-  // A hand holds still within a millimetre: what is left far above that is another kind of arm, or another plate.
+  // A hand holds still within a millimetre. Much larger residuals mean another type of arm or another plate.
   if (result.sigma > 2e-3) {
     result.misfit = fmt::format(
         "{:.1f} mm rms are left: these captures are not of a serial arm with this plate, or most of them slipped",
         result.after_rms * 1e3);
   }
-  // Name the open directions one pivot at a time: the reduced echelon form mixes as few parameters as possible.
+  // Name the undetermined directions by the reduced echelon form, which combines as few parameters as possible.
   if (open_axes.cols() > 0) {
     MatrixXd basis = open_axes.transpose();
     std::vector<bool> pivot(kArmParameters, false);

@@ -20,14 +20,14 @@ namespace typodont::calibration {
 namespace {
 
 // Parameter blocks: lens (fx fy cx cy k1 k2 p1 p2 k3), camera (angle-axis of R_KW, t), panel (angle-axis, middle,
-// width, height), mirror (unit normal), its offset, touched points. Derivatives are written out: by automatic ones,
-// with 23 numbers carried through every operation, a solution took ten times as long.
+// width, height), mirror (unit normal), its offset, touched points. Derivatives are analytic, because automatic ones
+// with 23 variables took ten times as long.
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 template <int Rows, int Columns>
 using RowMajor = Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
-// Writes a block of the Jacobian where the solver wants it.
+// Writes a block of the Jacobian to the solver's memory.
 template <int Rows, int Columns>
 void put(double* block, const Eigen::Matrix<double, Rows, Columns>& values) {
   if (block) Eigen::Map<RowMajor<Rows, Columns>>{block} = values;
@@ -42,7 +42,7 @@ Matrix3d cross_matrix(const Vector3d& v) {
 struct Turn {
   Matrix3d R;
   explicit Turn(const double* angle_axis) : w_(angle_axis[0], angle_axis[1], angle_axis[2]) {
-    ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // column-major, as Eigen has it
+    ceres::AngleAxisToRotationMatrix(angle_axis, R.data());  // column-major, as in Eigen
   }
   /// d(R p) / d(angle-axis): Gallego & Yezzi 2015, eq. 8.
   Matrix3d derivative(const Vector3d& p) const {
@@ -56,7 +56,7 @@ struct Turn {
   Vector3d w_;
 };
 
-// Where a camera sees p_W; where asked for, what moves the pixel: the lens, the camera, the point.
+// Projects p_W into the picture; optionally with derivatives by lens, camera and point.
 struct Projection {
   double x = 0, y = 0;
   Eigen::Matrix<double, 2, 9> by_lens;
@@ -101,7 +101,7 @@ struct PanelSpot {
   }
 };
 
-// What all sightings have in common: lens and camera come first, and everything is in units of the pixel's sigma.
+// Base of all sightings: lens and camera are the first blocks, and residuals are in units of the pixel's sigma.
 struct Seen {
   double x, y, weight;
   void residual(const Projection& seen, double* r) const { r[0] = (seen.x - x) * weight, r[1] = (seen.y - y) * weight; }
@@ -178,9 +178,9 @@ struct PointTouched : ceres::SizedCostFunction<3, 3> {
   double weight_;
 };
 
-using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); pixel x, y
+using Planar = std::vector<std::array<double, 4>>;  // x, y on the plane (m); x, y in pixels
 
-// Direct linear transform with both sides normalised.
+// Direct linear transform with normalised coordinates on both sides.
 Eigen::Matrix3d homography(const Planar& points) {
   Eigen::Vector4d mean = Eigen::Vector4d::Zero(), spread = Eigen::Vector4d::Zero();
   for (const auto& p : points) mean += Eigen::Vector4d(p[0], p[1], p[2], p[3]) / static_cast<double>(points.size());
@@ -203,13 +203,13 @@ Eigen::Matrix3d homography(const Planar& points) {
   return to * H * from;
 }
 
-// The plane's frame as seen from the camera, from its homography (Zhang 2000, section 3.1).
+// Pose of the plane relative to the camera, from its homography (Zhang 2000, section 3.1).
 Pose plane_pose(const Eigen::Matrix3d& H, double f, double cx, double cy) {
   Eigen::Matrix3d K;
   K << f, 0, cx, 0, f, cy, 0, 0, 1;
   Eigen::Matrix3d B = K.inverse() * H;
   double scale = 2 / (B.col(0).norm() + B.col(1).norm());
-  if (B(2, 2) < 0) scale = -scale;  // in front of the camera
+  if (B(2, 2) < 0) scale = -scale;  // choose the solution in front of the camera
   B *= scale;
   Eigen::Matrix3d R;
   R.col(0) = B.col(0), R.col(1) = B.col(1), R.col(2) = B.col(0).cross(B.col(1));
@@ -232,8 +232,8 @@ dquat rotation(const double* angle_axis) {
   return {q[0], q[1], q[2], q[3]};
 }
 
-// The covariance of the last `wanted` unknowns of `order` (tangent ones, where they lie on a manifold). False when the
-// residuals do not determine everything.
+// Covariance of the last `wanted` unknowns of `order` (tangent coordinates for manifolds). False if the residuals do
+// not determine everything.
 bool covariance_of_last(ceres::Problem& problem, const std::vector<double*>& order, Eigen::Index wanted,
                         Eigen::MatrixXd& covariance) {
   ceres::Problem::EvaluateOptions options;
@@ -299,7 +299,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   result.width = glm::length(start.lower_right - start.lower_left),
   result.height = glm::length(start.upper_left - start.lower_left);
 
-  // The touched points' own plane, if they lie in one; a camera's first place follows from it.
+  // Plane of the touched points, if they lie in one; it gives the first camera poses.
   std::vector<dvec3> points;
   for (const auto& [key, value] : touched) points.push_back(key);
   if (points.size() < 4) {
@@ -323,7 +323,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   frame.col(0) = axes.eigenvectors().col(2), frame.col(1) = axes.eigenvectors().col(1),
   frame.col(2) = frame.col(0).cross(frame.col(1));
   const Eigen::Quaterniond fq(frame);
-  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board the touched points lie on
+  const Pose X_WB{middle, {fq.w(), fq.x(), fq.y(), fq.z()}};  // the board on which the touched points lie
   const Pose X_BW = inverse(X_WB);
 
   const auto planar = [&](const std::vector<const Sighting*>& seen, SeenOn on) {
@@ -338,8 +338,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
     }
     return list;
   };
-  // Focal length from all homographies: with the principal point in the middle and square pixels,
-  // h1ᵀ ω h2 = 0 and h1ᵀ ω h1 = h2ᵀ ω h2, ω = diag(1/f², 1/f², 1), are linear in 1/f².
+  // Focal length from all homographies. With the principal point in the middle and square pixels, h1ᵀ ω h2 = 0 and h1ᵀ
+  // ω h1 = h2ᵀ ω h2 with ω = diag(1/f², 1/f², 1) are linear in 1/f².
   const double cx = 0.5 * (width_px - 1), cy = 0.5 * (height_px - 1);
   double aa = 0, ab = 0;
   for (const auto& [id, seen] : pictures) {
@@ -358,7 +358,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   double f = aa > 0 && ab > 0 ? std::sqrt(aa / ab) : 1.2 * width_px;
   if (!(f > 0.3 * width_px && f < 10 * width_px)) f = 1.2 * width_px;
 
-  // First places: cameras from the touched board, the panel from them, further cameras from the panel.
+  // Initial poses: cameras from the touched board, the panel from these cameras, further cameras from the panel.
   std::map<int, Pose> X_KW;
   std::optional<Pose> X_WP;
   for (const auto& [id, seen] : pictures) {
@@ -382,8 +382,8 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   for (const auto& [id, seen] : pictures) {
     const Planar image = planar(seen, SeenOn::kPanelInMirror);
     if (mirror || !X_KW.count(id) || image.size() < 4) continue;
-    // A flat thing and its reflection are both planes in front of the camera; corner by corner the mirror halves the
-    // way.
+    // The panel and its reflection are both planes in front of the camera; the mirror lies half-way between
+    // corresponding corners.
     const Pose X_WI = inverse(X_KW[id]) * plane_pose(homography(image), f, cx, cy);
     const dvec3 way = X_WI.p - X_WP->p;
     if (glm::length(way) < 1e-3) continue;
@@ -430,20 +430,20 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   solver.max_num_iterations = 200;
   solver.parameter_tolerance = 1e-14, solver.gradient_tolerance = 1e-14;
   solver.logging_type = ceres::SILENT;
-  // The lens' higher terms last: far from the answer they would explain what is not theirs.
+  // Higher distortion terms are estimated last, because far from the solution they would fit other errors.
   std::vector<int> distortion{4, 5, 6, 7, 8};
   problem.SetManifold(lens, new ceres::SubsetManifold(9, distortion));
   ceres::Solver::Summary summary;
-  // The first guess is near enough for whole steps: a cautious trust region took twice as many.
+  // The initial guess is accurate enough for full steps; a smaller trust region took twice as many iterations.
   solver.initial_trust_region_radius = 1e8;
-  solver.function_tolerance = 0.1;  // only a start
+  solver.function_tolerance = 0.1;  // low accuracy, because this is only an initial solution
   ceres::Solve(solver, &problem, &summary);
   problem.SetManifold(lens, nullptr);
-  solver.function_tolerance = 1e-8;  // of chi-squared: a hundredth of the smallest sigma
+  solver.function_tolerance = 1e-8;  // tolerance in chi-squared: a hundredth of the smallest sigma
   ceres::Solve(solver, &problem, &summary);
 
-  // Uncertainty of what is asked for: it comes last in the normal equations, so that the last block of their Cholesky
-  // factor is all it takes (Ceres' own covariance, by a QR of everything, took as long as the solution).
+  // Uncertainty of the requested unknowns: they come last in the normal equations, so that only the last block of the
+  // Cholesky factor is needed. (Ceres' own covariance, by QR of everything, took as long as the solution.)
   std::vector<double*> order;
   for (auto& [key, point] : touched) order.push_back(point.data());
   for (auto& [id, camera] : cameras) order.push_back(camera.data());
@@ -469,7 +469,7 @@ CameraResult solve_camera(std::span<const Sighting> sightings, int width_px, int
   const auto corner = [&](double x, double y) { return X * dvec3(x * panel[6], y * panel[7], 0); };
   result.panel = {corner(-0.5, -0.5), corner(0.5, -0.5), corner(-0.5, 0.5)};
   if (mirror) {
-    // The normal's two tangent directions, back in space.
+    // The two tangent directions of the normal, as vectors in space.
     RowMajor<3, 2> tangent;
     ceres::SphereManifold<3>().PlusJacobian(normal, tangent.data());
     const Matrix3d N = tangent * C.block<2, 2>(17, 17) * tangent.transpose();
@@ -547,7 +547,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
       height,
       std::vector<unsigned char>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 255),
       {}};
-  // Whole pixels a cell, a white border of one cell around.
+  // Whole pixels per cell, and a white border of one cell.
   const int cell = std::min(width / (columns + 3), height / (rows + 3));
   if (cell < 4)
     throw Error(fmt::format("board: found {} by {} pixels for {} by {} corners, expected at least four a cell", width,
@@ -555,7 +555,7 @@ BoardPicture draw_board(int columns, int rows, int width, int height) {
   const int left = (width - cell * (columns + 1)) / 2, top = (height - cell * (rows + 1)) / 2;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      // Cell (1, 1) lies between the first four inner corners and is dark.
+      // Cell (1, 1), between the first four inner corners, is dark.
       if ((i + j) % 2 != 0) continue;
       for (int y = 0; y < cell; ++y) {
         for (int x = 0; x < cell; ++x) {

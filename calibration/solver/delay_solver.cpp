@@ -1,6 +1,6 @@
-// The sparser stream is interpolated at the times of the denser one. Least squares would pull the delay towards half
-// samples, where interpolated noise is smallest; an instrument free of that noise (the denser stream's own slope, its
-// centre left out) does not, and reaches the bound σ² / Σ ṡ².
+// The sparser stream is interpolated at the times of the denser one. Least squares would bias the delay towards half
+// samples, where interpolated noise is smallest. An instrumental variable without that noise (the slope of the denser
+// stream without its central sample) avoids the bias and reaches the bound σ² / Σ ṡ².
 #include "calibration/delay_solver.h"
 
 #include <fmt/format.h>
@@ -30,12 +30,12 @@ double median(std::vector<double> values) {
   return *mid;
 }
 
-// A stream without its frozen samples, cut into segments wherever samples are missing.
+// A stream without frozen samples, divided into segments at missing samples.
 struct Track {
   std::vector<double> t;
   std::vector<dvec3> p;
-  std::vector<std::size_t> begin, end;  // of the segment each sample lies in
-  double step = 0;                      // s, median
+  std::vector<std::size_t> begin, end;  // for each sample the begin and end of its segment
+  double step = 0;                      // s, median sample interval
   int lost = 0, frozen = 0;
 };
 
@@ -52,7 +52,7 @@ Track clean(const Stream& stream, const char* which) {
     }
   }
   Track track;
-  // A frozen sensor repeats itself to the last bit. A coarse encoder does so too, but then most of the time.
+  // A frozen sensor repeats all bits of a value. A coarse encoder also does, but then most of the time.
   int repeats = 0;
   for (std::size_t i = 1; i < stream.t.size(); ++i) repeats += stream.p[i] == stream.p[i - 1];
   const bool drop = 10 * repeats < 4 * static_cast<int>(stream.t.size());
@@ -84,10 +84,10 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // variance of p over that of a sample
+  double noise_gain = 1;  // ratio of the variance of p to that of a sample
 };
 
-// Lagrange's polynomial through the six samples around u; nothing across a gap.
+// Lagrange polynomial through the six samples around u; nothing across a gap.
 Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   const std::size_t n = track.t.size();
   if (!(u >= track.t.front() && u <= track.t.back())) return {};
@@ -128,7 +128,7 @@ Interpolated interpolate(const Track& track, double u, std::size_t& hint) {
   return result;
 }
 
-// The slope of the stream around sample k over ±m samples, sample k itself left out.
+// Slope of the stream at sample k from ±m samples without sample k itself.
 bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   if (k < track.begin[k] + m || k + m >= track.end[k]) return false;
   double mean_t = 0;
@@ -150,7 +150,7 @@ bool slope_at(const Track& track, std::size_t k, std::size_t m, dvec3& v) {
   return true;
 }
 
-// Sensor noise per axis: fourth differences of smooth motion vanish, those of white noise have the variance 70 σ².
+// Sensor noise per axis: fourth differences of smooth motion vanish; those of white noise have the variance 70 σ².
 double noise_of(const Track& track) {
   std::vector<double> magnitude;
   for (std::size_t i = 4; i < track.t.size(); ++i) {
@@ -158,11 +158,12 @@ double noise_of(const Track& track) {
     const dvec3 d = track.p[i] - 4.0 * track.p[i - 1] + 6.0 * track.p[i - 2] - 4.0 * track.p[i - 3] + track.p[i - 4];
     magnitude.push_back(glm::dot(d, d));
   }
-  return std::sqrt(median(magnitude) / (70 * 2.365974));  // the median of chi-squared with 3 degrees of freedom
+  // 2.366 is the median of chi-squared with 3 degrees of freedom
+  return std::sqrt(median(magnitude) / (70 * 2.365974));
 }
 
 struct Shift {
-  double u = 0;     // s, query(t) = sparse(t - u - rate (t - middle))
+  double u = 0;     // s; query(t) = sparse(t - u - rate (t - middle))
   double rate = 0;  // s/s
 };
 
@@ -193,7 +194,7 @@ class Matcher {
     } else {
       for (std::size_t i = 0; i < h.size(); ++i) X.p += (d[i] - h[i]) / static_cast<double>(h.size());
     }
-    // The median guards against glitches; scaled to the mean of a three-dimensional normal.
+    // The median is insensitive to glitches; it is scaled to the mean of a three-dimensional normal distribution.
     scratch_r_.clear();
     double sum = 0;
     for (std::size_t i = 0; i < h.size(); ++i) {
@@ -206,7 +207,7 @@ class Matcher {
 
   struct Solution {
     Shift shift;
-    Pose X;  // query frame from sparse frame
+    Pose X;  // pose of the sparse stream's frame in the query stream's frame
     double variance_u = 0, covariance = 0, variance_rate = 0;
     double residual2 = 0;  // m², mean per axis
     double noise_gain = 1;
@@ -214,20 +215,20 @@ class Matcher {
     bool determined = false;
   };
 
-  /// Instrumental-variable estimate from a start within the basin.
+  /// Instrumental-variable estimate from an initial value near the minimum.
   Solution solve(Shift shift, bool rotate, bool skew, double horizon) const {
     const double stop = start_ + horizon, middle = 0.5 * (start_ + std::min(end_, stop));
     const int columns = 1 + (skew ? 1 : 0) + 3 + (rotate ? 3 : 0);
     Solution best;
     double best_information = 0;
-    // Over which span to take the slope: long spans calm the noise, short ones keep fast motion.
+    // Choose the span for the slope: long spans reduce noise, short spans preserve fast motion.
     for (std::size_t m = 1; m <= 64; m *= 2) {
       Solution solution;
       solution.shift = shift;
       double limit2 = std::numeric_limits<double>::infinity();
       double information = 0;
       for (int round = 0; round < 12; ++round) {
-        // Rows at the current shift.
+        // Build the equations at the present shift.
         rows_.clear();
         std::size_t hint = 0;
         for (std::size_t k = 0; k < query_.t.size() && query_.t[k] <= stop; ++k) {
@@ -253,7 +254,7 @@ class Matcher {
           const double r2 = glm::dot(r, r);
           residuals_.push_back(r2);
           if (r2 > limit2) continue;
-          // The model is X s(t - u - rate dt): it moves by -v du, -v dt drate, +1 dp, θ × (at - centre).
+          // The model X s(t - u - rate dt) changes by -v du, -v dt drate, +1 dp, θ × (at - centre).
           Eigen::Matrix<double, 3, 8> G = Eigen::Matrix<double, 3, 8>::Zero(), Z = G;
           const Vector3d g = -eigen(solution.X.rotate(row.v)), z = -eigen(row.slope);
           int c = 0;
@@ -272,7 +273,8 @@ class Matcher {
         if (used < 12) break;
         const auto n = static_cast<Eigen::Index>(columns);
         const Eigen::MatrixXd A = ZG.topLeftCorner(n, n);
-        // Scale the columns before judging the rank: seconds, metres and radians differ by decades.
+        // Scale the columns before determining the rank, because seconds, metres and radians differ by orders of
+        // magnitude.
         Eigen::VectorXd scale(n);
         for (Eigen::Index i = 0; i < n; ++i) scale[i] = ZZ(i, i) > 0 ? 1 / std::sqrt(ZZ(i, i)) : 1;
         const Eigen::FullPivLU<Eigen::MatrixXd> lu(scale.asDiagonal() * A);
@@ -300,7 +302,7 @@ class Matcher {
           solution.X.p = turn * (solution.X.p - centre) + centre;
           solution.X.R = glm::normalize(turn * solution.X.R);
         }
-        // Glitches: beyond 7σ, judged by the median.
+        // Exclude glitches beyond 7σ, with σ from the median.
         const double robust = median(residuals_) / 2.365974;
         limit2 = round == 0 ? limit2 : std::max(49.0 * robust, 1e-24);
         if (round > 2 && std::abs(step[0]) < 1e-9 * sparse_.step + 1e-4 * std::sqrt(covariance(0, 0) * robust)) break;
@@ -355,7 +357,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.lost_a = track_a.lost, result.lost_b = track_b.lost;
   result.frozen_a = track_a.frozen, result.frozen_b = track_b.frozen;
 
-  // The denser stream asks, the sparser is interpolated.
+  // The denser stream gives the query times; the sparser one is interpolated.
   const bool a_asks = track_a.step < 0.95 * track_b.step;
   const Track& query = a_asks ? track_a : track_b;
   const Track& sparse = a_asks ? track_b : track_a;
@@ -370,8 +372,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   result.reference_time = matcher.start();
   const double motion = std::min(variance_of(track_a), variance_of(track_b));
 
-  // A stream that scatters no more than its own noise says nothing; what is taken for a larger scatter grows more
-  // certain with the number of samples.
+  // A stream whose variation is only its own noise contains no information. The threshold decreases with the number of
+  // samples.
   const double sigma_q = noise_of(query), sigma_s = noise_of(sparse);
   const auto rests = [](const Track& track, double sigma) {
     return variance_of(track) <= 3 * sigma * sigma * (1 + 10 / std::sqrt(static_cast<double>(track.t.size()))) + 1e-20;
@@ -387,7 +389,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     return result;
   }
 
-  // Every delay in the window, with and without a rotation between the frames.
+  // Search all delays in the range, with and without a rotation between the frames.
   const double horizon = std::min(shared, std::max(30.0, 4 * window));
   const int half = std::min(1000, static_cast<int>(std::ceil(window / sparse.step)));
   const double step = window / half;
@@ -399,14 +401,14 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     double best() const { return minima.empty() ? std::numeric_limits<double>::infinity() : minima.front().mismatch; }
   } curves[2];
   for (int rotate = 0; rotate < 2; ++rotate) {
-    // Streams that agree to their noise as they are need no turn.
+    // Streams that already agree to within their noise need no rotation.
     if (rotate == 1 && curves[0].best() < 4 * (sigma_q * sigma_q + sigma_s * sigma_s) && sigma_q + sigma_s > 0) break;
     Curve& curve = curves[rotate];
     for (int i = -half; i <= half; ++i) curve.values.push_back(matcher.mismatch(i * step, rotate, horizon, stride));
     for (int i = 0; i <= 2 * half; ++i) {
       const auto at = [&](int k) { return curve.values[static_cast<std::size_t>(std::clamp(k, 0, 2 * half))]; };
       if (!std::isfinite(at(i)) || at(i) > at(i - 1) || at(i) > at(i + 1) || at(i) > motion) continue;
-      // Golden section inside the bracket.
+      // Golden-section search in the bracket.
       double low = (i - half - 1) * step, high = (i - half + 1) * step;
       constexpr double kGolden = 0.6180339887498949;
       double x1 = high - kGolden * (high - low), x2 = low + kGolden * (high - low);
@@ -425,7 +427,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Interpolated noise weighs between 0.7 and 1 of a sample's, and a clock that drifts blurs: hence the wide margin.
+  // Interpolated noise has a weight of 0.7 to 1 of a sample's, and a drifting clock blurs the minimum; hence the wide
+  // margin.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;
@@ -439,7 +442,7 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   std::vector<Minimum> plausible;
   for (const Minimum& m : curve.minima) {
     if (m.mismatch > plausible_up_to(curve.best())) continue;
-    // Ripples of the noise within one basin are one answer.
+    // Noise ripples within one minimum count as one candidate.
     const bool known = std::any_of(plausible.begin(), plausible.end(), [&](const Minimum& other) {
       const auto index = [&](double u) {
         return std::clamp(static_cast<int>(std::lround(u / step)) + half, 0, 2 * half);
@@ -461,31 +464,31 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
   }
   std::sort(plausible.begin(), plausible.end(), [](auto& x, auto& y) { return std::abs(x.u) < std::abs(y.u); });
 
-  // Refine, over longer and longer stretches so that a drifting clock cannot lose the match.
+  // Refine over longer and longer intervals, so that a drifting clock cannot lose the match.
   const auto refine = [&](double u, bool skew) {
     Matcher::Solution solution = matcher.solve({u, 0}, result.rotated, false, std::min(horizon, shared));
     if (!skew || !solution.determined) return solution;
     for (double reach = horizon;; reach = std::min(shared, 2 * reach)) {
       Shift from = solution.shift;
-      if (reach > horizon) from.u += from.rate * (0.25 * reach);  // the middle has moved
+      if (reach > horizon) from.u += from.rate * (0.25 * reach);  // the middle of the interval has moved
       const auto next = matcher.solve(from, result.rotated, true, reach);
       if (!next.determined) return solution;
       solution = next;
       if (reach >= shared) return solution;
     }
   };
-  // White noise enters through every sample of either stream.
-  const double share = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
+  // White noise enters through the samples of both streams.
+  const double fraction = sigma_q + sigma_s > 0 ? sigma_s * sigma_s / (sigma_q * sigma_q + sigma_s * sigma_s) : 0.5;
   const double density = sparse.step / query.step;
   const auto noise2 = [&](const Matcher::Solution& s) {
-    const double total = s.residual2 / (1 - share + share * s.noise_gain);
-    return std::pair{total, total * (1 - share + share * density)};
+    const double total = s.residual2 / (1 - fraction + fraction * s.noise_gain);
+    return std::pair{total, total * (1 - fraction + fraction * density)};
   };
   const double u0 = plausible.front().u;
   Matcher::Solution solution = refine(u0, true);
   if (solution.determined) {
     const double rate_sigma = std::sqrt(solution.variance_rate * noise2(solution).second);
-    // No clock in use is a thousandth off: what looks so is noise on a short recording.
+    // No real clock has an error of 1e-3; a larger estimate is noise of a short recording.
     if (std::abs(solution.shift.rate) > 3 * rate_sigma && std::abs(solution.shift.rate) < 1e-3) {
       result.skew = sign * solution.shift.rate, result.skew_sigma = rate_sigma;
     } else {

@@ -27,7 +27,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
         const EyeAlignment& a = alignments[i];
         const dvec3 eye = eye_of(at, a.right), dot = rig.appears(a.dot.u, a.dot.v);
         const dvec3 sight = glm::normalize(dot - eye);
-        // Across the line of sight, along two fixed axes.
+        // Two fixed axes perpendicular to the line of sight.
         const dvec3 across = glm::normalize(glm::cross(sight, dvec3(0.36, 0.48, 0.8)));
         const dvec3 other = glm::cross(sight, across), e = a.p_W - eye;
         r[0] = glm::dot(across, e), r[1] = glm::dot(other, e);
@@ -55,7 +55,7 @@ EyesResult solve_eyes(std::span<const EyeAlignment> alignments, const RigGeometr
   }
   result.rms = std::sqrt(sum / std::max(1.0, static_cast<double>(alignments.size() - result.rejected.size())));
   if (solved.open_axes.cols() > 0) {
-    // Which way: the open direction is the same for both eyes when all alignments are at one depth.
+    // Find the undetermined direction; it is the same for both eyes if all alignments have the same depth.
     Eigen::Index worst = 0;
     solved.open_axes.col(0).cwiseAbs().maxCoeff(&worst);
     result.not_determined = std::string("the distance of the ") + (worst < 3 ? "left" : "right") +
@@ -77,7 +77,8 @@ UserOffset user_offset_of(std::span<const SeenTouch> touches) {
     far[k] = glm::length(touches[k].touched_W - touches[k].shown_W - median);
   std::vector<double> sorted = far;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-  const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);  // the median of |normal| in space
+  // the median of |normal| in three dimensions
+  const double limit = std::max(1e-9, 5.5 * sorted[sorted.size() / 2] / 1.5382);
   UserOffset offset;
   offset.touches = static_cast<int>(touches.size());
   dvec3 squares(0);

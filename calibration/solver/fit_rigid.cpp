@@ -1,4 +1,4 @@
-// The closed-form rigid fit. Its own file: the only part of the registration that has to be fast.
+// The closed-form rigid fit. In its own file because it is the only part of the registration that must be fast.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,8 @@ namespace typodont::calibration {
 
 namespace {
 
-// Largest eigenvector of a symmetric 4×4 by cyclic Jacobi: for the rare sets where Newton's method has a double root.
+// Eigenvector of the largest eigenvalue of a symmetric 4×4 matrix by cyclic Jacobi rotations, for the rare cases in
+// which Newton's method has a double root.
 dquat largest_eigenvector(double K[4][4]) noexcept {
   double V[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int sweep = 0; sweep < 30; ++sweep) {
@@ -49,7 +50,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
   const std::size_t n = std::min(p_H.size(), p_D.size());
   if (n == 0) return {};
 
-  // Centroids, and the cross-covariance of what is left, scaled to 1 so that 1e-6 and 1e6 behave alike.
+  // Centroids and cross-covariance, scaled to 1, so that coordinates of 1e-6 and 1e6 behave alike.
   dvec3 c_H(0), c_D(0);
   for (std::size_t i = 0; i < n; ++i) c_H += p_H[i], c_D += p_D[i];
   c_H /= static_cast<double>(n), c_D /= static_cast<double>(n);
@@ -94,7 +95,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     lambda -= step;
     if (std::abs(step) < 1e-13) break;
   }
-  // A row of the adjugate of K - λ is the eigenvector; the diagonal says which row is the longest.
+  // Each row of the adjugate of K - λ is the eigenvector; the largest diagonal element selects the longest row.
   for (int i = 0; i < 4; ++i) K[i][i] -= lambda;
   const auto cofactor = [&](int row, int col) {
     int r[3], c[3];
@@ -123,8 +124,8 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     R = glm::normalize(largest_eigenvector(K));
   }
 
-  // Two Newton steps on the rotation itself reach the last bits, which the polynomial cannot: maximise tr(exp(-[δ]) B),
-  // B = M Rᵀ, whose stationary point is (tr B - sym B) δ = axial(B).
+  // Two Newton steps on the rotation reach full precision, which the polynomial cannot. They maximise tr(exp(-[δ]) B),
+  // B = M Rᵀ, with the stationary point (tr B - sym B) δ = axial(B).
   for (int polish = 0; polish < 2; ++polish) {
     const glm::dmat3 r = glm::mat3_cast(R);  // r[column][row]
     double B[3][3];
@@ -136,7 +137,7 @@ Pose fit_rigid(std::span<const dvec3> p_H, std::span<const dvec3> p_D) noexcept 
     const double a = trace - B[0][0], b = trace - B[1][1], c = trace - B[2][2];
     const double d = -0.5 * (B[0][1] + B[1][0]), e = -0.5 * (B[0][2] + B[2][0]), f = -0.5 * (B[1][2] + B[2][1]);
     const double det = a * (b * c - f * f) - d * (d * c - f * e) + e * (d * f - b * e);
-    if (!(det > 1e-12)) break;  // the rotation is not determined: nothing to polish
+    if (!(det > 1e-12)) break;  // the rotation is undetermined: nothing to refine
     const dvec3 delta((w.x * (b * c - f * f) + w.y * (e * f - d * c) + w.z * (d * f - b * e)) / det,
                       (w.x * (e * f - d * c) + w.y * (a * c - e * e) + w.z * (d * e - a * f)) / det,
                       (w.x * (d * f - b * e) + w.y * (d * e - a * f) + w.z * (a * b - d * d)) / det);

@@ -28,14 +28,17 @@ using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Indices = std::vector<std::size_t>;
 
-constexpr double kLever = 0.1;         // m; a rotation error counts as what it moves at this distance, a stylus long
-constexpr double kFloor = 1e-13;       // rad and m; residuals below it are rounding
-constexpr std::size_t kTriples = 400;  // random samples; half of the rows good: all are bad with a chance of 1e-23
-constexpr std::size_t kRefined = 10;   // samples that are refined by concentration steps
-constexpr std::size_t kLeastToReject = 8;       // rows
-constexpr std::size_t kLeastForFullNoise = 20;  // rows from which the 6×6 covariance of the noise is estimated
-constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;  // rms
-constexpr double kTurnOverNoise = 4;  // a turn must be this many times larger than the rotation noise
+// m; converts a rotation error to the displacement at this distance, about the length of a stylus
+constexpr double kLever = 0.1;
+constexpr double kFloor = 1e-13;  // rad and m; smaller residuals are rounding errors
+// number of random samples; with half of the rows good, all samples are bad with probability 1e-23
+constexpr std::size_t kTriples = 400;
+constexpr std::size_t kRefined = 10;            // number of samples that are refined by concentration steps
+constexpr std::size_t kLeastToReject = 8;       // rows needed to reject any row
+constexpr std::size_t kLeastForFullNoise = 20;  // rows needed to estimate the 6×6 covariance of the noise
+// rad rms, smallest rotations that determine X and Z
+constexpr double kLeastMainTurn = 2 * kDegree, kLeastSecondTurn = 1 * kDegree;
+constexpr double kTurnOverNoise = 4;  // smallest ratio of a rotation to the rotation noise
 
 Matrix3d eigen(const dquat& q) {
   return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
@@ -70,10 +73,10 @@ struct Unknowns {
 };
 
 /// Residual of one row: the pose Z B in the frame of A X, as (rotation vector; translation). In this frame the noise of
-/// an arm and of a tracker has one covariance for all rows, the lever from S to M included.
+/// arm and tracker has the same covariance for all rows, including the lever from S to M.
 struct Row {
   Pose A, B;
-  Unknowns at;  // where the steps `x` and `z` begin
+  Unknowns at;  // linearisation point of the steps `x` and `z`
   Matrix6 whitening;
 
   template <class T>
@@ -158,7 +161,7 @@ class Solver {
   }
 
   // Least squares without noise model. Rotation (Shah 2013): the R_X and R_Z that maximise Σ tr(R_Zᵀ R_A R_X R_Bᵀ) are,
-  // without their constraint, the first singular vectors of Σ R_B ⊗ R_A; for motions its first eigenvector.
+  // without the rotation constraint, the first singular vectors of Σ R_B ⊗ R_A; for motions its first eigenvector.
   Unknowns closed_form(const Indices& rows) const {
     Matrix9 T = Matrix9::Zero();
     for (const std::size_t i : rows) {
@@ -201,16 +204,15 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// m²; rotation and translation in one number.
+  /// m²; combines rotation and translation.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
   }
 
   struct Sample {
-    double score =
-        std::numeric_limits<double>::infinity();  // m², the sum of the smallest half of the squared distances
-    Indices rows;                                 // that half
+    double score = std::numeric_limits<double>::infinity();  // m², sum of the smallest half of the squared distances
+    Indices rows;                                            // the rows of that half
   };
   Sample concentrate(const Indices& rows) const {
     const Unknowns at = closed_form(rows);
@@ -225,8 +227,8 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: the half of the rows that agree best. Starts from random triples (pairs of motions would do;
-  // a third costs little); the best are refined by concentration steps until they stay as they are.
+  // Least trimmed squares: the half of the rows that agree best. Starts from random triples (for motions pairs would
+  // suffice, but a third costs little); the best ones are refined by concentration steps until they do not change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;
@@ -249,7 +251,7 @@ class Solver {
       }
       if (sample.score < winner.score) winner = std::move(sample);
     }
-    // The scale that makes the largest distance of the half what it would be among good rows only.
+    // Scale for the largest distance of the half, as expected if all rows are good.
     const Unknowns at = closed_form(winner.rows);
     std::vector<double> turns, shifts;
     for (std::size_t i = 0; i < n_; ++i) {
@@ -278,8 +280,8 @@ class Solver {
     return rows;
   }
 
-  /// The covariance of the noise from the residuals: of few rows one variance for rotation and one for translation, of
-  /// many all 21 numbers, with the lever between S and M in them.
+  /// Covariance of the noise from the residuals: for few rows one variance each for rotation and translation; for many
+  /// rows all 21 elements, including the lever between S and M.
   Matrix6 noise_of(const Unknowns& at, const Indices& rows) {
     Matrix6 sum = Matrix6::Zero();
     for (const std::size_t i : rows) {
@@ -333,7 +335,7 @@ class Solver {
     }
   }
 
-  // (Jᵀ J)⁻¹ of the whitened rows, at the solution.
+  // (Jᵀ J)⁻¹ of the whitened rows at the solution.
   void covariance_of(const Unknowns& at, const Indices& rows, const Matrix6& whitening) {
     using Jet = ceres::Jet<double, 12>;
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(parameters_, parameters_);
@@ -346,17 +348,18 @@ class Solver {
       for (int k = 0; k < 6; ++k) J.row(k) = r[k].v.transpose();
       H += (J.transpose() * J).topLeftCorner(parameters_, parameters_);
     }
-    // The inverse of an estimated covariance is too large on average, by ν / (ν - 7) (inverted Wishart, 6 dimensions).
+    // The inverse of an estimated covariance is too large on average by the factor ν / (ν - 7) (inverted Wishart, 6
+    // dimensions).
     const double nu = static_cast<double>(rows.size()) - parameters_ / 6.0;
     const double inflation = rows.size() < kLeastForFullNoise ? 1 : nu / (nu - 7);
-    // Scaled to its diagonal: rotations and translations have different units.
+    // Scale to the diagonal, because rotations and translations have different units.
     const Eigen::VectorXd scale = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
     covariance_ = inflation * scale.asDiagonal() * scaled.completeOrthogonalDecomposition().pseudoInverse().eval() *
                   scale.asDiagonal();
   }
 
-  // How far the arm turned, from the second moment of the rotation vectors between its poses, in S.
+  // Rotation range of the arm, from the second moment of the rotation vectors between its poses, in S.
   void find_turns(const Indices& rows) {
     Matrix3d moment = Matrix3d::Zero();
     double count = 0;
@@ -368,7 +371,7 @@ class Solver {
     if (options_.motions) {
       for (const std::size_t i : rows) add(A_[i].R);
     } else {
-      const std::size_t step = 1 + rows.size() / 200;  // of many rows some
+      const std::size_t step = 1 + rows.size() / 200;  // use only some of many rows
       for (std::size_t i = 0; i < rows.size(); i += step) {
         for (std::size_t j = i + step; j < rows.size(); j += step) add(glm::conjugate(A_[rows[i]].R) * A_[rows[j]].R);
       }
@@ -416,7 +419,7 @@ class Solver {
     std::copy(z.data(), z.data() + 36, result_.Z_covariance.begin());
   }
 
-  // What forbids the use of the result.
+  // Find reasons that forbid the use of the result.
   void judge() {
     if (2 * result_.inliers.size() <= n_) {
       result_.not_determined =
@@ -424,7 +427,7 @@ class Solver {
       return;
     }
     if (result_.rotation_sigma > 0.25 * result_.main_turn) {
-      // A tracker's pose turned round is the usual mistake: tracker in marker instead of marker in tracker.
+      // The most frequent mistake is an inverted tracker pose: tracker in marker instead of marker in tracker.
       std::vector<Pose> turned_round(B_.begin(), B_.end());
       for (Pose& pose : turned_round) pose = inverse(pose);
       Solver other(A_, turned_round, options_);
@@ -449,7 +452,7 @@ class Solver {
   int parameters_;
   Eigen::MatrixXd covariance_;
   double rotation_sigma_ = 0, translation_sigma_ = 0;  // rad, m per axis
-  Vector3d axis_ = Vector3d::Zero();                   // of the largest turns, in S
+  Vector3d axis_ = Vector3d::Zero();                   // axis of the largest rotations, in S
   HandEyeResult result_;
 };
 

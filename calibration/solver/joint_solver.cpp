@@ -35,14 +35,14 @@ Matrix3d cross_matrix(const dvec3& v) {
   m << 0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0;
   return m;
 }
-/// d(R p) / dv for R = rotation_vector(v), `turned` being R p. v/2 is a Gibbs vector g: its turning speed in the outer
-/// frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
+/// d(R p) / dv for R = rotation_vector(v), with `turned` = R p. v/2 is a Gibbs vector g; its angular velocity in the
+/// outer frame is 2/(1+g²) (ġ + g × ġ) (Bauchau & Trainelli 2003, eq. 61).
 Matrix3d turn_derivative(const dvec3& v, const dvec3& turned) {
   const dvec3 g = 0.5 * v;
   return -cross_matrix(turned) * (Matrix3d::Identity() + cross_matrix(g)) / (1 + glm::dot(g, g));
 }
 
-/// closest_point and how it moves with left eye, left dot, right eye, right dot.
+/// closest_point() and its derivatives by left eye, left dot, right eye, right dot.
 dvec3 closest_point(const std::array<dvec3, 4>& points, Eigen::Matrix<double, 3, 12>& derivative) {
   using Jet = ceres::Jet<double, 12>;
   using Vector = Eigen::Matrix<Jet, 3, 1>;
@@ -62,7 +62,8 @@ dvec3 triple(const VectorXd& x, Eigen::Index at) {
   return {x[at], x[at + 1], x[at + 2]};
 }
 
-// Where the unknowns lie in the vector. All are offsets from the start, so that zero is the prior's mean.
+// Positions of the unknowns in the vector. All are offsets from the initial guess, so that zero is the mean of the
+// prior.
 struct Layout {
   Eigen::Index arm = 0, panel = 18, mirror = 26, eyes = 29, offset = 35, places = 38, size = 38;
 };
@@ -90,7 +91,7 @@ class Model {
     for (std::size_t i = 0; i < captures.registration.size(); ++i) {
       if (captures.registration[i].dots) add(kTouch, i);
     }
-    // A frame for the panel and axes for the mirror.
+    // Frame of the panel and tilt axes of the mirror.
     const Panel& p = bench.rig.panel;
     right_ = p.lower_right - p.lower_left, up_ = p.upper_left - p.lower_left;
     width_ = glm::length(right_), height_ = glm::length(up_);
@@ -148,7 +149,7 @@ class Model {
     return {0.5 * (l + r), glm::length(r - l), glm::normalize(r - l)};
   }
 
-  /// The unknowns a block depends on.
+  /// Indices of the unknowns that a block depends on.
   std::vector<Eigen::Index> unknowns(std::size_t block) const {
     std::vector<Eigen::Index> list;
     const auto range = [&](Eigen::Index first, Eigen::Index count) {
@@ -167,7 +168,7 @@ class Model {
     return list;
   }
 
-  /// The residual of a block and its derivatives by the block's unknowns, in their order.
+  /// Residual of a block and its derivatives by the block's unknowns, in their order.
   void evaluate(const VectorXd& x, std::size_t block, double* r, Columns& J) const {
     const auto [kind, index] = blocks_[block];
     const ArmGeometry geometry = arm(x);
@@ -215,7 +216,7 @@ class Model {
     }
     const Panel screen = panel(x);
     const auto plane = mirror(x);
-    const Eigen::Index seen = plane ? 11 : 8;  // unknowns of where a dot appears
+    const Eigen::Index seen = plane ? 11 : 8;  // number of unknowns for the apparent position of a dot
     const auto appears = [&](const PanelPoint& dot, Columns& D) {
       const dvec3 p = screen.at(dot.u, dot.v);
       D.resize(3, seen);
@@ -243,7 +244,8 @@ class Model {
       const auto unit = [](const dvec3& v, double length) -> Matrix3d {
         return (Matrix3d::Identity() - eigen(v) * eigen(v).transpose()) / length;
       };
-      // With the line of sight turn the two directions across it; with the eye also the way from it to the tip.
+      // A change of the sight direction rotates the two perpendicular directions; a change of the eye also changes the
+      // vector to the tip.
       const Matrix3d by_sight = unit(across, glm::length(normal)) * -cross_matrix(fixed);
       Eigen::Matrix<double, 2, 3> by_e, turned;
       by_e << eigen(across).transpose(), eigen(other).transpose();
@@ -277,7 +279,7 @@ class Model {
     D << Matrix3d::Identity(), turn_derivative(turn, turned), eigen(right), eigen(up);
     return D;
   }
-  /// How the mirror's normal moves with its two tilts.
+  /// Derivative of the mirror's normal by its two tilts.
   std::array<dvec3, 2> by_tilt(const VectorXd& x) const {
     const dvec3 long_normal = bench_.rig.mirror->normal + x[layout_.mirror] * tilt_a_ + x[layout_.mirror + 1] * tilt_b_;
     const double length = glm::length(long_normal);
@@ -316,7 +318,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
   const std::size_t blocks = model.blocks();
   std::vector<bool> used(blocks, true);
   std::vector<double> size(blocks);
-  double sigma[kKinds];  // m per component
+  double sigma[kKinds];  // m per residual component
   std::fill(sigma, sigma + kKinds, 2e-4);
   VectorXd x = VectorXd::Zero(n);
   Eigen::MatrixXd covariance;
@@ -360,14 +362,15 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       if (counts[k] > 0 && round == 0) result.kinds[k].before_rms = std::sqrt(squares[k] / counts[k]);
       if (counts[k] > 0) result.kinds[k].after_rms = std::sqrt(squares[k] / counts[k]);
     }
-    // The prior (zero, one plausible error wide) keeps what no touch determines where it was.
+    // The prior (mean zero, plausible errors as standard deviations) keeps undetermined parameters at their initial
+    // values.
     const Eigen::MatrixXd information = JJ + Eigen::MatrixXd::Identity(n, n);
     const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
     const VectorXd step = -ldlt.solve(Jr + x.cwiseQuotient(scale));
     x += scale.cwiseProduct(step);
     covariance = ldlt.solve(Eigen::MatrixXd::Identity(n, n));
 
-    // Each kind of touch has its own noise; the median does not mind the slipped ones.
+    // Each kind of touch has its own noise, estimated by the median, which is insensitive to outliers.
     if (round < 2 || step.norm() > 1e-3) continue;
     bool changed = false;
     for (std::size_t k = 0; k < kKinds; ++k) {
@@ -375,7 +378,7 @@ JointResult solve_jointly(const BenchState& bench, const Captures& captures) {
       std::vector<double> sorted = lengths[k];
       std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
       const double robust = sorted[sorted.size() / 2] / (kSizes[k] == 1 ? 0.6745 : kSizes[k] == 2 ? 1.1774 : 1.5382);
-      // Down by steps: what has not settled yet must not look like a slip.
+      // Decrease gradually, so that a touch that has not yet converged is not taken for an outlier.
       const double next = std::clamp(robust, std::max(1e-7, 0.25 * sigma[k]), 5e-3);
       changed = changed || std::abs(std::log(next / sigma[k])) > 0.02;
       sigma[k] = next;

@@ -12,10 +12,10 @@ namespace typodont::calibration {
 
 namespace {
 
-constexpr std::size_t kLeast = 3;      // pairs of a motion
-constexpr std::size_t kSearched = 64;  // of more pairs, so many are looked at before all are
+constexpr std::size_t kLeast = 3;      // smallest number of pairs for a motion
+constexpr std::size_t kSearched = 64;  // if there are more pairs, this many are searched first
 
-// Two motions and who follows which.
+// Two motions, and the assignment of the pairs to them.
 struct Halves {
   Pose X[2];
   Indices pairs[2];
@@ -37,7 +37,8 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Everyone to the nearer motion, both fitted again, until nothing changes. False when one is left with too few.
+  /// Assigns each pair to the nearer motion and fits both again until nothing changes. False if one has too few pairs
+  /// left.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {
@@ -81,7 +82,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const Splitter splitter(p_H, p_D);
   const Indices everyone(pairs.begin(), pairs.end());
 
-  // One motion for all, and how its residuals scatter.
+  // One motion for all pairs, and the scatter of its residuals.
   const Pose X = splitter.fit(everyone);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const std::size_t i : pairs) {
@@ -99,7 +100,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   const std::size_t n = looked_at.size();
 
   Halves best;
-  // Starts from a motion: the other is that of the half which it fits worst.
+  // Start with one motion; the other is fitted to the half with the largest residuals.
   std::vector<std::pair<double, std::size_t>> order(n);
   const auto start_from = [&](const Pose& first) {
     for (std::size_t k = 0; k < n; ++k) order[k] = {splitter.residual2(first, looked_at[k]), looked_at[k]};
@@ -109,7 +110,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     Halves halves{{first, splitter.fit(far)}, {}};
     if (splitter.settle(looked_at, halves, 12) && halves.sse < best.sse) best = halves;
   };
-  // Where the residuals differ most in direction, two shifted sets part.
+  // Two shifted sets differ most along the main direction of the residuals.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
   const Eigen::Vector3d longest = axes.eigenvectors().col(2);
   Indices up;
@@ -118,7 +119,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs of one motion find it, whichever it is: at least one triple in four is such. All of few, 48 of many.
+  // Three pairs of the same motion find it. At least one triple in four is of one motion. All triples of few pairs, 48
+  // of many.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };
@@ -143,9 +145,9 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   }
   if (best.pairs[0].empty() || !splitter.settle(pairs, best, 30)) return std::nullopt;
 
-  // By how much two motions are better, against chance: under one normal cloud the rest of a given split over that of
-  // one motion is Beta((3m-12)/2, 3), with the noise known the difference chi-squared with 6; times the number of
-  // splits.
+  // Compare the improvement by two motions with chance. For a single normal distribution the ratio of the residual sums
+  // is Beta((3m-12)/2, 3) for a given split; with known noise the difference is chi-squared with 6 degrees of freedom.
+  // Multiply by the number of splits.
   Split split;
   const double freedom = 3 * static_cast<double>(m) - 12;
   const double left = std::max(best.sse, std::max(freedom, 1.0) * floor2);
@@ -159,7 +161,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     const double x = std::min(1.0, left / sse), y = 1 - x, a = 0.5 * freedom;
     split.log_nfa = splits + a * std::log(x) + std::log1p(a * y + 0.5 * a * (a + 1) * y * y);
     split.sigma = std::sqrt(left / freedom);
-    // Noise that is larger in one direction is no second motion: two round clouds must beat one long one.
+    // Noise that is larger in one direction is not a second motion: two round distributions must explain the residuals
+    // better than one elongated distribution.
     const auto count = static_cast<double>(m);
     const double thinnest = floor2;
     double log_det = 0;
@@ -172,7 +175,7 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
   return split;
 }
 
-double share_out(Points p_H, Points p_D, double limit, Split& split) {
+double assign_to_nearer(Points p_H, Points p_D, double limit, Split& split) {
   const Splitter splitter(p_H, p_D);
   const double limit2 = limit * limit;
   for (int round = 0; round < 20; ++round) {

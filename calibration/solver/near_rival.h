@@ -1,4 +1,4 @@
-// Two motions so close together that one fit through both looks like a noisy one. Only for the registration.
+// Detects two motions that are so similar that a common fit looks like one noisy motion. Only for the registration.
 #pragma once
 
 #include <cstddef>
@@ -11,20 +11,19 @@
 namespace typodont::calibration {
 
 struct Split {
-  Pose X_first, X_second;                  // the larger set first
+  Pose X_first, X_second;                  // the motion with more pairs first
   std::vector<std::size_t> first, second;  // indices of pairs, ascending
-  double sigma = 0;                        // m per axis, about the two motions
-  double log_nfa = 0;                      // how often chance alone splits one normal cloud as well, its logarithm
+  double sigma = 0;                        // m per axis, noise around the two motions
+  double log_nfa = 0;  // logarithm of the expected number of equally good splits of one normal distribution
 };
 
-/// The best way to see `pairs` as two sets that each move rigidly, where that explains them better than one noisy
-/// motion does (also than one whose noise is larger in some directions). `known_sigma` m per axis, 0: estimated.
-/// `rounding` m.
+/// The best division of `pairs` into two sets with separate rigid motions, if it explains them better than one noisy
+/// motion (also with noise that is larger in some directions). `known_sigma`: m per axis, 0: estimated. `rounding`: m.
 std::optional<Split> split_in_two(std::span<const dvec3> p_H, std::span<const dvec3> p_D,
                                   std::span<const std::size_t> pairs, double known_sigma, double rounding);
 
-/// Gives each of all pairs to the nearer of the two motions, where it lies within `limit` m of it, and fits both again,
-/// until that stays the same. Returns how many of them are expected to have come to the wrong one by noise alone.
-double share_out(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
+/// Assigns each of all pairs to the nearer motion if it is within `limit` m of it, and fits both again until nothing
+/// changes. Returns the expected number of pairs that noise assigned to the wrong motion.
+double assign_to_nearer(std::span<const dvec3> p_H, std::span<const dvec3> p_D, double limit, Split& split);
 
 }  // namespace typodont::calibration

@@ -42,7 +42,7 @@ std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double
 
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding) {
   const std::size_t n = p_H.size(),
-                    step = std::max<std::size_t>(1, n / 64);  // two thousand pairs say it as well as all
+                    step = std::max<std::size_t>(1, n / 64);  // a sample of two thousand pairs of points is sufficient
   std::vector<double> ratios;
   for (std::size_t i = 0; i < n; i += step) {
     for (std::size_t j = i + step; j < n; j += step) {
@@ -62,15 +62,15 @@ std::optional<double> other_scale_by_median(Points p_H, Points p_D, double round
   return std::nullopt;
 }
 
-// A mirror image becomes a rigid motion when D is turned inside out, p_D -> -p_D.
+// A mirror image becomes a rigid motion if D is reflected: p_D -> -p_D.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options) {
   if (p_H.size() < 4) return false;
   std::vector<dvec3> inverted(p_D.size());
   std::transform(p_D.begin(), p_D.end(), inverted.begin(), [](const dvec3& p) { return -p; });
   const Fit mirrored = largest_agreement(p_H, inverted, options, 5 * fit.pairs.size() / 4).fit;
   if (mirrored.pairs.size() < std::max<std::size_t>(4, p_H.size() / 4)) return false;
-  // Flat sets are their own mirror images: both fit alike. Where the set is not flat, the true one is tighter and
-  // larger.
+  // A flat set is its own mirror image, so that both fit equally. For other sets, the correct one fits more tightly and
+  // with more pairs.
   const double floor2 = std::pow(rounding_of(p_H, p_D), 2);
   const auto variance = [&](const Fit& f) {
     return std::max(f.sse / std::max(1.0, 3 * static_cast<double>(f.pairs.size()) - 6), floor2);

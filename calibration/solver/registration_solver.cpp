@@ -24,9 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSplitChance = 1e-3;   // of a split by chance alone, above which it is none
-constexpr double kNoNoisier = 1.5;      // ratio of standard deviations that wrong pairs would exceed
-constexpr double kUndetermined = 1e16;  // a condition beyond what doubles can tell
+constexpr double kSplitChance = 1e-3;   // probability of a split by chance above which the split is rejected
+constexpr double kNoNoisier = 1.5;      // ratio of standard deviations that including wrong pairs would exceed
+constexpr double kUndetermined = 1e16;  // condition number beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
 Vector3d eigen(const dvec3& v) {
@@ -57,7 +57,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(sum);
   Scatter scatter{solver.eigenvalues().cwiseMax(0), solver.eigenvectors()};
-  // Eigenvalues far below the largest are lost in its rounding; measured across the axes they are not.
+  // Eigenvalues far below the largest one are lost in rounding; measuring across the axes keeps them.
   scatter.values.head<2>().setZero();
   for (const std::size_t i : pairs) {
     const Vector3d across = scatter.axes.transpose() * eigen(p_H[i] - centroid);
@@ -67,7 +67,7 @@ Scatter scatter_of(Points p_H, const Indices& pairs, const dvec3& centroid) {
   return scatter;
 }
 
-/// Of a box filled evenly, about the centroid; m².
+/// Second moment in m² of a uniformly filled box about the centroid.
 Matrix3d second_moment(const Box& box_H, const dvec3& centroid_H) {
   const Vector3d size = eigen(box_H.high - box_H.low), offset = eigen(0.5 * (box_H.high + box_H.low) - centroid_H);
   return Matrix3d((size.cwiseProduct(size) / 12).asDiagonal()) + offset * offset.transpose();
@@ -77,8 +77,7 @@ std::string words(const dvec3& v) {
   return fmt::format("({:.3f}, {:.3f}, {:.3f})", v.x, v.y, v.z);
 }
 
-/// The registration of one list of pairs, step by step: who agrees, who disagrees on what, the noise, what stays open,
-/// the covariance.
+/// Registers one list of pairs in steps: agreement, rivals, noise, undetermined directions, covariance.
 class Registration {
  public:
   Registration(Points p_H, Points p_D, const RegistrationOptions& options)
@@ -94,7 +93,7 @@ class Registration {
     result_.inliers = fit_.pairs;
     result_.outliers = outliers();
     for (std::size_t i = 0; i < n_; ++i) result_.residuals.push_back(glm::length(fit_.X_DH * p_H_[i] - p_D_[i]));
-    if (consensus_ && result_.rivals.empty() && fit_.pairs.size() >= 4) doubt_three_outliers();
+    if (consensus_ && result_.rivals.empty() && fit_.pairs.size() >= 4) check_three_outliers();
     estimate_noise();
     find_degeneracy();
     question_rigidity();
@@ -112,14 +111,14 @@ class Registration {
     return rest;
   }
 
-  // How far from its place a good pair may lie.
+  // Largest residual of a good pair.
   double reach(double sigma, double dof) const {
     const double p = 1 - options_.false_alarm / static_cast<double>(n_);
     return std::max(rounding_, options_.known_sigma > 0 ? options_.known_sigma * std::sqrt(chi_squared_quantile(p, 3))
                                                         : sigma * std::sqrt(3 * f_quantile(p, 3, std::max(1.0, dof))));
   }
 
-  // Who agrees with whom.
+  // Find the agreeing pairs.
   void agree() {
     fit_ = fit_to(p_H_, p_D_, everyone_);
     exact_ = fit_.sse <= static_cast<double>(n_) * rounding_ * rounding_;
@@ -129,7 +128,7 @@ class Registration {
     if (consensus_) fit_ = std::move(best.fit);
   }
 
-  // All pairs that lie within `limit` m of where the motion of `fit` takes them, fitted again until they stay the same.
+  // Adds all pairs within `limit` m under the motion of `fit` and fits again until nothing changes.
   Fit take_in(Fit fit, double limit) const {
     for (int round = 0; round < 20; ++round) {
       Indices inside;
@@ -142,14 +141,15 @@ class Registration {
     return fit;
   }
 
-  // Gives every pair to the nearer motion. A second one that many pairs would follow (those that follow both count
-  // too), or so near that some may have gone to the wrong one, is a rival; otherwise its pairs are outliers.
+  // Assigns every pair to the nearer motion. The second motion is a rival if many pairs would follow it (those that
+  // follow both count, too), or if it is so near that some pairs may be assigned wrongly; otherwise its pairs are
+  // outliers.
   bool part(Split& split, double dof) {
     const double limit = reach(split.sigma, dof);
-    const double doubtful = share_out(p_H_, p_D_, limit, split);
+    const double doubtful = assign_to_nearer(p_H_, p_D_, limit, split);
     const bool rival = 10 * followers(p_H_, p_D_, split.X_second, limit) >= 3 * split.first.size() || doubtful >= 0.02;
-    // Good pairs that happen to lie nearer to the second motion belong to the first all the same, unless wrong ones
-    // would come with them, which make the noise larger.
+    // Good pairs that happen to be nearer to the second motion still belong to the first, unless wrong pairs would be
+    // included with them, which would increase the noise.
     fit_ = fit_to(p_H_, p_D_, split.first);
     Fit all = take_in(fit_, limit);
     if (!rival || (all.pairs.size() >= 4 && sigma_of(all) <= kNoNoisier * split.sigma)) fit_ = std::move(all);
@@ -157,7 +157,8 @@ class Registration {
     return rival;
   }
 
-  // One motion, or two that nearly coincide? Told the noise, only where the residuals do not look like it (5 %).
+  // Tests if there are two nearly equal motions instead of one. With known noise only if the residuals do not agree
+  // with it (5 % level).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {
@@ -169,7 +170,7 @@ class Registration {
       const double freedom = dof();
       auto split = split_in_two(p_H_, p_D_, fit_.pairs, options_.known_sigma, rounding_);
       if (!split || split->log_nfa > std::log(kSplitChance)) return;
-      // A few wrong pairs split the set too, without a second motion: once they are outside, nothing is left to split.
+      // A few wrong pairs also cause a split without a second motion; when they are excluded, no split remains.
       const Fit cleared = take_in(fit_to(p_H_, p_D_, split->first), reach(split->sigma, freedom - 6));
       if (2 * cleared.pairs.size() > n_ && cleared.pairs.size() < fit_.pairs.size()) {
         const auto again = split_in_two(p_H_, p_D_, cleared.pairs, options_.known_sigma, rounding_);
@@ -182,16 +183,16 @@ class Registration {
     }
   }
 
-  // Others who agree on something else.
+  // Find other motions on which pairs agree.
   void find_rivals() {
     Indices rest = outliers();
     while (rest.size() >= 4) {
       std::vector<dvec3> h, d;
       for (const std::size_t i : rest) h.push_back(p_H_[i]), d.push_back(p_D_[i]);
-      // Told the noise, four pairs that agree are an argument.
+      // with known noise, four agreeing pairs are significant
       const double chance = options_.known_sigma > 0 ? 1e-3 : 1e-4;
       const auto [rival, log_nfa] = largest_agreement(h, d, options_, 3 * fit_.pairs.size() / 10);
-      // A loose agreement is wrong touches near their true places, not a second motion.
+      // A loose agreement means wrong touches near their true positions, not a second motion.
       const double sigma = std::max(sigma_of(fit_), rounding_);
       if (log_nfa > std::log(chance) || sigma_of(rival) > 4 * sigma) break;
       Indices pairs, left;
@@ -203,9 +204,9 @@ class Registration {
     }
   }
 
-  // Three outliers that agree are too few to stand up against chance alone, but they agree within the noise that the
-  // others have, and where three in ten would follow their motion that is enough for doubt.
-  void doubt_three_outliers() {
+  // Three agreeing outliers are not significant against chance alone. But if they agree within the noise of the other
+  // pairs, and three in ten pairs would follow their motion, the result is reported as doubtful.
+  void check_three_outliers() {
     const Indices& rest = result_.outliers;
     if (rest.size() < 3 || rest.size() > 12) return;
     const double sigma = std::max(sigma_of(fit_), rounding_), known = options_.known_sigma;
@@ -224,7 +225,7 @@ class Registration {
     }
   }
 
-  // Noise, from what the fit leaves over.
+  // Estimate the noise from the residuals.
   void estimate_noise() {
     const auto k = static_cast<double>(fit_.pairs.size());
     for (const std::size_t i : fit_.pairs) result_.centroid_H += p_H_[i] / k;
@@ -239,7 +240,8 @@ class Registration {
     result_.sigma = options_.known_sigma > 0 ? options_.known_sigma
                     : freedom > 0            ? std::sqrt(fit_.sse / freedom)
                                              : std::numeric_limits<double>::quiet_NaN();
-    // With few degrees of freedom the residuals can be small by luck; judge by the noise they do not exclude (95 %).
+    // With few degrees of freedom the residuals can be small by chance; use the largest noise that they do not exclude
+    // (95 %).
     noise_ = rounding_;
     if (options_.known_sigma > 0) {
       noise_ = std::max(noise_, options_.known_sigma);
@@ -248,7 +250,7 @@ class Registration {
     }
   }
 
-  // What the points cannot determine.
+  // Find what the points do not determine.
   void find_degeneracy() {
     const dvec3 line = vec(scatter_.axes.col(2));
     Degeneracy& degeneracy = result_.degeneracy;
@@ -285,7 +287,7 @@ class Registration {
     }
   }
 
-  // No rigid motion at all: a mirror image, or other units.
+  // Test whether the motion is not rigid at all: a mirror image, or other units.
   void question_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
@@ -317,7 +319,8 @@ class Registration {
     }
   }
 
-  // Covariance: Cramér–Rao, σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the centroid, moved to the origin.
+  // Covariance: Cramér–Rao, σ² (Σ(|p|² I - p pᵀ))⁻¹ for the rotation and σ²/N for the centroid, transformed to the
+  // origin.
   void estimate_uncertainty() {
     const auto k = static_cast<double>(fit_.pairs.size());
     const double sigma2 = std::isfinite(result_.sigma) ? result_.sigma * result_.sigma : 0.0;
@@ -333,7 +336,7 @@ class Registration {
     const Matrix3d C = axes_D * variance.asDiagonal() * axes_D.transpose();
     const Matrix3d lever = cross_matrix(R * eigen(result_.centroid_H));
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> covariance;
-    // t = c_D - R c_H, and R -> exp([θ]) R moves t by [R c_H] θ.
+    // t = c_D - R c_H, and R -> exp([θ]) R changes t by [R c_H] θ.
     covariance.topLeftCorner<3, 3>() = C;
     covariance.topRightCorner<3, 3>() = C * lever.transpose();
     covariance.bottomLeftCorner<3, 3>() = lever * C;
@@ -344,7 +347,7 @@ class Registration {
             ? kUndetermined
             : std::min(kUndetermined, std::sqrt((total - scatter_.values[0]) / (total - scatter_.values[2])));
 
-    // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), S the second moment of the box about the
+    // Mean squared TRE over the workspace: 3σ²/N + tr(S) tr(C) - tr(S C), with S the second moment of the box about the
     // centroid.
     Box box = options_.workspace_H;
     if (box.low == box.high) {
@@ -366,9 +369,9 @@ class Registration {
   bool exact_ = false, consensus_ = true, too_noisy_ = false;
   Scatter scatter_;
   Vector3d spread_;                              // m, rms along the principal axes, ascending
-  double noise_ = 0;                             // m per axis, that the residuals do not exclude
-  bool coincident_ = false, collinear_ = false;  // to rounding
-  int undetermined_ = 0;                         // rotations
+  double noise_ = 0;                             // m per axis, largest noise that the residuals do not exclude
+  bool coincident_ = false, collinear_ = false;  // within rounding errors
+  int undetermined_ = 0;                         // number of undetermined rotations
 };
 
 }  // namespace
@@ -421,7 +424,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // The same formula with σ = 1; a tiny ridge lets the first touches, which determine no rotation, be compared too.
+    // The same formula with σ = 1; a small ridge allows comparing the first touches, which determine no rotation.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

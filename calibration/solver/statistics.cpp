@@ -8,7 +8,7 @@ namespace typodont::calibration {
 
 namespace {
 
-// Regularised lower incomplete gamma, series and continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
+// Regularised lower incomplete gamma function by series and continued fraction (Abramowitz & Stegun 6.5.29, 6.5.31).
 double gamma_p(double a, double x) {
   if (x <= 0) return 0;
   const double scale = std::exp(-x + a * std::log(x) - std::lgamma(a));
@@ -49,7 +49,7 @@ double beta_fraction(double a, double b, double x) {
   return h;
 }
 
-// The upper tail 1 - I_x(a, b), kept accurate where it is tiny.
+// Upper tail 1 - I_x(a, b), accurate also if it is tiny.
 double beta_upper(double a, double b, double x) {
   if (x <= 0) return 1;
   if (x >= 1) return 0;
@@ -59,8 +59,8 @@ double beta_upper(double a, double b, double x) {
   return front * beta_fraction(b, a, 1 - x) / b;
 }
 
-// Where an increasing function is zero: bisection in the logarithm to within a factor of two (quantiles here span many
-// decades), then false position with the end that stays halved (Illinois).
+// Zero of an increasing function: bisection of the logarithm to within a factor of two (quantiles span many orders of
+// magnitude), then the Illinois variant of false position.
 template <class F>
 double solve_increasing(F f) {
   double low = 1e-12, high = 1e12;

@@ -1,10 +1,10 @@
-# Writes the manual page from what the program says of itself.
+# Writes the manual page from the program's help texts.
 # cmake -D PROGRAM=typodont -D OUT=typodont.1 -P man_page.cmake
 function(said out)
   execute_process(COMMAND ${PROGRAM} ${ARGN} OUTPUT_VARIABLE text OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
   set(${out} "${text}" PARENT_SCOPE)
 endfunction()
-# Text as troff shows it: no escapes, no requests.
+# Escapes text for troff, so that it contains no requests.
 function(troff out text)
   string(REPLACE "\\" "\\e" text "${text}")
   string(REPLACE "-" "\\-" text "${text}")

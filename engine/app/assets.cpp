@@ -37,8 +37,8 @@ fs::path assets_folder() {
     }
     return set;
   }
-  // build/release/typodont → assets/ two levels up; an installed bin/typodont or lib/libtypodont.so →
-  // share/typodont/assets.
+  // A build has build/release/typodont, with assets/ two levels up; an installation has bin/typodont or
+  // lib/libtypodont.so, with share/typodont/assets.
   const fs::path program = own_file().parent_path();
   for (fs::path up = program; !up.empty(); up = up.parent_path()) {
     if (fs::is_directory(up / "assets" / "tools", code)) return up / "assets";
@@ -66,7 +66,7 @@ fs::path user_folder() {
 
 namespace {
 
-/// Links followed, also in the part of `path` that is there.
+/// True if `path` lies in `folder` after following all links, also those in the existing part of `path`.
 bool lies_in(const fs::path& path, const fs::path& folder) {
   std::error_code code;
   const fs::path file = fs::weakly_canonical(fs::absolute(path), code);
@@ -76,7 +76,7 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// By its name: links in the assets are ours.
+/// True if the name of `path` lies in `folder`. Links inside the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
@@ -105,7 +105,8 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);  // "../../x", or a link
+    // refuses "../../x" and links to other places
+    if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);
     return file;

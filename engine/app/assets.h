@@ -1,4 +1,4 @@
-// The shipped files (assets/), and where a scene's files are looked for.
+// Finds the shipped files (assets/) and the files that a scene names.
 #pragma once
 
 #include <filesystem>
@@ -9,26 +9,28 @@
 
 namespace typodont {
 
-/// The shipped assets: $TYPODONT_ASSETS, else beside the program or library, or in the source tree. Throws Error.
+/// Folder of the shipped assets: $TYPODONT_ASSETS, otherwise beside the program or library, or in the source tree.
+/// Throws Error.
 std::filesystem::path assets_folder();
-/// Where the files that a scene names may lie.
+/// Where the files that a scene names may be.
 struct ScenePlace {
-  std::filesystem::path beside;               // relative paths start here, then in assets/
-  std::vector<std::filesystem::path> within;  // empty: anywhere; else in these folders or in assets/, links followed
-  int recordings = 0;                         // out of which the scene was read, one naming the other
+  std::filesystem::path beside;  // relative paths are searched here first, then in assets/
+  // folders in which files must lie, besides assets/; links are followed; empty: anywhere
+  std::vector<std::filesystem::path> within;
+  int recordings = 0;  // number of recordings, each named by the next, from which the scene was read
 
   ScenePlace() = default;
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// A path from a scene: relative to `place`, then to assets/. Throws Error naming both when neither exists, and where
-/// the file lies outside of what the place allows, without looking whether it is there.
+/// Resolves a path from a scene: relative to `place`, then to assets/. Throws Error naming both if neither exists. Also
+/// throws if the path lies outside the allowed folders, without checking if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
-/// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME elsewhere.
+/// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME replaces it.
 std::filesystem::path user_folder();
-/// A rig file, or one of assets/rigs/ by its name: "closeup". Throws Error.
+/// A rig file, or the rig of this name in assets/rigs/, for example "closeup". Throws Error.
 std::filesystem::path find_rig(const std::string& rig);
-/// assets/KIND/NAME.json, e.g. of the kind "tools". Throws Error that lists the names there are.
+/// assets/KIND/NAME.json, for example of the kind "tools". Throws Error that lists the available names.
 std::filesystem::path named_asset(std::string_view kind, std::string_view name);
 
 }  // namespace typodont

@@ -21,7 +21,7 @@ namespace {
 using display::BenchPlan;
 using display::BenchSpec;
 
-constexpr double kPoint = 72 / 25.4;                             // points in a millimetre of paper
+constexpr double kPoint = 72 / 25.4;                             // points per millimetre of paper
 constexpr double kWidth = 297 * kPoint, kHeight = 210 * kPoint;  // A4, landscape
 constexpr double kText = 7.5, kSmall = 6.5, kTitle = 13;         // points
 
@@ -40,7 +40,7 @@ cairo_status_t append(void* bytes, const unsigned char* data, unsigned length) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// A page in points, y down.
+/// A page with coordinates in points, y down.
 class Page {
  public:
   Page(std::string& bytes, FileKind kind)
@@ -85,7 +85,8 @@ class Page {
     cairo_text_extents(get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// `align`: 0 from `at` on, 0.5 in its middle, 1 up to it. On a white ground, so that lines do not run through it.
+  /// `align`: 0: text begins at `at`; 0.5: centred; 1: text ends there. Draws a white background so that lines do not
+  /// cross the text.
   void text(At at, const std::string& text, double size = kText, double align = 0, bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
@@ -100,7 +101,7 @@ class Page {
     cairo_move_to(get(), from.x, from.y);
     cairo_show_text(get(), text.c_str());
   }
-  /// A measured length: a line with a tick at each end, and its value beside the middle.
+  /// A dimension: a line with a tick at each end, and its value beside the middle.
   void measure(At a, At b, const std::string& value) const {
     colour(kInk);
     dash({});
@@ -133,12 +134,12 @@ class Page {
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo_;
 };
 
-/// A rectangle of the page, and the plane of W that it shows: two axes, at a scale.
+/// A rectangle on the page that shows a plane of W: two axes and a scale.
 struct View {
   double left, top, width, height;  // points
-  int across, up;                   // axes of W
-  double scale = 1;                 // points in a metre
-  dvec3 middle{0};                  // m, W, shown in the middle
+  int across, up;                   // indices of the shown axes of W
+  double scale = 1;                 // points per metre
+  dvec3 middle{0};                  // m, W, point shown in the middle
   At operator()(const dvec3& p) const {
     return {left + 0.5 * width + scale * (p[across] - middle[across]),
             top + 0.5 * height - scale * (p[up] - middle[up])};
@@ -161,7 +162,7 @@ std::array<dvec3, 4> corners_of(const display::Screen& screen) {
           screen.upper_left};
 }
 
-/// The corners of a box, as the plane of the view shows them.
+/// The corners of a box, projected to the plane of the view.
 std::vector<At> shown(const View& view, const dvec3& low, const dvec3& high) {
   dvec3 c = low, d = high;
   c[view.across] = high[view.across], d[view.across] = low[view.across];
@@ -191,7 +192,7 @@ class Drawing {
   }
 
  private:
-  // The same scale for both views, a usual one.
+  // Choose a common scale for both views, from a list of usual scales.
   void choose_scale() {
     std::vector<dvec3> points{plan_.rig.head.eye_center, dvec3(0, 0, -0.5 * spec_.arm_box.z), 0.5 * spec_.arm_box,
                               -0.5 * spec_.arm_box};
@@ -240,11 +241,11 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Light: from the panel's edges to the glass and into the eyes, and where it seems to come from.
+    // Light rays: from the panel's edges to the glass and into the eyes, and from where the light appears to come.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
-      const std::size_t other = corner == 0 ? 1 : 3;  // the panel's corners are the picture's, mirrored
+      const std::size_t other = corner == 0 ? 1 : 3;  // the panel's corners are those of the picture, mirrored
       const dvec3 at = on_glass(picture[corner]);
       page_.line(view(eye), view(at), 0.4);
       page_.line(view(at), view(panel[other]), 0.4);
@@ -266,7 +267,7 @@ class Drawing {
     page_.disc(view(eye), 3);
     page_.disc(view(dvec3(0)), 1.6);
 
-    // Names.
+    // Draw the names.
     const auto label = [&](const dvec3& p, double dx, double dy, const Colour& colour, const std::string& text,
                            double align = 0) {
       page_.colour(colour);
@@ -286,7 +287,7 @@ class Drawing {
     label(0.5 * eye, -6, -4, kInk, fmt::format("{}, {} down", mm(spec_.eye_distance), whole_degrees(spec_.gaze)), 1);
     label(dvec3(0, 0.5 * spec_.arm_box.y, -0.5 * spec_.arm_box.z), 4, -2, kArm, "arm's reach");
 
-    // Heights above the work on the left, distances from it below.
+    // Draw heights above the work at the left, and distances from it below.
     const double left = view.left + 16, right = view.left + view.width - 16;
     const At origin = view(dvec3(0));
     page_.colour(kFaint);
@@ -399,7 +400,7 @@ class Drawing {
   const Page& page_;
   View side_{30, 58, 430, 500, 1, 2};
   View top_{472, 58, 340, 330, 0, 1};
-  double ratio_ = 1;  // of the scale 1 : ratio
+  double ratio_ = 1;  // the scale is 1 : ratio
 };
 
 }  // namespace

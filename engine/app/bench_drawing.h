@@ -1,4 +1,4 @@
-// The plan of a mirror bench as a drawing with measures, one A4 page: side view, view from above, table of positions.
+// Draws the plan of a mirror bench with dimensions on one A4 page: side view, top view, table of positions.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// The bytes of an SVG drawing (FileKind::kDrawing) or a PDF document (FileKind::kDocument). Throws RunFailure where
-/// the drawing library fails.
+/// The bytes of an SVG drawing (FileKind::kDrawing) or a PDF document (FileKind::kDocument). Throws RunFailure if the
+/// drawing library fails.
 std::string draw_bench(const display::BenchSpec& spec, const display::BenchPlan& plan, FileKind kind);
 
 }  // namespace typodont

@@ -1,6 +1,6 @@
-// operator new of the program typodont: counts, then allocates as ever. Where there is no memory left it gives up a
-// reserve and throws: what is taken down on the way out may need some itself (OpenVDB's trees do, and end the program
-// where they get none). Not in the library: tests bring their own.
+// operator new for the program typodont: counts allocations. If memory runs out it frees a reserve and throws, because
+// destructors may need memory (OpenVDB's trees do, and end the program if they get none). Not in the library: tests use
+// their own version.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -11,12 +11,12 @@
 
 namespace {
 
-// Not inlined, or GCC takes it for memory of new given to free by mistake.
+// Not inlined, because GCC would warn wrongly that memory from new is passed to free.
 [[gnu::noinline]] void release(void* p) noexcept {
   std::free(p);
 }
 
-constexpr std::size_t kReserve = 4 << 20;  // bytes of address space, none of memory as long as nobody writes there
+constexpr std::size_t kReserve = 4 << 20;  // bytes of address space; uses no memory as long as nothing is written there
 std::atomic<void*> g_reserve{std::malloc(kReserve)};
 
 [[noreturn]] void give_up() {

@@ -33,16 +33,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRate = 1000;           // Hz
-constexpr double kUsualLength = 80;      // s of the shipped scene's session, for the forecast
-constexpr double kDuring = 0.4;          // share of the strokes after which the picture "during" is taken
-constexpr std::size_t kFilmQuality = 2;  // step of the ladder: thousands of full-HD frames, drawn by a processor
+constexpr double kRate = 1000;       // Hz
+constexpr double kUsualLength = 80;  // s, length of the shipped scene's session, for the estimate of the remaining time
+constexpr double kDuring = 0.4;      // fraction of the strokes after which the picture "during" is taken
+constexpr std::size_t kFilmQuality = 2;  // step of the quality ladder: thousands of full-HD frames drawn in software
 
-/// The pictures of one moment: both eyes and the composed screen.
+/// Writes the pictures of one moment: both eyes and the composed screen.
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,
                     const std::string& hint, const fs::path& folder, const std::string& name,
                     std::vector<session::SessionPicture>& kept, const std::string& title) {
-  // As good as it gets; the film's frames are many.
+  // Use the best quality here; the film uses a lower one because it has many frames.
   const render::Quality of_film = stage.quality();
   stage.set_quality(render::kQualityLadder[0]);
   stage.draw(tick, particles, 0, hint);
@@ -56,7 +56,7 @@ void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const 
   stage.set_quality(of_film);
 }
 
-/// How the work ended, from the tissue that is there.
+/// Describes the result of the work from the remaining tissue.
 std::string what_is_left(const haptics::TissueVolume& tissue, const PerTissue& before) {
   constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
   return fmt::format("done: {:.1f} % of the caries left", 100 * tissue.volumes()[kCaries] / before[kCaries]);
@@ -116,7 +116,7 @@ void run_demo(const DemoOptions& options) {
   TickNotes notes(scene, 0);
   DebrisView debris(scene.servo.materials, volume);
   std::optional<session::FilmWriter> film, mono;
-  std::string end;  // what the last pictures say
+  std::string end;  // text for the last pictures
 
   Progress progress("demo");
   std::vector<session::SessionPicture> pictures;
@@ -142,7 +142,7 @@ void run_demo(const DemoOptions& options) {
     if (t < next_frame) continue;
     next_frame += 1 / options.fps;
     progress.at(std::min(t / length, 1.0));
-    constexpr std::uint64_t kTimed = 10;  // frames, after the first, which makes things ready
+    constexpr std::uint64_t kTimed = 10;  // frames timed after the first one, which includes set-up
     if (frames == 1) timed_from = now();
     if (frames == 1 + kTimed) {
       const double each = to_seconds(now() - timed_from) / kTimed, all = length * options.fps;
@@ -153,7 +153,7 @@ void run_demo(const DemoOptions& options) {
     sound.advance(tick.t);
     debris.step(1 / options.fps);
     stage.show(view.update(loop.carver()), volume.frame().origin);
-    (void)loop.carver().volume();  // brings the field up to date, which the student and the hints look at
+    (void)loop.carver().volume();  // updates the distance field, which the student and the hints read
     using Phase = Student::Phase;
     if (student.phase() == Phase::kAway && end.empty()) end = what_is_left(volume, header.volumes_before);
     const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"

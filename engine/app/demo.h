@@ -1,4 +1,4 @@
-// The showcase: a scripted hand removes the caries of the CT molar, offscreen, without any hardware.
+// The demonstration: a scripted hand removes the caries of the CT molar, offscreen and without hardware.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +10,16 @@ namespace typodont {
 
 struct DemoOptions {
   std::filesystem::path out = "demo";
-  std::string scene;                   // empty: molar-caries of the assets
-  std::string rig;                     // empty: film of the assets
-  std::optional<glm::ivec2> eye_size;  // pixels of one eye's picture; nothing: the rig's
-  std::string model;                   // contact model; empty: the scene's
-  double fps = 25;                     // of the film
-  double seconds = 1e9;                // stop after so much session time
+  std::string scene;                   // empty: the shipped scene molar-caries
+  std::string rig;                     // empty: the shipped rig film
+  std::optional<glm::ivec2> eye_size;  // pixels of one eye's picture; nothing: as in the rig
+  std::string model;                   // contact model; empty: the scene's model
+  double fps = 25;                     // frames per second of the film
+  double seconds = 1e9;                // s, limit for the session's length
 };
 
-/// Makes pictures, films (stereo and mono), sound, session and report in `out`. Throws Error or RunFailure; prints what
-/// it made.
+/// Writes pictures, films (stereo and mono), sound, session and report to `out`, and prints their names. Throws Error
+/// or RunFailure.
 void run_demo(const DemoOptions& options);
 
 }  // namespace typodont

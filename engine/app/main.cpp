@@ -1,4 +1,4 @@
-// typodont: reads the command line, runs one command, turns errors into messages and exit statuses.
+// typodont: parses the command line, runs one command, converts errors to messages and exit statuses.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -27,11 +27,11 @@
 #include "haptics/sphere_passes.h"
 
 namespace {
-/// haptics links no Vulkan: the program tells it how a GPU runs the passes of the model "packing".
+/// haptics does not link Vulkan; the program registers the GPU implementation of the passes of the model "packing".
 const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
 }  // namespace
 
-/// The exit status when all went well: results that did not arrive, as on a full disk, are a failure.
+/// Flushes standard output. Returns the exit status: output that could not be written, as on a full disk, is a failure.
 static int written_out() {
   errno = 0;
   std::cout.flush();
@@ -53,14 +53,15 @@ static void open_standard_streams() {
 int main(int argc, char** argv) {
   using namespace typodont;
   open_standard_streams();
-  // A file that may not grow any more is an error of the write, like a full disk, and not the end of a live session.
+  // A file that reaches its size limit then causes a write error, like a full disk, instead of ending a live session.
   std::signal(SIGXFSZ, SIG_IGN);
   end_in_order_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
-  program.expect_commands(0, 1);  // after the first, words are arguments: `bench render` is not the command `render`
+  // after the first command, words are its arguments: `bench render` is not the command `render`
+  program.expect_commands(0, 1);
   add_demo_command(program);
   add_servo_command(program);
   add_fit_material_command(program);

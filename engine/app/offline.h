@@ -1,4 +1,4 @@
-// A session without clock, threads and pictures: what `typodont servo` and the programs that use the library share.
+// Runs a session without clock, threads and pictures. Shared by `typodont servo` and by programs that use the library.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,28 @@
 
 namespace typodont {
 
-/// A hand that moves by itself and always the same: HAND.csv, HAND.json (also after "script:"), replay:SESSION.h5. Not
-/// paced by a clock. Throws Error.
+/// Opens a hand that moves by itself, the same way every time: HAND.csv, HAND.json (also after "script:"),
+/// replay:SESSION.h5. It does not wait for a clock. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
-/// Loads the scene's tissue. The servo is set up for this hand. Throws Error.
+/// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.
 haptics::LockStep load_lock_step(const Scene& scene, const haptics::DeviceInfo& hand);
 
-/// A session file (.h5) that appears when it is finished, or not at all.
+/// A session file (.h5) that finish() completes, or none at all.
 class OfflineRecording {
  public:
-  /// The same input makes the same bytes: no date is written. Throws Error.
+  /// The same input gives the same bytes, because no date is written. Throws Error.
   OfflineRecording(const std::filesystem::path& file, const Scene& scene, const haptics::DeviceInfo& hand,
                    const haptics::TissueVolume& tissue, const std::string& trainee = {});
   ~OfflineRecording();
   OfflineRecording(const OfflineRecording&) = delete;
   OfflineRecording& operator=(const OfflineRecording&) = delete;
 
-  /// A tick with what it cut and the patch that was taken up before it; null: none.
+  /// Adds a tick, its cut, and the patch that was adopted before it; null: none.
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch);
   void add(const LoosePiece& piece);
   void add(const StrokeEdit& edit);
-  /// The hash of the tissue. Throws RunFailure where something is missing.
+  /// Completes the file and returns the hash of the tissue. Throws RunFailure if something is missing.
   std::uint64_t finish(const haptics::TissueVolume& tissue);
 
  private:

@@ -36,19 +36,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// {"packing": {"file": "P.h5"}} of a scene's model: haptics links no HDF5.
+/// Loads {"packing": {"file": "P.h5"}} of a scene's model, because haptics does not link HDF5.
 const haptics::PackingLoaderRegistration kPackings{session::load_packing};
 const haptics::ToolMeshReaderRegistration kToolMeshes{haptics::read_mesh_solid};
 
 constexpr std::string_view kTissueForms = "an object with \"volume\", \"mesh\", \"bone\" or \"solids\"";
 constexpr double kLitrePerMinute = 1e-3 / 60;  // m³/s
 constexpr double kNewtonMillimetre = 1e-3;     // N·m
-// The range of a scene's own limits. Reaming an acetabulum needs 200 N; at the rim of a reamer of 60 mm that is 6 N·m.
+// Range for a scene's own limits. Reaming an acetabulum needs 200 N; at the rim of a reamer of 60 mm that is 6 N·m.
 constexpr double kLeastForceLimit = 0.1, kMostForceLimit = 300;    // N
 constexpr double kLeastTorqueLimit = 1e-3, kMostTorqueLimit = 20;  // N·m
 constexpr std::array<std::string_view, 6> kParts = {"haptics", "render", "sound", "debris", "record", "score"};
 
-/// Mesh files that solids of a scene name: beside the scene's file, else among the assets.
+/// Finds the mesh files that solids of a scene name: beside the scene's file, otherwise in the assets.
 haptics::SolidFiles files_of(const ScenePlace& place) {
   return {.find = [place](const std::string& name) { return find_file(name, place); },
           .read_mesh = haptics::read_mesh_solid};
@@ -85,7 +85,7 @@ void read_materials(const Json& json, MaterialTable& table) {
   }
 }
 
-/// "looks_like" of a scene's materials.
+/// Reads "looks_like" of a scene's materials.
 DrawnAs read_drawn_as(const Json& json) {
   DrawnAs drawn_as;
   for (const std::string& key : json.keys()) {
@@ -248,7 +248,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
       law.tooth_count = static_cast<int>(vibration->number_or("teeth", law.tooth_count, 1, 64));
     } else {
       if (vibration->boolean()) vibration->fail("false, or an object with band_Hz and what else is to differ");
-      scene.vibration_band_set = true;  // off, whatever the device could render
+      scene.vibration_band_set = true;  // off, whatever the device can render
     }
   }
 
@@ -281,7 +281,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
     scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
   }
-  (void)session::tooth_sides(json);  // the report reads it; a mistake in it is said now
+  (void)session::tooth_sides(json);  // the report uses it; errors in it are reported now
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }

@@ -1,4 +1,4 @@
-// A scene file, read and checked: what is drilled, with what, and which parts of the program it needs.
+// A scene file, parsed and checked: the tissue, the tools, and the parts of the program that it needs.
 #pragma once
 
 #include <filesystem>
@@ -23,68 +23,68 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // beside `file`, unless the scene comes out of a recording
-  std::string text;  // the file as read, for the record
+  ScenePlace place;  // beside `file`, unless the scene comes from a recording
+  std::string text;  // content of the file, for the recording
   std::string name;
   std::set<std::string> parts;       // haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;      // without the voxel frame, which comes with the tissue
+  haptics::ServoSettings servo;      // without the voxel frame, which the tissue provides
   DrawnAs drawn_as;                  // tissues that look like others, e.g. a hidden lesion
-  std::string motor;                 // named in assets/motors/; empty: an ideal one
-  std::optional<Json> tissue;        // a volume, or solids
+  std::string motor;                 // name in assets/motors/; empty: an ideal motor
+  std::optional<Json> tissue;        // a volume or solids
   std::vector<Json> paint;           // tissue painted into it, e.g. a lesion
-  std::filesystem::path paint_file;  // strokes painted by hand; empty: none
-  std::vector<Json> prepare;         // solids taken away before the session begins
-  std::string resume;                // a volume or session to go on from; empty: the tissue is untouched
+  std::filesystem::path paint_file;  // file with manually painted strokes; empty: none
+  std::vector<Json> prepare;         // solids that are removed from the tissue before the session begins
+  std::string resume;                // volume or session from which to continue; empty: start with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
-  std::optional<session::ImplantTask> implant;  // of an exercise in implant surgery
-  bool vibration_band_set = false;  // the scene says how far the spindle's vibration goes; otherwise the hand's device
-  std::optional<SurroundingsPlan> surroundings;  // what stands around the tooth
-  MouthMirror mouth_mirror;                      // where the other hand holds it; diameter 0: none
-  std::optional<debris::Suction> suction;        // where its nozzle is held; nothing: beside the tooth
-  bool suction_on = false;                       // when the session begins
-  bool sound_lower_order = false;                // models may be cut to the order at which nothing is lost
+  std::optional<session::ImplantTask> implant;   // for an exercise in implant surgery
+  bool vibration_band_set = false;               // the scene sets the vibration band; otherwise the hand's device does
+  std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
+  MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
+  std::optional<debris::Suction> suction;        // fixed suction nozzle; nothing: beside the tooth
+  bool suction_on = false;                       // initial state of the suction
+  bool sound_lower_order = false;                // sound models may be reduced to the lowest order without loss
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-/// Reads INTERFACE.md's scene. Throws Error for anything missing, unknown or out of range.
+/// Reads a scene (docs/interface.md). Throws Error for anything missing, unknown or out of range.
 Scene read_scene(const std::filesystem::path& file);
-/// The same from JSON; `file` is where its relative paths start from.
+/// Reads a scene from JSON; relative paths start from the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
-/// The same; the files that it names may lie where `place` says.
+/// The same; files that it names may be at `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
-/// The file of the scene's volume, found; empty where the tissue is made of solids. Throws Error.
+/// Path of the scene's volume; empty if the tissue is made of solids. Throws Error.
 std::filesystem::path volume_file(const Scene& scene);
 
-/// {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
+/// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// Loads or samples the tissue as the scene begins, and paints into it. A scene that goes on from a half-done
-/// preparation: see load_tissue() in recording/resume.h. Throws Error.
+/// Loads or samples the initial tissue of the scene and paints into it. If the scene continues a partial preparation:
+/// see load_tissue() in recording/resume.h. Throws Error.
 haptics::TissueVolume load_untouched(const Scene& scene);
 
-/// The scene's servo settings completed for this tissue, servo rate (Hz) and what else the hand's device determines
-/// (haptics::DeviceInfo); its vibration band (Hz) the scene may overrule.
+/// The scene's servo settings, completed for this tissue, servo rate (Hz) and other properties of the hand's device
+/// (haptics::DeviceInfo). The scene can override the device's vibration band (Hz).
 haptics::ServoSettings servo_settings(const Scene& scene, const haptics::TissueVolume& tissue, double rate,
                                       double vibration_band = 0, double position_step = 0, bool gives_torque = true);
 
-/// The contact model of the option --model instead of the scene's; nothing where `name` is empty. The scene's text,
-/// which is recorded, then has it too. Throws Error, which names those there are.
+/// Replaces the scene's contact model by that of the option --model; does nothing if `name` is empty. The recorded text
+/// of the scene changes, too. Throws Error that lists the available models.
 void choose_model(Scene& scene, const std::string& name);
-/// What the scene's contact model is called.
+/// Name of the scene's contact model.
 std::string_view model_name(const Scene& scene);
-/// Whether pictures show triangles of its contact model's own, not the surface of the volume.
+/// True if pictures show the contact model's own triangles instead of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// What its tools are called, in their order.
+/// Names of its tools, in order.
 std::vector<std::string> tool_names(const Scene& scene);
 
-/// A tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the names there are.
+/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the available names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
-/// assets/materials/hard_tissue.json.
+/// Loads assets/materials/hard_tissue.json.
 MaterialTable load_materials();
 
 }  // namespace typodont

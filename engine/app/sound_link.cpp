@@ -14,13 +14,13 @@ namespace typodont {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
-constexpr double kHold = 0.25;  // s without a tick, live: then the servo is gone, and so is the sound
+constexpr double kHold = 0.25;  // s without a tick in a live session after which the sound stops
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
   const auto own = folder / (scene.motor + ".json");
   if (!scene.motor.empty() && std::filesystem::exists(own)) return own;
-  // What turns this fast is an air turbine; anything slower sounds like an electric handpiece.
+  // rad/s; a faster handpiece sounds like an air turbine, a slower one like an electric handpiece
   constexpr double kTurbine = 150 * kKrpm;
   return folder / (scene.servo.spindle.free_speed > kTurbine ? "air_turbine.json" : "handpiece.json");
 }
@@ -87,7 +87,7 @@ void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcep
     link->synth_->push(link->voice_.state_of(tick));
     heard = true;
   }
-  // A tick that came too late for its sample sounds in the first of these, one that came in time in its own.
+  // A tick that was late for its sample is heard in the first of these samples, otherwise in its own.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

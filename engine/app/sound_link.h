@@ -1,4 +1,4 @@
-// From ticks to sound: the synthesizer of a scene and where its samples go. Application thread.
+// Converts ticks to sound: a scene's synthesizer and the output for its samples. Application thread.
 #pragma once
 
 #include <atomic>
@@ -18,29 +18,29 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// `address` as INTERFACE.md has it. The voice is the one named like the scene's motor in assets/sounds/; of an ideal
-  /// motor by its speed. `live`: ticks that stop coming end the sound. Throws Error or RunFailure.
+  /// `address` as in docs/interface.md. The voice is the one in assets/sounds/ with the name of the scene's motor; for
+  /// an ideal motor it is chosen by the speed. `live`: the sound stops if ticks stop. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
   SoundLink& operator=(const SoundLink&) = delete;
 
-  /// Servo thread (or the one thread of a deterministic run): wait-free.
+  /// Servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
-  /// Application thread, at least ten times a second, once the session's clock runs. `t` on it: now; of a file the time
-  /// of the newest tick that was pushed. The sound begins with the first call, so that a tick at t is heard in the
-  /// sample at t; a file holds the session from its beginning.
+  /// Application thread, at least ten times per second once the session's clock runs. `t`: present time on that clock;
+  /// for a file the time of the latest pushed tick. The sound begins with the first call, so that a tick at t is heard
+  /// in the sample at t. A file contains the session from its beginning.
   void advance(Nanos t);
-  /// The end; a file is complete only after this. Throws Error where it cannot be written.
+  /// Ends the sound; a file is complete only after this. Throws Error if it cannot be written.
   void stop(Nanos t);
   bool live() const { return live_; }
-  /// s from a tick to its sound, as the ticks' arrival shows it, with what the device says it adds; the newest. NaN
-  /// where nothing was heard yet, and for files. Any thread.
+  /// Latest measured latency in s from a tick to its sound, including the latency that the device reports. NaN before
+  /// the first sound and for files. Any thread.
   double latency() const noexcept { return latency_.load(std::memory_order_relaxed); }
   audio::AudioStats stats() const { return output_->stats(); }
-  /// Ticks that found no room on their way, where the device was away for long. Any thread.
+  /// Number of ticks that were lost because the device did not play for a long time. Any thread.
   std::uint64_t unheard() const noexcept { return ticks_.dropped(); }
-  /// The voice's file and its hash, and the sample rate: for a recording.
+  /// The voice's file, its hash and the sample rate, for a recording.
   std::string about() const;
 
  private:
@@ -50,14 +50,14 @@ class SoundLink {
 
   const bool live_;
   bool begun_ = false;
-  Nanos zero_ = 0;             // the clock's time at the session's zero, where live
+  Nanos zero_ = 0;             // the clock's time at the session's zero, for live sound
   double device_latency_ = 0;  // s
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
   audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;
   audio::SoundModels models_;
-  audio::TickVoice voice_;  // audio thread
+  audio::TickVoice voice_;  // used by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
 };

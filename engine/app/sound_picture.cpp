@@ -15,17 +15,17 @@ namespace typodont {
 
 namespace {
 
-constexpr double kRange = 70;  // dB from the darkest colour to the brightest
+constexpr double kRange = 70;  // dB between the darkest and the brightest colour
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
-constexpr double kLetters = 15;                        // pixels high
-constexpr int kTick = 6;                               // pixels long
+constexpr double kLetters = 15;                        // pixels, text height
+constexpr int kTick = 6;                               // pixels, length of a tick
 constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels around the plot
 
-/// Dark violet over red to light yellow, even steps in lightness; after "inferno" of Smith and van der Walt (2015).
-glm::u8vec3 color_of(double share) {
+/// Dark violet over red to light yellow in even steps of lightness; after "inferno" of Smith and van der Walt (2015).
+glm::u8vec3 color_of(double fraction) {
   static constexpr std::array<std::array<double, 3>, 6> kStops = {
       {{8, 6, 30}, {74, 16, 108}, {148, 38, 103}, {221, 81, 58}, {251, 164, 37}, {252, 250, 170}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
+  const double at = std::clamp(fraction, 0.0, 1.0) * (kStops.size() - 1);
   const auto i = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
   glm::u8vec3 color;
   for (int k = 0; k < 3; ++k) {
@@ -36,7 +36,7 @@ glm::u8vec3 color_of(double share) {
   return color;
 }
 
-/// 1, 2 or 5 times a power of ten, so that there are about `count` of them.
+/// A step of 1, 2 or 5 times a power of ten, for about `count` steps in the range.
 double step_of(double range, int count) {
   const double raw = range / count, power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double m : {1.0, 2.0, 5.0})
@@ -64,9 +64,9 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   p.rgba.assign(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 4, 255);
   for (int y = 0; y < pixels.y; ++y)
     for (int x = 0; x < pixels.x; ++x) put(p, x, y, kGround);
-  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one beyond
+  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one beyond the last pixel
 
-  // Each pixel the loudest of what it covers, so that a thin line is not lost between two rows.
+  // Each pixel shows the maximum of its range, so that a thin line between two rows remains visible.
   const audio::Spectrogram s = audio::spectrogram(recording.mono(), recording.rate, static_cast<std::size_t>(size.x));
   const float loudest = *std::max_element(s.dB.begin(), s.dB.end());
   for (int x = 0; x < size.x; ++x) {
@@ -81,7 +81,7 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
     }
   }
 
-  // Axes: a mark, and beside it what it stands for.
+  // Draw the axes: ticks with their values.
   const double f_step = step_of(to, 8), t_step = step_of(made.seconds, 10);
   for (int i = 0; i * f_step <= to * (1 + 1e-9); ++i) {
     const double f = i * f_step;

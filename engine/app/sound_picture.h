@@ -1,4 +1,4 @@
-// A sound as a picture: its spectrum over time, with its axes.
+// Draws the spectrogram of a sound with axes.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@ namespace typodont {
 
 struct SoundPicture {
   render::Picture picture;
-  glm::ivec2 plot_lo{0}, plot_size{0};  // pixels: its upper left corner, and how large the plot in it is
+  glm::ivec2 plot_lo{0}, plot_size{0};  // pixels: upper left corner and size of the plot
   double to = 0;                        // Hz at the plot's upper edge; 0 Hz at the lower one
-  double seconds = 0;                   // from its left edge to its right one
+  double seconds = 0;                   // s, duration shown by the plot's width
 };
 
-/// `to`: Hz. Throws Error where the file is no sound, or `to` lies above half its rate.
+/// `to`: Hz. Throws Error if the file is not a sound, or if `to` exceeds half its sample rate.
 SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm::ivec2 pixels);
 
 }  // namespace typodont

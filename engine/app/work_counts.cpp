@@ -74,8 +74,9 @@ WorkCounts process_counts() {
 double seconds_since_command() {
   std::ifstream in("/proc/self/stat");
   const std::string line((std::istreambuf_iterator<char>(in)), {});
-  std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));  // the name may hold anything
-  constexpr int kStartTime = 20;  // the field of that name, counted from the one after the name
+  // skip the process name, which may contain anything
+  std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
+  constexpr int kStartTime = 20;  // index of the field "starttime", counted from the one after the name
   std::string field;
   for (int i = 0; i < kStartTime; ++i) fields >> field;
   timespec t{};

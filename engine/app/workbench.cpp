@@ -51,12 +51,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kCaughtAway = 3e-3;               // m that a tool may lag behind the hand, …
-constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // … and for how long, before that is said
+constexpr double kCaughtAway = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns for which this must last before it is reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
-// Of an implant exercise: the phase's instrument, its speed, another speed, backwards.
+// Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
-constexpr double kSpeedStep = 0.05;  // of the motor's
+constexpr double kSpeedStep = 0.05;  // fraction of the motor's speed
 
 std::atomic<bool> g_asked_to_stop{false};
 void ask_to_stop(int) {
@@ -65,7 +65,7 @@ void ask_to_stop(int) {
 
 }  // namespace
 
-/// What one session holds, in the order in which it is set up. The drawing thread's, but for what is in `session`.
+/// The parts of a session in the order of their set-up. Used by the drawing thread, except `session`.
 struct Workbench::Impl {
   const Scene scene;
   const WorkbenchOptions options;
@@ -73,36 +73,37 @@ struct Workbench::Impl {
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
   std::optional<LiveSession> session;
-  std::optional<Pointer> pointer;  // where the mouse is the hand
+  std::optional<Pointer> pointer;  // if the mouse is the hand
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  std::optional<LivePicture> picture;  // where operated or drawn here
-  std::optional<XrSession> headset;    // draws on a thread of its own, in the trainee's picture's place
-  WorkCounts before;                   // of the process, when the session began
-  dvec3 above{0, 0, 0};                // m, W: where the tool starts
+  std::optional<LivePicture> picture;  // if the session is operated, or drawn here
+  std::optional<XrSession> headset;    // draws on its own thread instead of the trainee's picture
+  WorkCounts before;                   // counts of the process at the session's start
+  dvec3 above{0, 0, 0};                // m, W: initial position of the tool
 
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                // the newest, as drawn
+  ServoTick tick;                                // the latest tick, as drawn
   SessionSettings settings;                      // as last sent to the servo
-  std::optional<session::HandMeter> meter;       // where operated
-  std::optional<DamageMeter> damage;             // the same
-  std::optional<session::ImplantMeter> implant;  // of an implant exercise: which phase it is in, and what is said
-  PerTissue volumes_before{};                    // m³, the same
-  std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;  // the same, once it is over
+  std::optional<session::HandMeter> meter;       // if the session is operated
+  std::optional<DamageMeter> damage;             // if the session is operated
+  std::optional<session::ImplantMeter> implant;  // for an implant exercise: its phase and notes
+  PerTissue volumes_before{};                    // m³, if the session is operated
+  // result of an exploration after the session
+  std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;        // when the tool was last where the hand is, on the session's clock
-  std::string keys;          // what the hand and the keyboard do, drawn below the picture
-  std::string told;          // by who steers the session, instead of that
+  Nanos followed = 0;        // last time at which the tool was at the hand, on the session's clock
+  std::string keys;          // help text about the hand and the keyboard, drawn below the picture
+  std::string told;          // drawn there instead in a steered session
   std::vector<int> pressed;  // keys in the last step
   std::string failure;
   bool held = false, hand_gone = false;
-  std::jthread carver, servo, left, recorder, streamer;  // last: they refer to all of the above
+  std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members
 
   Impl(const Scene& s, const WorkbenchOptions& o) : scene(s), options(o) { set_up(); }
   ~Impl() { end(); }
@@ -120,7 +121,7 @@ struct Workbench::Impl {
   void follow_keys(const display::UserInput& input);
   void edit_tissue(const display::UserInput& input);
   void count_work(const WorkCounts& running);
-  /// So far; 0 where the picture is part of somebody else's window.
+  /// Requests to the desktop so far; 0 if the picture is part of another window.
   std::uint64_t desktop_requests() {
     return picture && picture->stage() && !options.embedded ? picture->stage()->output().requests() : 0;
   }
@@ -136,7 +137,7 @@ struct Workbench::Impl {
 };
 
 void Workbench::Impl::set_up() {
-  // What this session needs.
+  // Load the files that this session needs.
   if (!options.rig.empty()) rig_file = find_rig(options.rig);
   if (rig_file.empty() && display::has_desktop()) rig_file = assets_folder() / "rigs/window.json";
   if (!rig_file.empty()) rig = display::load_rig(rig_file);
@@ -153,7 +154,8 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  if (!options.save.empty()) require_output(options.save, FileKind::kVolume);  // not only when it is saved
+  // check now, not only when the tissue is saved
+  if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
   explain(s.draw ? fmt::format("picture: on, {}", rig_file.string())
@@ -172,7 +174,7 @@ void Workbench::Impl::set_up() {
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
 
-  // The hand.
+  // Open the hand.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
@@ -197,7 +199,7 @@ void Workbench::Impl::set_up() {
   explain("hand: " + in_words(hand));
   explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
 
-  // Sound.
+  // Open the sound.
   if (scene.needs("sound") && options.audio != "none:") {
     std::string address = options.audio;
     if (address.empty() && !audio::audio_devices().empty()) address = "portaudio:";
@@ -285,13 +287,13 @@ void Workbench::Impl::start_headset(const std::string& hand_address) {
 }
 
 void Workbench::Impl::start() {
-  // The first patch is there before the first tick.
+  // The first patch is offered before the first tick.
   LiveSession& s = *session;
   tick.X_WT.p = tick.X_WG.p = above;
   s.wiring.patch.offer(s.carver, above);
 
   g_asked_to_stop = false;
-  set_check_handler(haptics::release_all_devices);  // a broken assumption, too, ends in zero force
+  set_check_handler(haptics::release_all_devices);  // a failed check also ends with zero force
   on_interrupt.emplace(ask_to_stop);
   running = true;
   before = process_counts();
@@ -314,22 +316,22 @@ void Workbench::Impl::start() {
   if (headset) headset->start(began);
 }
 
-/// Where nothing is drawn: who draws takes it itself.
+/// Reads the latest tick if nothing is drawn; otherwise the drawing code reads it.
 void Workbench::Impl::take_tick() {
   Latest<ServoTick>& newest = session->wiring.tick_to_render;
   if (newest.fetch()) tick = newest.front();
 }
 
-/// The sound keeps the session's clock, which begins with the first tick.
+/// Advances the sound on the session's clock, which begins with the first tick.
 void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
-  // A headset takes the ticks on its own thread.
+  // With a headset, the ticks are read by its own thread.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
-/// One turn of the drawing thread: a frame, or a short wait. False when the session is over.
+/// One turn of the drawing thread: a frame, or a short wait. False at the end of the session.
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
@@ -361,18 +363,18 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // Where the session is operated, every tick is seen: score_ticks().
+    // If the session is operated, score_ticks() processes every tick.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
-    if (options.device) throw;  // the operator makes a new one for both
+    if (options.device) throw;  // the operator's window creates a new device for both
     log::warn("{}; the picture is made anew", e.what());
     if (picture->revive()) return true;
     failure = e.what();
     return false;
-  } catch (const std::exception& e) {  // picture or sound are lost: the session ends in order
+  } catch (const std::exception& e) {  // picture or sound failed: end the session in order
     failure = e.what();
     return false;
   }
@@ -383,7 +385,7 @@ void Workbench::Impl::hold(bool on) noexcept {
   hold_hands(session->wiring, on);
 }
 
-/// A device that was unplugged, and that is there again: said once.
+/// Reports once that a device was unplugged, or that it is connected again.
 void Workbench::Impl::report_hand() {
   const bool gone = (session->wiring.newest_faults.load(std::memory_order_relaxed) & bits(Fault::kDeviceLost)) != 0;
   if (gone == hand_gone) return;
@@ -395,12 +397,12 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// How far the hand has gone from a tool that the tissue keeps, m; 0 where it follows.
+/// Distance in m of the hand from a tool that the tissue holds; 0 if the tool follows.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kCaughtFor ? tick.depth : 0;
 }
 
-/// One line under the picture: what the hand can do, and what its motors bear.
+/// The line below the picture: the hand's functions, and the load of its motors.
 std::string Workbench::Impl::hint() const {
   const LoopReport& loop = session->wiring.loop_to_render.front();
   const RecordState& record = session->wiring.record_to_render.front();
@@ -414,7 +416,7 @@ std::string Workbench::Impl::hint() const {
   if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
-    // A line has room for one of both: what is due comes before what all the keys do.
+    // The line has room for only one of both; the present phase is more important than the keys.
     text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
   } else if (pointer)
     text = fmt::format(
@@ -436,7 +438,7 @@ std::string Workbench::Impl::hint() const {
   return text + "space or Esc: stop";
 }
 
-/// 1 … 9: another tool of the tray. Space or Esc: the emergency key.
+/// Keys 1 … 9: another tool of the set. Space or Esc: the emergency key.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);
@@ -456,7 +458,7 @@ void Workbench::Impl::take_phase_tool() {
   const session::ImplantPhase& phase = scene.implant->phases[implant->phase()];
   session->wiring.chosen_tool = static_cast<int>(phase.tool);
   const double top = haptics::tool_set(scene.servo)[phase.tool].free_speed(scene.servo.spindle.free_speed);
-  if (phase.speed > 0 && top > 0) settings.speed_share = std::min(1.0, phase.speed / top);
+  if (phase.speed > 0 && top > 0) settings.speed_fraction = std::min(1.0, phase.speed / top);
   settings.backwards = false;
 }
 
@@ -467,7 +469,7 @@ ImplantStatus Workbench::Impl::implant_status() const {
   status.depth = implant->depth();
   if (status.phase < scene.implant->phases.size()) status.phase_depth = scene.implant->phases[status.phase].depth;
   status.speed =
-      settings.speed_share * haptics::tool_set(scene.servo)[tick.tool].free_speed(scene.servo.spindle.free_speed);
+      settings.speed_fraction * haptics::tool_set(scene.servo)[tick.tool].free_speed(scene.servo.spindle.free_speed);
   status.temperature = implant->temperature();
   return status;
 }
@@ -476,7 +478,8 @@ void Workbench::Impl::follow_implant_key(int key) {
   if (key == kPhaseToolKey) {
     take_phase_tool();
   } else if (key == kSlowerKey || key == kFasterKey) {
-    settings.speed_share = std::clamp(settings.speed_share + (key == kFasterKey ? kSpeedStep : -kSpeedStep), 0.0, 1.0);
+    settings.speed_fraction =
+        std::clamp(settings.speed_fraction + (key == kFasterKey ? kSpeedStep : -kSpeedStep), 0.0, 1.0);
   } else if (key == kBackwardsKey) {
     settings.backwards = !settings.backwards;
   } else {
@@ -485,7 +488,7 @@ void Workbench::Impl::follow_implant_key(int key) {
   session->wiring.settings.publish(settings);
 }
 
-/// "Phase 4 of 16: …, 3.2 mm": where an implant exercise stands, and what is wrong.
+/// "Phase 4 of 16: …, 3.2 mm": the state of an implant exercise and its problems.
 std::string Workbench::Impl::implant_line() const {
   const session::ImplantTask& task = *scene.implant;
   const std::size_t at = implant->phase();
@@ -504,7 +507,7 @@ std::string Workbench::Impl::implant_line() const {
                             status.speed / (2 * kPi / 60), settings.backwards ? " backwards" : "");
 }
 
-/// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters alone do as well.
+/// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
 void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == 'Z') session->wiring.tissue_commands.push(TissueCommand::kUndo);
@@ -513,7 +516,7 @@ void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   }
 }
 
-/// The hand's measures and the faults of the last second, from every tick.
+/// Updates the hand's measures and the faults of the last second from every tick.
 void Workbench::Impl::score_ticks() {
   ServoTick next;
   while (session->wiring.ticks_to_score.pop(next)) {
@@ -529,7 +532,7 @@ void Workbench::Impl::score_ticks() {
   }
 }
 
-/// Zero force, all threads joined, the recording complete. Does nothing the second time.
+/// Zero force; joins all threads; completes the recording. Does nothing at a second call.
 void Workbench::Impl::end() {
   if (!running) return;
   running = false;
@@ -539,7 +542,7 @@ void Workbench::Impl::end() {
   s.wiring.stop = true;
   for (std::jthread* thread : {&servo, &left, &carver})
     if (thread->joinable()) thread->join();
-  const auto try_to = [&](const auto& part) {  // one that cannot end well fails the run, and costs nothing else
+  const auto try_to = [&](const auto& part) {  // if one part fails to end, the run fails, but the other parts still end
     try {
       part();
     } catch (const std::exception& e) {
@@ -548,9 +551,9 @@ void Workbench::Impl::end() {
   };
   const bool carved = s.carver_failure.empty();
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
-  Cut last_cut;  // of a tick that the servo was still in when the carver left
+  Cut last_cut;  // cut of a tick that the servo finished after the carver had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // to the last tick, as it would be recorded
+  if (meter) {  // up to the last tick, as in a recording
     score_ticks();
     explored = picture->views()->take_explored();
   }
@@ -604,7 +607,7 @@ void Workbench::Impl::end() {
   summary.tick_us_p999 = timing.work.quantile(0.999) * 1e-3;
   summary.worst_tick_us = static_cast<double>(timing.worst_tick) * 1e-3;
   summary.worst_jitter_us = static_cast<double>(timing.worst_jitter) * 1e-3;
-  // Of its bin the upper edge, which the worst may lie below.
+  // The quantile is the upper edge of its bin, which may exceed the maximum.
   summary.jitter_us_p999 = std::min(timing.jitter.quantile(0.999) * 1e-3, summary.worst_jitter_us);
   summary.loop = s.loop->report();
   if (stage && summary.frames > 0) {
@@ -621,7 +624,7 @@ void Workbench::Impl::end() {
   count_work(process);
 }
 
-/// What was done, once all threads have ended; `running`: the process while it still ran.
+/// Collects the counts after all threads have ended; `running_process`: counts of the process while it still ran.
 void Workbench::Impl::count_work(const WorkCounts& running_process) {
   LiveSession& s = *session;
   WorkCounts& work = summary.work;
@@ -756,8 +759,8 @@ session::Score Workbench::score_so_far() {
   session::ScoreInput input;
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
-  if (judged) input = *views->judged();     // the geometry as it was a moment ago
-  if (m.scene.resume.empty() || !judged) {  // the volumes as they are
+  if (judged) input = *views->judged();     // the latest evaluation of the geometry
+  if (m.scene.resume.empty() || !judged) {  // the present volumes
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];

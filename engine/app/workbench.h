@@ -1,5 +1,5 @@
-// A live session: every part on its own thread, joined by the channels of wiring.h. Which parts run is the scene's
-// choice; a part that is not named costs nothing.
+// A live session: every part runs on its own thread, connected by the channels of wiring.h. The scene selects the
+// parts; an unused part costs nothing.
 #pragma once
 
 #include <filesystem>
@@ -23,85 +23,84 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;                  // file or name; empty: a window where there is a desktop, otherwise no picture
-  std::string hand;                 // address; empty: the rig's, else the mouse where there is a window
-  std::string left_hand;            // address; empty: the rig's, else no second hand
-  std::string pedal;                // "auto", "none", a path or a serial; empty: the rig's, else auto
-  double rate = 1000;               // Hz, of hands whose rate is ours to choose
-  std::string audio;                // address; empty: a sound card where there is one
+  std::string rig;                  // file or name; empty: a window if there is a desktop, otherwise no picture
+  std::string hand;                 // address; empty: the rig's, otherwise the mouse if there is a window
+  std::string left_hand;            // address; empty: the rig's, otherwise no second hand
+  std::string pedal;                // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
+  double rate = 1000;               // Hz, for hands without a rate of their own
+  std::string audio;                // address; empty: a sound card if there is one
   std::filesystem::path record;     // empty: not recorded
-  std::vector<std::string> stream;  // addresses where others are told of it (stream/state_stream.h); empty: nowhere
-  double stream_rate = 100;         // Hz, of what they are told
-  std::filesystem::path touches;    // where pairs for `calibrate register` go, of a headset's controller and an arm
-  double magnify = 0;               // the picture, instead of what the rig says; 0: as the rig says
-  double seconds = 1e18;            // end by itself after so long
-  bool no_real_time = false;        // a hand with motors is used even where the system refuses real time
-  bool explain = false;             // say what is active, and why the rest is not
-  std::filesystem::path save;       // the tissue goes there at the end, and when asked for; empty: nowhere
-  bool save_at_end = true;          // else only when asked for
-  std::string trainee;              // for the recording
-  int monitor = -1;                 // full screen on this one; −1: a window on the desktop
+  std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
+  double stream_rate = 100;         // Hz, rate of the published states
+  std::filesystem::path touches;    // file for pairs for `calibrate register`, from a headset's controller and an arm
+  double magnify = 0;               // magnification of the picture; 0: the rig's
+  double seconds = 1e18;            // s after which the session ends
+  bool no_real_time = false;        // allow a device with motors without real-time scheduling
+  bool explain = false;             // print which features are active, and why others are not
+  std::filesystem::path save;       // file for the tissue, written at the end and on request; empty: none
+  bool save_at_end = true;          // false: only on request
+  std::string trainee;              // name for the recording
+  int monitor = -1;                 // monitor for full screen; −1: a window
 
-  // An experiment (engine/app/experiment/).
-  bool steered = false;   // status() has the newest tick, also where nothing is drawn; hint() says what say() was told
-  double most_delay = 0;  // s that the force may be asked to reach the hand late (SessionSettings); 0: never
+  // Options of an experiment (engine/app/experiment/).
+  bool steered = false;   // status() has the newest tick, also if nothing is drawn; hint() gives the text of say()
+  double most_delay = 0;  // s, longest delay of the force that may be asked for (SessionSettings); 0: none
 
-  // The operator's window (engine/app/operator/).
-  bool operated = false;          // keeps the score and the timing at hand
-  bool embedded = false;          // the picture is shown in the operator's window, not in one of its own
-  gpu::Device* device = nullptr;  // the operator's; null: one of its own
+  // Options of the operator's window (engine/app/operator/).
+  bool operated = false;          // provides score and timing during the session
+  bool embedded = false;          // shown in the operator's window instead of its own
+  gpu::Device* device = nullptr;  // the operator's device; null: create one
 };
 
-/// What a report tells of the loop that feels, as LoopReport has it.
+/// The real-time rights of the servo loop, as in LoopReport.
 struct LoopGranted {
   bool fifo = false, pinned = false, memory_locked = false;
 };
 
-/// How a session stands, for who watches it.
-/// Where an exercise in implant surgery stands.
+/// Progress of an exercise in implant surgery, for display.
 struct ImplantStatus {
-  std::size_t phase = 0;  // that is due; as many as there are where all are over
+  std::size_t phase = 0;  // index of the present phase; equals the number of phases when all are finished
   session::ImplantNote note = session::ImplantNote::kNone;
-  double depth = 0;         // m of the tip below the plan's entry
-  double phase_depth = 0;   // m that this phase asks for
-  double speed = 0;         // rad/s of the tool in the hand at full pedal
+  double depth = 0;         // m, depth of the tip below the plan's entry
+  double phase_depth = 0;   // m, required depth in this phase
+  double speed = 0;         // rad/s, speed of the present tool at full pedal
   double temperature = 37;  // °C of the bone, estimated
 };
 
 struct WorkbenchStatus {
   double seconds = 0;
-  ServoTick tick;            // the newest
-  std::uint32_t faults = 0;  // bits seen in the last second
-  double caught = 0;         // m from the hand to a tool that has not come after it for a second; 0: it follows
+  ServoTick tick;            // the latest tick
+  std::uint32_t faults = 0;  // bits set in the last second
+  double caught = 0;  // m, distance between the hand and a tool that has not followed for a second; 0: it follows
   LoopTiming timing;
   double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
   std::string_view quality;
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
-  std::uint32_t saved = 0, not_saved = 0;  // times the tissue was saved when asked for, and could not be
-  std::uint64_t own_frames = 0;            // of the picture from a viewpoint of one's own
-  double motor_heat = 0;                   // 1: all the device's motors bear
-  double bearable_force = 0;               // N, while they are so warm; 0: the device does not say
-  bool armed = true;                       // force may flow: the hand has been free of contact
-  LoopGranted granted;                     // what the system granted the loop that feels
-  std::string_view real_time;              // what it did not, in words; empty: all is granted
-  std::optional<ImplantStatus> implant;    // of an exercise in implant surgery
+  std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
+  std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
+  double motor_heat = 0;                   // 1: the limit of the device's motors
+  double bearable_force = 0;               // N, force limit at this heat; 0: the device does not report it
+  bool armed = true;                       // the hand was free of contact, so that force is enabled
+  LoopGranted granted;                     // real-time rights that the system granted to the servo loop
+  std::string_view real_time;              // says what was refused; empty: all was granted
+  std::optional<ImplantStatus> implant;    // for an exercise in implant surgery
 };
 
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;                    // bits seen
-  double first_tick_s = 0, first_frame_s = 0;  // since the command; 0: there was none
+  std::uint32_t faults = 0;                    // bits seen in the session
+  double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was none
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
-  double jitter_us_p999 = 0, worst_jitter_us = 0;  // |time between two wake-ups - period|
-  LoopReport loop;                                 // the same in full, what was granted, how warm the motors were
+  double jitter_us_p999 = 0, worst_jitter_us = 0;  // µs, |time between two wake-ups - period|
+  LoopReport loop;                                 // the complete loop report
   PerTissue removed{};
-  std::optional<display::HeadTracker::Stats> tracker;  // where a rig's tracker was listened to
-  std::optional<debris::DebrisLedger> debris;          // where the scene has debris and something was drawn
-  std::uint64_t debris_cuts_lost = 0;  // that its ring had no room for: their chips are in nobody's account
+  std::optional<display::HeadTracker::Stats> tracker;  // if the rig has a tracker
+  std::optional<debris::DebrisLedger> debris;          // if the scene has debris and something was drawn
+  std::uint64_t debris_cuts_lost = 0;                  // cuts whose chips are missing because the ring was full
   std::vector<std::string> explanations;
   WorkCounts work;
 };
@@ -109,79 +108,78 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// One session. Its user's thread draws: constructed, started, stepped and stopped there. Every end, the destructor's
-/// too, sends zero force.
+/// One session. The user's thread draws: it constructs, starts, steps and stops the session. Every end, including the
+/// destructor, sends zero force.
 class Workbench {
  public:
-  /// Set-up: tissue, hand, sound, recording, picture. Nothing moves yet. Throws Error.
+  /// Sets up tissue, hand, sound, recording and picture. Nothing moves yet. Throws Error.
   Workbench(const Scene& scene, const WorkbenchOptions& options);
   ~Workbench();
   Workbench(const Workbench&) = delete;
   Workbench& operator=(const Workbench&) = delete;
 
   void start();
-  /// What the user did, and a frame; or a short wait where there is no picture. False when the session is over: the
-  /// window was closed, the hand's script has ended, the time is up, the process was asked to stop.
+  /// Processes the input and draws a frame, or waits briefly without a picture. False at the end of the session: the
+  /// window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
   bool step();
-  /// The same, where the picture is embedded: what the user does over it, and its size.
+  /// The same for an embedded picture; the caller passes the input over the picture and its size.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
-  /// Takes effect in the next tick.
+  /// Applies the settings from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Its place in the tray; taken up as soon as pedal, drill and tissue allow.
+  /// Requests a tool by its index in the set; it changes as soon as pedal, drill and tissue allow it.
   void choose_tool(int place);
-  /// In an implant exercise: the instrument of the phase that is due, at its speed, forwards.
+  /// In an implant exercise: requests the instrument of the present phase, with its speed, forwards.
   void choose_phase_tool();
-  /// Only where not recorded: a recording holds cuts, not paint.
+  /// Only without recording, because a recording contains cuts but no paint.
   void paint(const BrushMove& move);
-  /// After stop(): what was painted and not taken back.
+  /// After stop(): the brush strokes that are not undone.
   std::vector<PaintStroke> painted() const;
-  /// Another colour of a tissue, sRGB, in all pictures. They are made anew.
+  /// Changes the colour of a tissue, sRGB, in all pictures, which are drawn again.
   void color(Tissue tissue, const dvec3& color);
 
-  /// What may be looked at while the session runs; null where not operated.
+  /// The views of the running session; null if not operated.
   LiveViews* views();
-  /// A second picture from a viewpoint of one's own, on the operator's device: that is shown instead of the trainee's
-  /// where both would lie in one window. Pixels of 0: no more.
+  /// Shows a second picture from a free viewpoint, on the operator's device. It replaces the trainee's picture if both
+  /// would be in one window. A size of 0 switches it off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
-  /// That picture; null while there is none.
+  /// The picture from the free viewpoint; null if there is none.
   const gpu::Image* own_picture() const;
-  /// After stop(), once: the tissue as it was left.
+  /// After stop(), once: the final tissue.
   haptics::TissueVolume take_tissue();
-  /// The device of an embedded picture is about to go, or is lost: the session goes on without one …
+  /// The device of an embedded picture will be destroyed or is lost: the session continues without picture.
   void drop_picture();
-  /// … until there is another.
+  /// Creates the pictures again on a new device.
   void make_picture(gpu::Device& device);
-  /// The keys that were pressed in the last step(), as display::UserInput has them.
+  /// The keys that were pressed in the last step(), numbered as in display::UserInput.
   const std::vector<int>& pressed() const;
-  /// Where steered: the line below the picture, instead of what the keys do.
+  /// In a steered session: the line below the picture, instead of the help text about the keys.
   void say(const std::string& line);
-  /// No force and no session from the next tick on, whatever the tool touches; where the servo does not answer within
-  /// 50 ms, every device is released from here. stop() still completes the recording.
+  /// No force from the next tick on, and end of the session, regardless of contact. If the servo does not answer within
+  /// 50 ms, all devices are released from here. stop() still completes the recording.
   void emergency_stop();
 
-  /// By SIGINT, SIGTERM or SIGHUP: whoever runs the session should end too.
+  /// True after SIGINT, SIGTERM or SIGHUP: the caller should end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
-  /// By the scene's rules, from what was measured up to now. Only where operated.
+  /// Score by the scene's rules from the measures so far. Only if operated.
   session::Score score_so_far();
-  /// After stop(), once, where operated: what its score needs beside the tissue.
+  /// After stop(), once, if operated: everything that the score needs besides the tissue.
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The picture's device, left eye's picture and look; null where nothing is drawn.
+  /// The picture's device, left eye and look; null if nothing is drawn.
   PictureStage* stage();
 
-  /// The emergency key: no drill and no force until it is let go on again (hands.h).
+  /// The emergency key: no drill and no force until it is switched off (hands.h).
   void hold(bool on) noexcept;
-  /// A stroke back or again, or the tissue saved as it is; done by the carver within its next turn. From the drawing
-  /// thread.
+  /// Requests undo, redo or saving of the tissue; the carver executes it in its next turn. Drawing thread.
   void ask(TissueCommand command);
-  /// Strokes that can be taken back and brought again.
+  /// Numbers of strokes that can be undone and redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
-  /// Zero force, all threads joined, the recording complete. Throws RunFailure when the run failed.
+  /// Zero force; joins all threads; completes the recording. Throws RunFailure if the run failed.
   WorkbenchSummary stop();
 
  private:
@@ -189,8 +187,8 @@ class Workbench {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A whole session: runs until the window closes, the hand's script ends, the time is over or the process is asked to
-/// stop (SIGINT, SIGTERM, SIGHUP). Every end sends zero force. Throws Error at set-up, RunFailure when the run fails.
+/// Runs a whole session until the window is closed, the hand's script ends, the time is over or the process is asked to
+/// stop (SIGINT, SIGTERM, SIGHUP). Every end sends zero force. Throws Error at set-up, RunFailure if the run fails.
 WorkbenchSummary run_workbench(const Scene& scene, const WorkbenchOptions& options);
 
 }  // namespace typodont

@@ -29,7 +29,7 @@ fs::path folder() {
 
 std::optional<std::uint64_t> hash_of(const fs::path& file) {
   std::error_code code;
-  if (!fs::is_regular_file(file, code)) return std::nullopt;  // a device would never end
+  if (!fs::is_regular_file(file, code)) return std::nullopt;  // reading a device might never end
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   Fnv1a hash;
@@ -50,7 +50,7 @@ void add_program(Fnv1a& key) {
 
 namespace {
 
-/// KEY-CONTENT.suffix: the name says what the content must be.
+/// File name KEY-CONTENT.suffix: CONTENT is the hash of the content, so that damage is detected.
 std::string name_of(std::uint64_t key, std::uint64_t content, const std::string& suffix) {
   return fmt::format("{:016x}-{:016x}{}", key, content, suffix);
 }
@@ -89,7 +89,8 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
     if (!name.starts_with(begins) || !name.ends_with(suffix)) continue;
     const auto content = hash_of(file);
     if (content && name == name_of(key, *content, suffix)) {
-      fs::last_write_time(file, fs::file_time_type::clock::now(), code);  // used, so others go first
+      // the time of last use decides which files are removed first
+      fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }
     log::info("{} is damaged and made anew", file.string());

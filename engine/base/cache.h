@@ -1,6 +1,6 @@
-// What can be made again, kept between runs so that it need not be: files in the user's cache folder, any of which may
-// be damaged or gone at any time. None is used unless its content is what was kept, bit for bit. Never throws: what
-// cannot be kept is made again.
+// Cache files in the user's cache folder: results that can be recomputed, kept between runs. A file may be damaged or
+// deleted at any time, and is used only if its content is unchanged, bit for bit. Never throws: what cannot be cached
+// is recomputed.
 #pragma once
 
 #include <cstdint>
@@ -13,21 +13,20 @@
 
 namespace typodont::cache {
 
-/// $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty: there is no place for one.
+/// $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty if no such folder is possible.
 std::filesystem::path folder();
 
-/// Of a file's content; nothing where it cannot be read.
+/// Hash of a file's content; nothing if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
-/// Says which program this is: another build may make another thing of the same input.
+/// Adds this build's identity to a key, because another build may compute another result from the same input.
 void add_program(Fnv1a& key);
 
-/// The file kept for this key, its content checked; what is there instead, or damaged, is removed. Empty: there is
-/// none.
+/// The cached file for this key after its content was checked; a damaged one is removed. Empty if there is none.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
-/// Keeps what `write` writes to the file it is given, whole or not at all, and removes those that were used longest ago
-/// while all in the folder take more than `most` bytes. False where nothing is kept.
+/// Stores the file that `write` writes, completely or not at all. Then removes the files that were not used for the
+/// longest time until the folder holds at most `most` bytes. Returns false if nothing was stored.
 bool keep(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix, std::uintmax_t most,
           const std::function<void(const std::filesystem::path&)>& write);
 

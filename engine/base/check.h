@@ -1,11 +1,11 @@
-// A broken assumption of ours, never a user's mistake (that is an Error). Prints where and what, then ends the process;
-// the servo installs a handler that first sends zero force.
+// Checks of internal assumptions. A failed check is a programming error, never a user's mistake (those are Error). It
+// prints the place and the condition, then ends the process. The servo installs a handler that first sends zero force.
 #pragma once
 
 namespace typodont {
 
 using CheckHandler = void (*)() noexcept;
-/// Called before the process ends on a failed check. Set-up time; not thread-safe.
+/// The handler is called before a failed check ends the process. Set-up time; not thread-safe.
 void set_check_handler(CheckHandler handler) noexcept;
 
 [[noreturn]] void check_failed(const char* condition, const char* file, int line) noexcept;

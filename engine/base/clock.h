@@ -12,7 +12,7 @@ inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 /// CLOCK_MONOTONIC. Any thread.
 Nanos now() noexcept;
 
-/// CPU time consumed by the calling thread: what a tick costs, whatever else the machine does.
+/// CPU time consumed by the calling thread. It measures the cost of a tick independently of the machine's other load.
 Nanos thread_cpu_time() noexcept;
 
 constexpr double to_seconds(Nanos t) {

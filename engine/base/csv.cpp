@@ -54,14 +54,13 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
   std::string line;
   while (in.next(line)) {
     const std::size_t number = in.number();
-    if (number == 1 && line.starts_with("\xEF\xBB\xBF"))
-      line.erase(0, 3);  // a byte order mark, as spreadsheets write it
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // spreadsheets write a byte order mark
     const std::string_view text = trim(line);
     if (text.empty() || text.front() == '#') continue;
     const auto cells = split(text);
     const std::string place = fmt::format("line {}", number);
 
-    if (table.columns.empty()) {  // the header
+    if (table.columns.empty()) {  // this line is the header
       for (const auto cell : cells) {
         if (!contains(required, cell) && !contains(optional, cell)) {
           throw Error(file.string(), place, fmt::format("column \"{}\"", cell.substr(0, 40)),

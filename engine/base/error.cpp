@@ -6,9 +6,11 @@ namespace typodont {
 
 namespace {
 
-constexpr std::size_t kLongest = 240;  // bytes of one part of a message; what is longer is input, and not a message
+// bytes of one part of a message; a longer part is quoted input, which is shortened
+constexpr std::size_t kLongest = 240;
 
-/// At most kLongest bytes, cut between characters of UTF-8, and no control characters, which a terminal would obey.
+/// Shortens a part to kLongest bytes, cut between UTF-8 characters, and removes control characters, which a terminal
+/// would execute.
 std::string shown(std::string_view part) {
   std::string text(part);
   if (text.size() > kLongest) {

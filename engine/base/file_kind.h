@@ -1,4 +1,4 @@
-// What the files hold that the program writes: known by the ending of their name and by their first bytes.
+// The kinds of file that the program writes. A kind is recognised by the file name's extension and by the first bytes.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 namespace typodont {
 
 enum class FileKind {
-  kText,   // of no format
-  kCache,  // of this program alone, replaced whatever it is
+  kText,   // plain text without a format
+  kCache,  // a cache file of this program; may replace any file
   kSession,
   kVolume,
   kPicture,
@@ -27,18 +27,18 @@ enum class FileKind {
   kStl,
   kObj,
   kDocument,  // PDF
-  kLabels     // a tissue's number for each voxel
+  kLabels     // a tissue number for each voxel
 };
 
 /// "a session (.h5)", for messages.
 std::string_view name_of(FileKind kind) noexcept;
-/// Endings of names, lower case, with their dot; none for kText.
+/// File name extensions in lower case, with the dot; none for kText.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// One of `kinds` by the ending of the name, upper or lower case; kText where it is that of none.
+/// The one of `kinds` that the name's extension belongs to, in upper or lower case; kText if none does.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 
-/// Whether an existing file of `size` bytes that begins with `head` (up to 4 KiB of it) may be replaced by one of this
-/// kind: it is empty or of the same kind.
+/// True if a file of this kind may replace an existing file of `size` bytes that begins with `head` (up to 4 KiB): the
+/// existing file is empty or of the same kind.
 bool may_replace(FileKind kind, std::string_view head, std::uintmax_t size);
 
 }  // namespace typodont

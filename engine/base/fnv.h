@@ -1,4 +1,4 @@
-// A hash that says "the same bits": of files, forces and fields. Not for security.
+// A hash that tells whether two files, forces or fields have the same bits. Not for security.
 #pragma once
 
 #include <cstddef>

@@ -29,12 +29,12 @@ void limit_process(const ProcessLimits& limits) {
   setrlimit(RLIMIT_CORE, &none);
   setrlimit(RLIMIT_CPU, &seconds);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  (void)bytes;  // a sanitizer's shadow memory alone is larger than any limit
+  (void)bytes;  // no limit under a sanitizer, whose shadow memory is larger than any limit
 #else
   setrlimit(RLIMIT_AS, &bytes);
 #endif
   setrlimit(RLIMIT_FSIZE, &longest);
-  alarm(static_cast<unsigned>(limits.seconds));  // and where it sleeps for ever
+  alarm(static_cast<unsigned>(limits.seconds));  // ends a process that sleeps for ever, too
 }
 
 void give_up_privileges() {
@@ -42,9 +42,11 @@ void give_up_privileges() {
 #ifdef __x86_64__
   constexpr auto number = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto architecture = static_cast<std::uint32_t>(offsetof(seccomp_data, arch));
-  constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));  // of clone: its flags
-  constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));  // of openat: its flags
-  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;                            // EPERM
+  // first argument: the flags of clone()
+  constexpr auto first = static_cast<std::uint32_t>(offsetof(seccomp_data, args[0]));
+  // third argument: the flags of openat()
+  constexpr auto third = static_cast<std::uint32_t>(offsetof(seccomp_data, args[2]));
+  constexpr std::uint32_t kRefused = SECCOMP_RET_ERRNO | 1;  // EPERM
   std::vector<sock_filter> filter = {
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, architecture),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, AUDIT_ARCH_X86_64, 1, 0),
@@ -90,7 +92,8 @@ void give_up_privileges() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint32_t>(call), 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, kRefused));
   }
-  // Threads, which OpenVDB makes, and no processes. The flags of clone3 lie in memory: without it, clone is called.
+  // Threads are allowed because OpenVDB uses them; new processes are not. clone3() is refused because its flags lie in
+  // memory, where the filter cannot read them; the C library then uses clone().
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clone, 0, 4));
@@ -125,7 +128,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  // What the program does about signals is not the child's; and nothing of its surroundings, which may hold secrets.
+  // The child gets default signal handlers, and no environment variables, because these may hold secrets.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t all, none;
@@ -133,7 +136,7 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // Its complaints about its heap are no message to a user.
+  // The user does not need the C library's messages about a damaged heap.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {

@@ -1,5 +1,6 @@
-// Processes that read what others made with libraries that trust their input: little memory, little time, no way to do
-// harm. The program starts one, which limits itself; what it says is checked.
+// Child processes that read untrusted files with libraries that were not built for hostile input. They run with little
+// memory, little time and no rights to do harm. The program starts such a process, the process limits itself, and the
+// program checks its output.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +10,27 @@
 
 namespace typodont {
 
-/// What a process may use from now on.
+/// Limits that a process sets for itself.
 struct ProcessLimits {
-  std::uint64_t seconds = 60;                // of processor time, and by the clock
-  std::uint64_t memory = 1024ull << 20;      // bytes of addresses, the libraries' included
-  std::uint64_t longest_file = 64ull << 20;  // bytes that one file that it writes may have
+  std::uint64_t seconds = 60;                // limit for the processor time and for the elapsed time
+  std::uint64_t memory = 1024ull << 20;      // bytes of address space, including that of libraries
+  std::uint64_t longest_file = 64ull << 20;  // bytes, largest size of one written file
 };
-/// Called by the process itself.
+/// Call in the process that is to be limited.
 void limit_process(const ProcessLimits& limits);
 
-/// After this the process can start nothing, send nothing, and open files for reading only. Where the kernel has no
-/// filters, the limits are all. Called by the process itself.
+/// After this call the process cannot start programs or use the network, and can open files only for reading. If the
+/// kernel has no seccomp filters, only limit_process() protects. Call in the process that is to be limited.
 void give_up_privileges();
 
-/// A program that comes with this one: as the environment variable says, beside this program, where it was installed,
-/// or where it was built. `what`: what it does, for the message. Throws Error.
+/// Path of a helper program of this one. Searched in this order: the path in the environment variable, beside this
+/// program, the install folder, the build folder. `what` names the helper's purpose in the error message. Throws Error.
 std::filesystem::path companion_program(const char* variable, const std::string& name, const char* built,
                                         const std::string& what);
 
-/// Runs a program as a fresh process that shares nothing with this one and has no environment. Its words go to
-/// `output` where that is a descriptor. Its exit status; -1 where a signal ended it. Throws Error where it cannot be
-/// started.
+/// Runs a program as a new process that shares nothing with this one and has no environment variables. `words` are the
+/// command and its arguments. The program's standard output goes to the descriptor `output` if one is given. Returns
+/// the exit status; -1 if a signal ended it. Throws Error if it cannot be started.
 int run_guarded(const std::vector<std::string>& words, int output = -1);
 
 }  // namespace typodont

@@ -23,10 +23,10 @@ constexpr std::uintmax_t kMiB = std::uintmax_t{1} << 20, kGiB = std::uintmax_t{1
 
 struct KindOfInput {
   std::string_view name;
-  std::uintmax_t largest;  // bytes
+  std::uintmax_t largest;  // bytes, size limit
 };
-// Several times the largest useful file of each kind: a day of ticks at 1 kHz is a session of 20 GiB, a scan of 1024³
-// voxels of two bytes has 2 GiB, half an hour of sound at 192 kHz in float has 1.3 GiB a channel.
+// The size limits are several times the largest useful file of each kind: a session of a day of ticks at 1 kHz is 20
+// GiB, a scan of 1024³ voxels of two bytes is 2 GiB, half an hour of sound at 192 kHz in float is 1.3 GiB per channel.
 constexpr std::array<KindOfInput, 9> kKinds{{{"a JSON file", 64 * kMiB},
                                              {"a table (CSV)", kGiB},
                                              {"a session (.h5)", 32 * kGiB},
@@ -41,7 +41,7 @@ const KindOfInput& entry(InputKind kind) noexcept {
   return kKinds[static_cast<std::size_t>(kind)];
 }
 
-/// What tells one file from another. An inode number is used again after a file is deleted, a time of creation is not.
+/// Identifies a file. The time of creation is included because inode numbers are reused after deletion.
 using Identity = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t, std::int64_t, std::uint32_t>;
 
 std::optional<Identity> identity_of(const std::filesystem::path& file) {
@@ -137,7 +137,7 @@ bool LineReader::next(std::string& line) {
                 in_.bad() ? std::strerror(errno ? errno : EIO) : fmt::format("over {} characters", kLongest),
                 "a line of a table");
   }
-  // What was read ends in the line end, which getline() takes away, or in the end of the file.
+  // getline() removes the line end; at the end of the file there may be none.
   line.assign(buffer_.data(), static_cast<std::size_t>(in_.gcount()) - (in_.eof() ? 0 : 1));
   return true;
 }

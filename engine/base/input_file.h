@@ -1,4 +1,4 @@
-// Files that the program reads: the one place that says what may be read, and that remembers what was.
+// Input files: the one place that checks which files may be read, and that remembers the files that were read.
 #pragma once
 
 #include <cstdint>
@@ -10,39 +10,39 @@
 
 namespace typodont {
 
-/// What an input file is meant to hold. Each kind has a largest size, see largest_input().
+/// The content that an input file should have. largest_input() gives the size limit of each kind.
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
 /// "a JSON file", for messages.
 std::string_view name_of(InputKind kind) noexcept;
-/// Bytes. A larger file of this kind is refused before it is read.
+/// Size limit in bytes. A larger file of this kind is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
 
-/// From now on this process remembers what it reads, so that it writes over none of it. For commands; not for a window
-/// or a library's user, who read and write the same files again and again on purpose.
+/// From now on this process remembers the files that it reads, so that it overwrites none of them. For commands only:
+/// the window and users of the library read and write the same files repeatedly on purpose.
 void remember_inputs() noexcept;
 
 /// Checks that `file` is a regular file (links are followed) of at most largest_input(kind) bytes, and remembers it as
 /// an input. A directory, device, FIFO, socket or terminal is refused without being opened. Returns the
 /// size in bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// The same, and all its bytes.
+/// As require_input(); returns all bytes of the file.
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// The same, and a binary stream at its beginning.
+/// As require_input(); returns a binary stream at the file's beginning.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// The remembered input that `file` is, under whatever name; nothing where it is none. Two names are one file
-/// when device, inode and time of creation are the same. Any thread.
+/// The remembered input that is the same file as `file`, even under another name; nothing if there is none. Two names
+/// are the same file if device, inode and time of creation are equal. Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 
-/// Lines of a text file, each at most kLongest characters long, without the line end.
+/// Reads a text file line by line. A line has at most kLongest characters, without its line end.
 class LineReader {
  public:
   static constexpr std::size_t kLongest = 65535;
   LineReader(const std::filesystem::path& file, InputKind kind) : file_(file), in_(open_input(file, kind)) {}
-  /// False at the end. Throws Error for a longer line, which is no line of a table.
+  /// False at the end of the file. Throws Error if a line is too long.
   bool next(std::string& line);
-  /// Of the newest line, from 1.
+  /// Number of the latest line, counted from 1.
   std::size_t number() const noexcept { return number_; }
 
  private:

@@ -7,12 +7,12 @@
 
 namespace typodont {
 
-/// From now on, one of these signals removes what is half written (PartialFile) and ends the program with exit status
-/// 1, wherever nobody else handles it. A SIGHUP that is ignored, as nohup has it, stays ignored. Main thread, once.
+/// From now on, one of these signals removes partially written files (PartialFile) and ends the program with exit
+/// status 1, unless an InterruptHandler exists. An ignored SIGHUP (nohup) stays ignored. Main thread, once.
 void end_in_order_on_interrupt();
 
-/// While it lives, these signals call `handler` instead; afterwards what was before. Nested ones end in the reverse
-/// order of their begin. Main thread.
+/// While this object lives, these signals call `handler`; its destructor restores the previous handler. Nested handlers
+/// must be destroyed in the reverse order of their construction. Main thread.
 class InterruptHandler {
  public:
   explicit InterruptHandler(void (*handler)(int)) noexcept;
@@ -24,10 +24,10 @@ class InterruptHandler {
   std::array<struct sigaction, 3> before_{};
 };
 
-/// Called first by end_now(); set-up time. For devices: zero force.
+/// Sets a function that end_now() calls first. Devices use it to send zero force. Set-up time.
 void set_last_act(void (*act)() noexcept) noexcept;
 
-/// Removes what is half written, says so, and ends the process with exit status 1. Safe in signal handlers.
+/// Removes partially written files, reports that, and ends the process with exit status 1. Safe in signal handlers.
 [[noreturn]] void end_now() noexcept;
 
 }  // namespace typodont

@@ -31,12 +31,12 @@ std::string shorten(std::string text) {
 struct Node;
 struct Member;
 using Array = std::vector<Node>;
-using Object = std::vector<Member>;  // by key, each key once
+using Object = std::vector<Member>;  // sorted by key; each key occurs once
 
-/// A value of RFC 8259. Whole numbers stay whole as long as 64 bits hold them.
+/// A JSON value (RFC 8259). Integers stay integers as long as 64 bits can hold them.
 struct Node {
   std::variant<std::nullptr_t, bool, std::int64_t, std::uint64_t, double, std::string, Array, Object> value;
-  std::size_t line = 0;  // where it begins, from 1
+  std::size_t line = 0;  // line on which the value begins, from 1
 
   template <class T>
   const T* as() const {
@@ -49,13 +49,13 @@ struct Member {
   Node value;
 };
 
-/// Reads one document. The core needs no package for JSON, therefore it is done here (RFC 8259, as strict as that).
+/// Reads one document, strictly after RFC 8259. Written here so that the haptic core needs no JSON package.
 class Reader {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
 
   Node document() {
-    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // a byte order mark
+    if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // skip a byte order mark
     Node root = value();
     skip_space();
     if (at_ < text_.size()) fail();
@@ -63,19 +63,19 @@ class Reader {
   }
 
  private:
-  static constexpr int kDeepest = 200;  // levels; the destructor of a deeper document overflows the stack
+  static constexpr int kDeepest = 200;  // nesting levels; destroying a deeper document would overflow the stack
 
-  /// In characters, from 1.
+  /// Column in characters, from 1.
   std::size_t column() const {
     const std::string_view before = text_.substr(0, at_);
-    const std::string_view line = before.substr(before.rfind('\n') + 1);  // npos + 1 is 0
+    const std::string_view line = before.substr(before.rfind('\n') + 1);  // if rfind() returns npos, npos + 1 is 0
     return 1 + static_cast<std::size_t>(std::count_if(
                    line.begin(), line.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
   }
   [[noreturn]] void fail() const {
     throw Error(name_, fmt::format("line {}, column {}", line_, column()), "text that is not JSON", "valid JSON");
   }
-  /// About the value or key that is being read.
+  /// Throws an error about the value or key that is being read.
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const {
     throw Error(name_, fmt::format("line {}, \"{}\"", line_, path_), found, expected);
   }
@@ -198,7 +198,7 @@ class Reader {
       digits();
     }
     const char *first = text_.data() + begin, *last = text_.data() + at_;
-    if (whole) {  // else, where 64 bits do not hold it, a double
+    if (whole) {  // an integer beyond 64 bits becomes a double
       std::int64_t s = 0;
       std::uint64_t u = 0;
       if (negative && std::from_chars(first, last, s).ec == std::errc()) {
@@ -211,7 +211,7 @@ class Reader {
       }
     }
     double d = 0;
-    if (std::from_chars(first, last, d).ec != std::errc()) {  // too large, or as good as zero
+    if (std::from_chars(first, last, d).ec != std::errc()) {  // out of the range of a double
       d = std::strtod(std::string(first, last).c_str(), nullptr);
       if (!std::isfinite(d)) fail(shorten(std::string(first, last)), "a number of at most 1.8e308");
     }
@@ -249,7 +249,7 @@ class Reader {
     if (letter == 'u') {
       unsigned code = four_hex_digits();
       if (code >= 0xDC00 && code < 0xE000) fail();
-      if (code >= 0xD800 && code < 0xDC00) {  // the first half of a pair
+      if (code >= 0xD800 && code < 0xDC00) {  // first half of a surrogate pair
         expect("\\u");
         const unsigned second = four_hex_digits();
         if (second < 0xDC00 || second >= 0xE000) fail();
@@ -262,7 +262,7 @@ class Reader {
     to.push_back(kMeant[which]);
   }
 
-  /// One character of several bytes, which must be the shortest form of a code point that is no surrogate.
+  /// Copies one multi-byte character. It must be the shortest encoding of a code point that is not a surrogate.
   void copy_utf8(std::string& to) {
     const auto lead = static_cast<unsigned char>(text_[at_]);
     const int more = lead >= 0xF0 ? 3 : lead >= 0xE0 ? 2 : 1;
@@ -305,7 +305,7 @@ class Reader {
   std::string_view text_, name_;
   std::size_t at_ = 0, line_ = 1;
   int depth_ = 0;
-  std::string path_;  // of the value that is being read, its keys shortened
+  std::string path_;  // path of the value that is being read, with shortened keys
 };
 
 void write(std::string& to, const std::string& text) {
@@ -381,7 +381,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// `line 7, "a.b[2]"`, as far as both are known.
+/// `line 7, "a.b[2]"`, with the parts that are known.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

@@ -1,4 +1,4 @@
-// Reading JSON files with exact messages: every error names the file and the key, what was found and what was expected.
+// Reads JSON files. Every error message names the file, the key, the value found and the value expected.
 #pragma once
 
 #include <filesystem>
@@ -15,10 +15,10 @@
 
 namespace typodont {
 
-/// One value inside a JSON file, which knows its file and its path in it. Cheap to copy. Set-up time; throws Error.
+/// One value in a JSON file; it stores its file and its path in it. Cheap to copy. Set-up time; throws Error.
 class Json {
  public:
-  /// Whether messages name lines: not where the text was put together by the program and is nobody's file.
+  /// Whether messages contain line numbers. Not for text that the program built itself and that is no file.
   enum class Lines { kNamed, kUnknown };
 
   /// Reads a file. Duplicate keys, NaN literals, numbers beyond a double and trailing garbage are errors.
@@ -32,11 +32,11 @@ class Json {
   bool is_number() const;
 
   bool has(std::string_view key) const;
-  Json operator[](std::string_view key) const;           // an error when it is missing
-  std::optional<Json> find(std::string_view key) const;  // nothing when it is missing
-  std::vector<Json> items() const;                       // of an array
-  std::vector<std::string> keys() const;                 // of an object
-  /// An error when the object holds any other key.
+  Json operator[](std::string_view key) const;           // throws Error if the key is missing
+  std::optional<Json> find(std::string_view key) const;  // nothing if the key is missing
+  std::vector<Json> items() const;                       // elements of an array
+  std::vector<std::string> keys() const;                 // keys of an object
+  /// Throws Error if the object has any other key.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
   /// A finite number within [min, max].
@@ -47,7 +47,7 @@ class Json {
   bool boolean() const;
   std::string string() const;
   dvec3 vec3() const;                                    // [x, y, z]
-  std::vector<double> numbers(std::size_t count) const;  // exactly `count` of them
+  std::vector<double> numbers(std::size_t count) const;  // an array of exactly `count` numbers
 
   double number_or(std::string_view key, double fallback, double min = -std::numeric_limits<double>::infinity(),
                    double max = std::numeric_limits<double>::infinity()) const;
@@ -69,7 +69,7 @@ class Json {
   std::string path_;
 };
 
-/// Writes a file whole or not at all (PartialFile, which says what it may be written over). Throws Error when it
+/// Writes a file completely or not at all (PartialFile, which states the rules for overwriting). Throws Error if it
 /// cannot.
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind = FileKind::kText,
                            Over over = Over::kNoInput);

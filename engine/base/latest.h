@@ -1,6 +1,6 @@
-// The newest value, from one thread to one other (triple buffer). Nobody ever waits, nobody ever sees half a value:
-// wait-free on the writer's side, lock-free on the reader's, who looks again when the writer has just published. Values
-// that the reader never looked at are overwritten; use ring.h where each one counts.
+// Passes the newest value from one thread to one other (triple buffer). No thread ever waits, and no thread sees a
+// partially written value: the writer is wait-free; the reader is lock-free and retries if the writer has just
+// published. A value that the reader did not fetch in time is overwritten; use ring.h if every value counts.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace typodont {
 
-/// One writer thread, one reader thread. T is written in place, so large values (a surface patch) cross without a copy,
-/// and the reader owns what it fetched, and may change it, until its next fetch().
+/// One writer thread, one reader thread. The writer fills T in place, so that large values (a surface patch) are never
+/// copied. The reader owns the fetched value, and may change it, until its next fetch().
 template <class T>
 class Latest {
  public:
   Latest() = default;
-  /// Every slot starts as a copy of `initial`, so that buffers inside T are sized at set-up, not in the loop.
+  /// Every slot starts as a copy of `initial`, so that buffers inside T are allocated at set-up, not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// The same where T cannot be copied: every slot is what `make` returns.
+  /// For a T that cannot be copied: every slot is a result of `make`.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 
@@ -32,7 +32,8 @@ class Latest {
     publish();
   }
 
-  /// Takes what was published back into back(), to change it, unless the reader has fetched it meanwhile: then false.
+  /// Moves the published value back into back(), so that the writer can change it. False if the reader has already
+  /// fetched it.
   bool take_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if (!(there & kFresh) || !middle_.compare_exchange_strong(there, back_, std::memory_order_acq_rel)) return false;
@@ -41,10 +42,10 @@ class Latest {
   }
 
   // Reader thread.
-  /// Takes the newest value if there is one; true when it changed since the last fetch.
+  /// Fetches the newest value. True if it is new since the last fetch.
   bool fetch() noexcept {
-    // Not a plain exchange: after this look the writer may take back what was seen, and leave an old value there. Each
-    // further turn means that the writer has published meanwhile.
+    // Not a plain exchange: after this load the writer may take back the value seen here and leave an old one in its
+    // place. The loop repeats only when the writer has published in the meantime.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -54,7 +55,7 @@ class Latest {
     }
     return false;
   }
-  /// Puts what was fetched back as if it had not been, unless there is something newer: then false.
+  /// Puts the fetched value back as if it had not been fetched. False if a newer value is there.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kFresh) || !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh),

@@ -1,4 +1,4 @@
-// Messages for people, on standard error; results go to standard output and never through here.
+// Messages for people, on standard error. Results go to standard output and never through this interface.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Text on its way into HTML or SVG.
+// Escapes text for HTML and SVG.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// Safe between tags and in attributes; control characters, which XML does not know, become spaces.
+/// Makes text safe between tags and in attributes. Control characters, which XML does not allow, become spaces.
 inline std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());

@@ -1,4 +1,4 @@
-// How long a piece of work takes, for benches: thread CPU time, repeated, because machines are shared and noisy.
+// Measures the thread CPU time of a piece of work for benches. Repeats it, because machines are shared and noisy.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +10,16 @@
 
 namespace typodont {
 
-/// The value that a share (0..1) of them lies below. At least one value.
-inline double quantile(std::vector<double> values, double share) {
-  const auto wanted = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+/// The quantile at `fraction` (0..1). Needs at least one value.
+inline double quantile(std::vector<double> values, double fraction) {
+  const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-/// Values for quantiles, of a run of any length in bounded memory: all of them up to kMost, then every second, fourth …
+/// Keeps values of a run of any length in bounded memory, for quantiles: all values up to kMost, then every second one,
+/// every fourth …
 class EvenSample {
  public:
   void add(double value) {
@@ -29,8 +30,8 @@ class EvenSample {
     values_.resize(kMost / 2);
     stride_ *= 2;
   }
-  /// 0 while empty.
-  double quantile(double share) const { return values_.empty() ? 0 : typodont::quantile(values_, share); }
+  /// 0 if there are no values.
+  double quantile(double fraction) const { return values_.empty() ? 0 : typodont::quantile(values_, fraction); }
 
   static constexpr std::size_t kMost = std::size_t{1} << 17;
 
@@ -40,10 +41,10 @@ class EvenSample {
 };
 
 struct MeasuredTimes {
-  double median = 0, slow = 0;  // ns; slow: the 90th percentile
+  double median = 0, slow = 0;  // ns; slow is the 90th percentile
 };
 
-/// Calling thread. `repeats` at least 1.
+/// Runs in the calling thread. `repeats` is at least 1.
 template <class F>
 MeasuredTimes measure(int repeats, F&& work) {
   std::vector<double> times;

@@ -1,11 +1,11 @@
-// Where the running code came from: its files lie beside it.
+// Finds the file of the running code, because data files lie beside it.
 #pragma once
 
 #include <filesystem>
 
 namespace typodont {
 
-/// The program, or the shared library, that holds this code. Links followed; empty where the system does not tell.
+/// Path of the program or shared library that contains this code, with links resolved; empty if the system cannot tell.
 std::filesystem::path own_file();
 
 }  // namespace typodont

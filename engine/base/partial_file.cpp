@@ -31,15 +31,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kHead = 4096;  // bytes of an existing file that say what it is
+constexpr std::size_t kHead = 4096;  // bytes at the beginning of an existing file that tell its kind
 constexpr std::size_t kRandomDigits = 16;
 
-/// Paths of the files that are half written, for signal handlers. One that finds no room is removed by its destructor
-/// alone.
+/// Paths of the partially written files, for signal handlers. If the array is full, only the destructor removes the
+/// file.
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
-/// The names stay in memory, because a signal handler may still be reading one that has just been taken off the list.
+/// The names stay allocated, because a signal handler may still read one that was just removed from the array.
 const char* keep_name(const fs::path& path) {
   static std::mutex mutex;
   static std::deque<std::string> names;
@@ -74,7 +74,7 @@ bool is_gone(pid_t process) {
   return kill(process, 0) != 0 && errno == ESRCH;
 }
 
-/// The process in "PREFIX123.0123456789abcdefSUFFIX"; 0 where the name is another.
+/// The process number in "PREFIX123.0123456789abcdefSUFFIX"; 0 if the name has another form.
 pid_t process_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
   const std::size_t around = prefix.size() + 1 + kRandomDigits + suffix.size();
   if (!name.starts_with(prefix) || !name.ends_with(suffix) || name.size() <= around) return 0;
@@ -111,8 +111,8 @@ std::string random_digits() {
   return fmt::format("{:016x}", number);
 }
 
-/// An empty new file FILE.PROCESS.RANDOMSUFFIX in `folder`, listed before it is there, so that no signal finds it
-/// unlisted.
+/// Creates an empty file FILE.PROCESS.RANDOMSUFFIX in `folder`. It is listed before it is created, so that a signal
+/// handler always finds it.
 std::pair<fs::path, std::atomic<const char*>*> make_temporary(const fs::path& folder, const fs::path& name,
                                                               std::string_view suffix, mode_t mode,
                                                               const fs::path& file) {
@@ -158,7 +158,7 @@ void PartialFile::forget() noexcept {
   listed_ = nullptr;
 }
 
-/// Finds out what is at `file` now; throws Error where that must stay.
+/// Checks what exists at `file` now. Throws Error if it must not be replaced.
 void PartialFile::check_target() {
   const auto refuse = [&](std::string_view found, std::string_view expected) {
     throw Error(file_.string(), "", found, expected);
@@ -166,7 +166,7 @@ void PartialFile::check_target() {
   struct stat link {
   }, is{};
   if (::lstat(file_.c_str(), &link) != 0) {
-    if (errno == ENOENT && !file_.empty()) return;  // a new file
+    if (errno == ENOENT && !file_.empty()) return;  // there is no file yet
     refuse(std::strerror(errno), "a file to write");
   }
   if (::stat(file_.c_str(), &is) != 0) {
@@ -181,7 +181,7 @@ void PartialFile::check_target() {
     return;
   }
   if (S_ISCHR(is.st_mode) || S_ISFIFO(is.st_mode)) {
-    // A FIFO without a reader answers ENXIO at once instead of waiting for one.
+    // Opening a FIFO without a reader fails at once with ENXIO instead of waiting for a reader.
     stream_ = ::open(file_.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (stream_ < 0)
       refuse(errno == ENXIO && S_ISFIFO(is.st_mode) ? "a FIFO that nobody reads" : std::strerror(errno),
@@ -212,8 +212,8 @@ void PartialFile::check_target() {
     refuse("a file of another kind", fmt::format("{} to replace, or a new name", name_of(kind_)));
 }
 
-/// Mode, owner and group of the file that is replaced. Who may not give files away keeps what may be kept, and gives
-/// nobody a right that the old file did not give.
+/// Copies mode, owner and group of the replaced file. A user who may not change the owner copies what is permitted, and
+/// gives nobody a permission that the old file did not give.
 void PartialFile::take_over_owner(int fd) const {
   struct stat old {};
   if (::lstat(target_.c_str(), &old) != 0) return;
@@ -224,7 +224,7 @@ void PartialFile::take_over_owner(int fd) const {
 }
 
 void PartialFile::copy_into_stream() {
-  // A FIFO whose reader has gone raises SIGPIPE, which would end the program: it becomes an ordinary error here.
+  // Writing to a FIFO without a reader raises SIGPIPE, which would end the program; here it becomes an ordinary error.
   sigset_t pipe, before;
   sigemptyset(&pipe);
   sigaddset(&pipe, SIGPIPE);
@@ -260,14 +260,14 @@ void PartialFile::keep() {
     path_.clear();
     return forget();
   }
-  check_target();  // once more: what is there now?
+  check_target();  // check again: the target may have changed in the meantime
   if (!makes_file()) throw Error(file_.string(), "", "a device or FIFO, which was none before", "a file to write");
   {
     const Descriptor made(::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOFOLLOW));
     if (made.get() < 0) throw Error(file_.string(), "", std::strerror(errno), "a writable place");
     take_over_owner(made.get());
   }
-  // Its content before its name, so that a power cut leaves the old file or the new one, whole.
+  // Sync the content before the rename, so that after a power cut either the old or the new file is complete.
   if (!sync_file(path_)) throw Error(file_.string(), "", std::strerror(errno), "a place that keeps what is written");
   std::error_code code;
   fs::rename(path_, target_, code);

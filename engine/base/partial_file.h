@@ -1,4 +1,4 @@
-// A file that appears whole or not at all, and never in place of one that must stay.
+// Writes a file completely or not at all, and never replaces a file that must be kept.
 #pragma once
 
 #include <atomic>
@@ -9,41 +9,38 @@
 
 namespace typodont {
 
-/// What a file may be written over.
+/// The existing files that may be overwritten.
 enum class Over {
-  kNoInput,  // anything but an input of this process (input_file.h)
-  kItsInput  // an input too: a file that is read, changed and written back
+  kNoInput,  // all except an input of this process (input_file.h)
+  kItsInput  // an input too: the file is read, changed and written back
 };
 
-/// The one way in which this program writes files: first beside their place under a temporary name, then, whole, in
-/// their place.
-///
-/// It refuses to replace a file that this process has read, a file of another kind, a file that may not be written,
-/// and a directory. A link to a regular file is followed; the file keeps its mode and, as far as permitted, its owner
-/// and group. A device or a FIFO is never replaced: what was written is copied into it.
-///
-/// The temporary name is unpredictable and made anew (O_EXCL, O_NOFOLLOW). What killed processes left of earlier
-/// attempts is removed first. Any thread, one at a time.
+/// The only way in which this program writes files. The content goes to a temporary file in the same folder, which is
+/// renamed when it is complete.
+/// It refuses to replace a file that this process has read, a file of another kind, a write-protected file and a
+/// directory. A link to a regular file is followed; the file keeps its mode and, as far as permitted, its owner and
+/// group. A device or FIFO is never replaced: the content is copied into it.
+/// The temporary name is unpredictable and always new (O_EXCL, O_NOFOLLOW). Temporary files of killed processes are
+/// removed first. Any thread, one at a time.
 class PartialFile {
  public:
-  /// `part`: where several are written for one file. Throws Error where the file may not be written; nothing is
-  /// touched then.
+  /// `part` distinguishes several temporary files for one target. Throws Error, before anything is changed, if the file
+  /// may not be written.
   explicit PartialFile(std::filesystem::path file, FileKind kind = FileKind::kText, Over over = Over::kNoInput,
                        std::string_view part = {});
-  /// Removes it, unless it was kept.
+  /// Removes the temporary file unless keep() was called.
   ~PartialFile();
   PartialFile(const PartialFile&) = delete;
   PartialFile& operator=(const PartialFile&) = delete;
 
-  /// As it was named.
+  /// The target as the caller named it.
   const std::filesystem::path& file() const noexcept { return file_; }
-  /// To be written: there already, and empty.
+  /// The temporary file to write; it exists and is empty.
   const std::filesystem::path& path() const noexcept { return path_; }
-  /// It becomes a file; otherwise `file` is a device or a FIFO, which keep() writes to.
+  /// False if `file` is a device or FIFO, into which keep() copies.
   bool makes_file() const noexcept { return stream_ < 0; }
 
-  /// It takes the place of `file`, closed and whole, and outlasts a power cut from then on. Throws Error when it
-  /// cannot.
+  /// Syncs the temporary file and renames it to `file`, which then survives a power cut. Throws Error if it cannot.
   void keep();
 
  private:
@@ -53,17 +50,18 @@ class PartialFile {
   void forget() noexcept;
 
   std::filesystem::path file_, path_;
-  std::filesystem::path target_;  // where `file` leads by links
+  std::filesystem::path target_;  // `file` with links resolved
   FileKind kind_;
   Over over_;
-  int stream_ = -1;  // of a device or FIFO
+  int stream_ = -1;  // descriptor of a device or FIFO
   std::atomic<const char*>* listed_ = nullptr;
 };
 
-/// Throws Error where a PartialFile of these would: said before the work and not after it. Leaves nothing.
+/// Throws Error if a PartialFile with these arguments would throw, so that the user learns it before long work. Leaves
+/// no file.
 void require_output(const std::filesystem::path& file, FileKind kind, Over over = Over::kNoInput);
 
-/// Removes all that are half written in this process. For its end: safe in signal handlers.
+/// Removes all partially written files of this process. For its end: safe in signal handlers.
 void remove_partial_files() noexcept;
 
 }  // namespace typodont

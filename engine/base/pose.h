@@ -12,8 +12,8 @@ namespace typodont {
 using glm::dquat;
 using glm::dvec3;
 
-/// A rotation and a translation, always right-handed (a mirror is a flag of the display, never a Pose). Trivially
-/// copyable, so it travels in messages. Metres.
+/// A rotation and a translation in metres. Always right-handed (a mirror is a flag of the display, never a Pose).
+/// Trivially copyable, so that messages can contain it.
 struct Pose {
   dvec3 p{0, 0, 0};     // m, origin of B in A
   dquat R{1, 0, 0, 0};  // unit quaternion, rotates vectors from B into A
@@ -38,7 +38,7 @@ inline Pose interpolate(const Pose& a, const Pose& b, double s) {
 /// The shortest rotation that takes unit vector `from` to unit vector `to`.
 inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   const double c = glm::dot(from, to);
-  if (c < -1.0 + 1e-12) {  // opposite: any perpendicular axis serves
+  if (c < -1.0 + 1e-12) {  // opposite directions: any perpendicular axis is correct
     const dvec3 axis =
         glm::normalize(glm::abs(from.x) < 0.9 ? glm::cross(from, dvec3(1, 0, 0)) : glm::cross(from, dvec3(0, 1, 0)));
     return {0, axis.x, axis.y, axis.z};
@@ -52,12 +52,12 @@ inline double turn_between(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// How far any point within `reach` of the origin comes at most.
+/// Upper bound of the distance that any point within `reach` of the origin moves from a to b.
 inline double way_between(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + turn_between(a.R, b.R) * reach;
 }
 
-/// Bit for bit.
+/// True if both have the same bits.
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }

@@ -10,13 +10,13 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPatience = kNanosPerSecond;  // work that is done sooner needs no line
+constexpr Nanos kPatience = kNanosPerSecond;  // shorter work shows no progress line
 
-std::atomic<Progress*> g_on_terminal{nullptr};  // what an interrupt cancels
+std::atomic<Progress*> g_on_terminal{nullptr};  // the work that an interrupt cancels
 
 void interrupted(int) {
   Progress* const work = g_on_terminal.load();
-  if (!work || work->cancelled()) end_now();  // whoever asks twice means it
+  if (!work || work->cancelled()) end_now();  // a second interrupt ends the program at once
   work->cancel();
 }
 
@@ -40,14 +40,14 @@ void Progress::stage(const char* what, double from, double to) {
   at(0);
 }
 
-void Progress::at(double share) {
-  share_.store(from_ + std::clamp(share, 0.0, 1.0) * (to_ - from_), std::memory_order_relaxed);
+void Progress::at(double fraction) {
+  fraction_.store(from_ + std::clamp(fraction, 0.0, 1.0) * (to_ - from_), std::memory_order_relaxed);
   if (!line_.empty()) show();
   if (cancelled()) throw Cancelled();
 }
 
 void Progress::show() {
-  const int percent = static_cast<int>(this->share() * 100.0);
+  const int percent = static_cast<int>(this->fraction() * 100.0);
   const int step = terminal_ ? percent : percent / 10 * 10;
   if (step == shown_ || now() - began_ < kPatience) return;
   shown_ = step;

@@ -1,4 +1,5 @@
-// Long work: how far it is, in words and as a share, and the wish that it stop. One worker, any number of watchers.
+// Progress of long work as text and as a fraction, and a request to cancel it. One worker thread, any number of
+// watchers.
 #pragma once
 
 #include <atomic>
@@ -12,7 +13,7 @@
 
 namespace typodont {
 
-/// The work was asked to stop and did; what it was writing is not there.
+/// The work stopped because it was cancelled. Its output file does not exist.
 class Cancelled : public RunFailure {
  public:
   Cancelled() : RunFailure("cancelled; nothing was left half written") {}
@@ -20,36 +21,36 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// Watched by another thread.
+  /// For work that another thread watches.
   Progress() = default;
-  /// Shown on the terminal once it takes longer than a second: one line redrawn when standard error is a terminal,
-  /// otherwise each tenth printed once. The first Ctrl-C (SIGINT, SIGTERM, SIGHUP) cancels the work, the second one
-  /// ends the program at once (interrupt.h). One at a time.
+  /// Shows the work on the terminal once it takes longer than a second: one line that is redrawn if standard error is a
+  /// terminal, otherwise one line per tenth. The first Ctrl-C (SIGINT, SIGTERM, SIGHUP) cancels the work, the second
+  /// one ends the program at once (interrupt.h). One at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // The worker's.
-  /// From here on this is being done (a literal); its own shares go from `from` to `to` of the whole.
+  // Called by the worker.
+  /// Begins a stage named `what` (a literal). Its progress 0..1 maps to `from`..`to` of the whole.
   void stage(const char* what, double from = 0, double to = 1);
-  /// 0..1 of the stage. Throws Cancelled when the work should stop.
-  void at(double share);
+  /// Sets the progress of the stage, 0..1. Throws Cancelled if the work should stop.
+  void at(double fraction);
 
-  // Watchers', signal handlers too.
+  // Called by watchers and signal handlers.
   void cancel() noexcept { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const noexcept { return cancelled_.load(std::memory_order_relaxed); }
-  double share() const noexcept { return share_.load(std::memory_order_relaxed); }
+  double fraction() const noexcept { return fraction_.load(std::memory_order_relaxed); }
   const char* what() const noexcept { return what_.load(std::memory_order_relaxed); }
 
  private:
   void show();
 
-  double from_ = 0, to_ = 1;  // the worker's
-  std::atomic<double> share_{0};
+  double from_ = 0, to_ = 1;  // used by the worker only
+  std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
-  std::string line_;  // on the terminal; empty: not there
+  std::string line_;  // name on the terminal; empty: not shown there
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;

@@ -24,7 +24,7 @@ RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept {
   const auto say = [&](const auto& words) noexcept {
     try {
       granted.note += words();
-    } catch (const std::bad_alloc&) {  // then without words
+    } catch (const std::bad_alloc&) {  // too little memory for the note
     }
   };
   sched_param param{};
@@ -83,7 +83,7 @@ std::string realtime_refusal() {
 
 void flush_denormals() noexcept {
 #ifdef __SSE2__
-  _mm_setcsr(_mm_getcsr() | 0x8040);  // FTZ and DAZ
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // sets the FTZ and DAZ bits
 #endif
 }
 

@@ -1,4 +1,4 @@
-// What a thread asks of the operating system before it enters a real-time loop.
+// Real-time settings that a thread requests from the operating system before it enters a real-time loop.
 #pragma once
 
 #include <string>
@@ -8,8 +8,9 @@ namespace typodont {
 struct RealtimeRequest {
   int priority = 80;  // SCHED_FIFO priority
   static constexpr int kOwnCore = -2;
-  int core = -1;  // pinned core; -1: not pinned; kOwnCore: the last one this process may use, where there are
-                  // three or more and SCHED_FIFO was granted (an ordinary thread does better where there is room)
+  // Core to pin the thread to. -1: not pinned. kOwnCore: the last core of this process, if it has at least three and
+  // SCHED_FIFO was granted (an ordinary thread does better if the scheduler can move it).
+  int core = -1;
   bool lock_memory = true;  // mlockall
 };
 
@@ -17,25 +18,25 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  std::string note;  // in plain words what was refused and what mends it, while there is memory for them; empty: all
-                     // was granted
+  // Says what was refused and how to fix it, if there is memory for the text. Empty: all was granted.
+  std::string note;
 };
 
-/// Calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
+/// Applies to the calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// Why the system refuses SCHED_FIFO to the threads of this process, and what mends it; empty: it grants it. Asks by a
-/// thread of its own.
+/// Why the system refuses SCHED_FIFO to this process, and how to fix it; empty if it grants it. Tries it in a separate
+/// thread.
 std::string realtime_refusal();
 
-/// Calling thread: denormals become zero, so that decaying filters cost the same as loud ones.
+/// Calling thread: treats denormals as zero, so that decaying filters take no longer than others.
 void flush_denormals() noexcept;
 
-/// Calling thread: rounds to nearest and keeps denormals, whatever a library or the thread that started it has set.
-/// What must give the same bits on every thread calls this first.
+/// Calling thread: rounds to nearest and keeps denormals, whatever a library or the parent thread has set. Code that
+/// must give the same bits on every thread calls this first.
 void use_ieee_arithmetic() noexcept;
 
-/// Sleeps until the moment, then spins the last 60 µs: a FIFO thread that only spins is throttled 50 ms a second.
+/// Sleeps until 60 µs before the deadline, then spins. A FIFO thread that only spins is throttled by 50 ms per second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

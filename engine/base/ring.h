@@ -1,4 +1,5 @@
-// Every value, in order, from one thread to one other. Full means counted, never blocking.
+// Passes every value, in order, from one thread to one other. If it is full, values are dropped and counted; it never
+// blocks.
 #pragma once
 
 #include <atomic>
@@ -8,26 +9,26 @@
 
 namespace typodont {
 
-/// Single producer, single consumer, over Boost.Lockfree (whose atomics ThreadSanitizer understands; queues built on
-/// bare fences it does not). Memory is taken at construction only.
+/// Single producer, single consumer, over Boost.Lockfree (its atomics are understood by ThreadSanitizer, unlike bare
+/// fences). Allocates only in the constructor.
 template <class T>
 class Ring {
  public:
   explicit Ring(std::size_t capacity) : queue_(capacity) {}
 
-  /// Producer thread. False, and counted, when full. Never allocates.
+  /// Producer thread. False if full; the loss is counted. Never allocates.
   bool push(const T& value) noexcept {
     if (queue_.push(value)) return true;
     dropped_.fetch_add(1, std::memory_order_relaxed);
     return false;
   }
-  /// Producer thread: the next push() finds room.
+  /// Producer thread: true if the next push() will succeed.
   bool has_room() const noexcept { return queue_.write_available() > 0; }
   /// Consumer thread.
   bool pop(T& value) noexcept { return queue_.pop(value); }
-  /// Consumer thread: how many values are there to pop; more may come meanwhile.
+  /// Consumer thread: number of values that can be popped now.
   std::size_t ready() const noexcept { return queue_.read_available(); }
-  /// Any thread: how many values found no room.
+  /// Any thread: number of values that were lost because the ring was full.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -1,4 +1,4 @@
-// Names that lead to no file of their own: devices, FIFOs and what this process has open already.
+// Recognises file names that are not regular files: devices, FIFOs and descriptors that this process has open.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +6,11 @@
 
 namespace typodont {
 
-/// Where `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1, /dev/fd/63): its number.
+/// The descriptor's number if `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
+/// /dev/fd/63).
 std::optional<int> own_descriptor(std::filesystem::path file);
 
-/// A character device, a FIFO or an open descriptor: it is written to and never replaced.
+/// True for a character device, a FIFO or an open descriptor, which are written to and never replaced.
 bool is_stream(const std::filesystem::path& file);
 
 }  // namespace typodont

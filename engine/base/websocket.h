@@ -1,4 +1,4 @@
-// What both ends of a WebSocket (RFC 6455) need: the client is in haptics/devices, the server in engine/app/stream.
+// Functions for both ends of a WebSocket (RFC 6455). The client is in haptics/devices, the server in engine/app/stream.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace typodont {
 
 std::string base64(std::span<const std::uint8_t> bytes);
 
-/// The answer a server owes to a key (4.2.2).
+/// The server's answer to a client's key (4.2.2).
 std::string websocket_accept(std::string_view key);
 
-/// A text as one frame from server to client (5.2): not masked.
+/// Text as one unmasked frame from server to client (5.2).
 std::string websocket_text_frame(std::string_view text);
 
 }  // namespace typodont

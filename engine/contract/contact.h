@@ -1,4 +1,4 @@
-// What the servo says, once a tick, to everyone else: plain data, SI, frame W unless the name says otherwise.
+// The data that the servo publishes once per tick. Plain data in SI units, in frame W unless the name says otherwise.
 #pragma once
 
 #include <cstdint>
@@ -9,91 +9,97 @@
 
 namespace typodont {
 
-/// What went wrong in a tick. docs/safety.md: what sets each bit, what the force does, how soon, and what is said.
+/// Faults of a tick. docs/safety.md lists for each bit its cause, the effect on the force, the delay and the message.
 enum class Fault : std::uint32_t {
   kNone = 0,
-  kBadInput = 1u << 0,         // hand pose not finite or not a unit quaternion: zero force
-  kStalePatch = 1u << 1,       // a patch is due for over 20 ms: the force goes on, from the old one
-  kPatchEdge = 1u << 2,        // the tool left the patch: the last contact's plane holds it; a free tool: zero
-  kForceLimit = 1u << 3,       // the force was clipped to the device's limit
-  kDeepPenetration = 1u << 4,  // the tool was found inside tissue (a leap, a late patch): it is led out slowly
-  kDeviceLost = 1u << 5,       // the device stopped answering: zero force
-  kRingFull = 1u << 6,         // a cut did not reach the carver: the force goes on
-  kSlewLimit = 1u << 7,        // the force rose faster than the device allows
-  kOverrun = 1u << 8,          // the tick took longer than its period: the force came late
-  kLetGo = 1u << 9,            // the servo was late, and the motors were let go: the hand did not feel the last force
-  kNoRoom = 1u << 10,  // filling that the pedal asks for found no place near the instrument's end: it was not put down
-  kHeld = 1u << 11,    // the emergency key holds: no drill, and no force on the hand
-  kWedged = 1u << 12,  // the hand has left a tool that its contacts hold: it is led back the way it came, if that helps
+  kBadInput = 1u << 0,    // the hand's pose is not finite or not a unit quaternion: zero force
+  kStalePatch = 1u << 1,  // a new patch is late by more than 20 ms: the force is computed in the old patch
+  // the tool left the patch: the last contact plane keeps holding it; a free tool gets zero force
+  kPatchEdge = 1u << 2,
+  kForceLimit = 1u << 3,  // the force was clipped to the device's limit
+  // the tool was found inside tissue (a jump of the hand, or a late patch): it is led out slowly
+  kDeepPenetration = 1u << 4,
+  kDeviceLost = 1u << 5,  // the device stopped answering: zero force
+  kRingFull = 1u << 6,    // the ring to the carver was full and a cut was lost: the force continues
+  kSlewLimit = 1u << 7,   // the force rose faster than the device allows: its rate of change was limited
+  kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
+  kLetGo = 1u << 9,       // the servo was late and the motors were released: the hand did not feel the last force
+  kNoRoom = 1u << 10,  // the pedal asks for filling, but there is no room near the instrument's end: nothing was placed
+  kHeld = 1u << 11,    // the emergency key is on: no drilling, and no force on the hand
+  // contacts hold the tool while the hand has moved away from it: the tool is led back along its own path if that helps
+  kWedged = 1u << 12,
 };
 constexpr std::uint32_t bits(Fault fault) {
   return static_cast<std::uint32_t>(fault);
 }
 
-/// Version of the servo's force laws, which a recording keeps so that it replays to the bit. 4: the teeth's force fades
-/// when the head comes free, where it ended in a step before. 3: a tool that the hand
-/// has left is led back the way it came (the offset model). 2: a late patch gives way (docs/safety.md), a force that
-/// the ledger does not pay for follows the ledger, and a ledger's small debt is forgiven. 1: before that; recordings
-/// without the number.
+/// Version of the servo's force laws. A recording stores it, so that its replay gives the same bits.
+/// 4: the tangential force of the teeth fades when the head comes free; before, it ended in a step.
+/// 3: if contacts hold the tool away from the hand, the tool is led back along its own path (offset model).
+/// 2: a late patch gives way (docs/safety.md); a force that the energy ledger does not cover follows the ledger; a
+/// small debt of the ledger is cancelled.
+/// 1: the laws before version 2; used for recordings without a version.
 inline constexpr std::uint32_t kServoLaws = 4;
 
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;       // ticks since the servo started
-  Nanos t = 0;                   // when the hand was sampled, since the session's start
-  Pose X_WT;                     // the tool where the hand holds it (head centre; shank along +z)
-  Pose X_WG;                     // the tool as held outside the tissue (the proxy): what is drawn
+  Nanos t = 0;                   // time at which the hand was sampled, since the session's start
+  Pose X_WT;                     // the tool at the hand's pose (head centre; shank along +z)
+  Pose X_WG;                     // the proxy: the tool's pose held outside the tissue; this pose is drawn
   dvec3 f_T_W{0, 0, 0};          // N, force on the hand
   dvec3 tau_T_W{0, 0, 0};        // N·m, torque on the hand about the head centre
   double pedal = 0;              // 0..1
   double depth = 0;              // m, |X_WG.p - X_WT.p|
-  dvec3 n_C_W{0, 0, 0};          // unit, out of the tissue, at the contact; zero when free
-  double contact_area = 0;       // m² of the head that touches tissue
-  PerTissue removed{};           // m³ since the start
-  Tissue tissue = Tissue::kAir;  // that the head touches most
+  dvec3 n_C_W{0, 0, 0};          // unit contact normal, out of the tissue; zero when the tool is free
+  double contact_area = 0;       // m², area of the head in contact with tissue
+  PerTissue removed{};           // m³ removed since the start
+  Tissue tissue = Tissue::kAir;  // the tissue with the largest contact area
   double spindle = 0;            // rad/s
-  double cutting_power = 0;      // W, now
-  double energy = 0;             // J, passivity observer: taken from the hand so far
+  double cutting_power = 0;      // W, present cutting power
+  double energy = 0;             // J, passivity observer: energy taken from the hand so far
   Nanos cpu_time = 0;            // thread CPU time of the tick; set by the loop that calls it
   std::uint32_t faults = 0;
-  std::uint32_t patch = 0;  // number of the surface patch it was computed in; 0: none
-  std::uint64_t cuts = 0;   // cuts made so far, this tick's included
-  double spindle_energy =
-      0;  // J, fed to the hand so far by the tangential force of cutting: the spindle's, not in `energy`
-  std::uint32_t tool = 0;    // which of the session's tools is in the hand
-  std::uint32_t level = 0;   // of detail at which the contact model feels the tissue; 0: the finest, or the only one
-  dvec3 f_model_W{0, 0, 0};  // N, what the contact model asks for, before the servo's own slews, limits and ledger
+  std::uint32_t patch = 0;  // number of the surface patch in which the tick was computed; 0: none
+  std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
+  // J, energy fed to the hand so far by the spindle through the tangential cutting force; not in `energy`
+  double spindle_energy = 0;
+  std::uint32_t tool = 0;   // index of the tool in the hand, among the session's tools
+  std::uint32_t level = 0;  // level of detail that the contact model uses; 0: the finest or the only level
+  // N, the contact model's force before the servo applies its slew limits, force limit and energy ledger
+  dvec3 f_model_W{0, 0, 0};
 };
 
-/// Tissue cut away by one tick: the head swept in a straight line from A to B. Or, by a filling instrument, tissue
-/// added: a ball about A's origin, but for the head at B. Servo → carver, debris, recorder.
+/// Tissue removed in one tick: the head swept in a straight line from A to B. A filling instrument adds tissue instead:
+/// a ball around A's origin without the head's volume at B. Servo → carver, debris, recorder.
 struct Cut {
   std::uint64_t index = 0;  // 1, 2, 3 … without gaps
-  std::uint64_t tick = 0;   // the tick that made it
+  std::uint64_t tick = 0;   // number of the tick that made the cut
   Nanos t = 0;
   Pose X_WA, X_WB;         // head centre and orientation before and after
-  std::uint32_t tool = 0;  // which of the session's tools
-  PerTissue removed{};     // m³ by this cut; negative where a filling was added
+  std::uint32_t tool = 0;  // index among the session's tools
+  PerTissue removed{};     // m³ removed by this cut; negative for a filling
   dvec3 n_C_W{0, 0, 0};    // unit, out of the tissue
   double spindle = 0;      // rad/s, signed about the tool's z
-  double fill_radius = 0;  // m, of the ball that was filled; 0: a cut
+  double fill_radius = 0;  // m, radius of the filled ball; 0: this is a cut
 };
 
-/// A piece of tissue that a cut set loose and that was taken out. Carver → debris, recorder.
+/// A piece of tissue that a cut separated from the rest and that was then removed. Carver → debris, recorder.
 struct LoosePiece {
-  std::uint64_t cut = 0;    // that set it loose
-  Nanos t = 0;              // of that cut
-  dvec3 center_W{0, 0, 0};  // m, of the box around it
-  double radius = 0;        // m, half the longest edge of that box
+  std::uint64_t cut = 0;    // number of the cut that separated it
+  Nanos t = 0;              // time of that cut
+  dvec3 center_W{0, 0, 0};  // m, centre of the piece's bounding box
+  double radius = 0;        // m, half the longest edge of the bounding box
   PerTissue removed{};      // m³
 };
 
-/// When the servo took up a surface patch: with the cuts this makes a replay exact. Servo → recorder.
+/// Records from which tick on the servo used a surface patch. Together with the cuts it makes a replay exact. Servo →
+/// recorder.
 struct PatchUse {
-  std::uint32_t patch = 0;       // its number, 1, 2, 3 …
+  std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …
   std::uint64_t first_tick = 0;  // the first tick computed in it
-  std::uint64_t cuts = 0;        // cuts already in the tissue when it was cut out
-  dvec3 center_W{0, 0, 0};       // m, where it was asked for
+  std::uint64_t cuts = 0;        // number of cuts that the tissue contained when the patch was copied from it
+  dvec3 center_W{0, 0, 0};       // m, the centre that was requested
 };
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// A block of distance field on its way from the carver's sparse volume to the surface mesher.
+// A block of the distance field that the carver sends from its sparse volume to the surface mesher.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@
 
 namespace typodont {
 
-/// 16³ cells with one sample of apron on every side, in voxel index space. Cell (i,j,k) of brick `key` spans samples
-/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x runs
-/// slowest.
+/// 16³ cells with one extra sample on every side, in voxel index space. Cell (i,j,k) of brick `key` spans samples
+/// 16·key + (i,j,k) .. +1. Sample (x,y,z) of the arrays, each 0..18, lies at voxel 16·key − 1 + (x,y,z); x is the
+/// slowest index.
 struct FieldBrick {
   static constexpr int kCells = 16;
   static constexpr int kSamples = kCells + 3;
@@ -25,10 +25,10 @@ struct FieldBrick {
 
   glm::ivec3 key{0};
   std::array<float, kCount> distance;  // in voxels, negative inside the tissue, clamped to the band
-  std::array<Tissue, kCount> tissue;   // kAir only where no tissue is near
+  std::array<Tissue, kCount> tissue;   // kAir only if no tissue is near
 };
 
-/// Where voxels lie: p_W = origin + voxel · index. The distance field and the tissue labels share it.
+/// The voxel grid's position in W: p_W = origin + voxel · index. Distance field and tissue labels use the same frame.
 struct VoxelFrame {
   glm::dvec3 origin{0, 0, 0};  // m, position of voxel (0,0,0) in W
   double voxel = 1e-4;         // m

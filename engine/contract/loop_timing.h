@@ -1,4 +1,4 @@
-// How well a loop keeps its time: missed deadlines, jitter, worst tick. Plain data, so that it travels through Latest.
+// Timing statistics of a loop: missed deadlines, jitter, slowest tick. Plain data, so that it can pass through Latest.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct DurationHistogram {
     const double octaves = std::log2(static_cast<double>(duration) / kSmallest);
     return std::min(kBins - 1, 1 + static_cast<int>(octaves * kPerOctave));
   }
-  /// ns, where bin i ends.
+  /// Upper edge of bin i in ns.
   static double upper_edge(int i) noexcept { return kSmallest * std::exp2(static_cast<double>(i) / kPerOctave); }
 
   void add(Nanos duration) noexcept { ++counts[static_cast<std::size_t>(bin(duration))]; }
@@ -32,7 +32,8 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// ns; the upper edge of the bin that holds the q-quantile, so never too kind. 0 while empty.
+  /// Upper edge, in ns, of the bin that holds the q-quantile; so the result is never below the true quantile. 0 while
+  /// empty.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -44,19 +45,19 @@ struct DurationHistogram {
   }
 };
 
-/// The loop's thread records; trivially copyable.
+/// Statistics that the loop's thread records. Trivially copyable.
 struct LoopTiming {
-  Nanos period = 1'000'000;  // nominal, of the device
+  Nanos period = 1'000'000;  // nominal period of the device
   std::uint64_t ticks = 0;
-  std::uint64_t misses = 0;       // ticks whose work was not done when the next sample was due
-  std::uint64_t worst_index = 0;  // the tick that took longest
+  std::uint64_t misses = 0;       // number of ticks whose work was not finished when the next sample was due
+  std::uint64_t worst_index = 0;  // number of the tick that took longest
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
   DurationHistogram jitter;  // |time between two wake-ups - period|
   DurationHistogram work;    // from the device's sample to the force written
   Nanos last_woke = 0;
 
-  /// One tick: when read() returned, when write() had returned. Never allocates.
+  /// Records one tick: `woke` is when read() returned, `done` is when write() returned. Never allocates.
   void record(Nanos woke, Nanos done) noexcept {
     const Nanos took = done - woke;
     if (ticks > 0) {
@@ -75,17 +76,18 @@ struct LoopTiming {
   }
 };
 
-/// What the loop that feels was given by the operating system, and how it fared. Servo thread → recorder, render.
+/// The real-time rights that the operating system granted to the servo loop, and the loop's timing. Servo thread →
+/// recorder, render.
 struct LoopReport {
   LoopTiming timing;
   bool fifo = false, pinned = false, memory_locked = false;
-  std::array<char, 320> note{};  // in words what was refused and what mends it; zero-terminated, empty: nothing
-  // Of a hand with motors: the layer that keeps them from hurting anyone.
-  double heat = 0;            // 0..1 of what the windings bear, now
-  double worst_heat = 0;      // the same, most so far
-  double bearable_force = 0;  // N that the motors may give now; 0: a hand without motors
+  std::array<char, 320> note{};  // states what was refused and how to fix it; zero-terminated; empty: all was granted
+  // The next fields describe the safety layer of a device with motors.
+  double heat = 0;            // present heat of the motor windings, as a fraction of the limit, 0..1
+  double worst_heat = 0;      // largest `heat` so far
+  double bearable_force = 0;  // N, largest force that the motors may produce now; 0: a device without motors
   bool armed = false;         // force may reach the hand
-  std::uint32_t safety = 0;   // everything the safety layer did so far, as its bits
+  std::uint32_t safety = 0;   // all SafetyEvent bits since the start
 
   void say(std::string_view text) noexcept {
     const std::size_t n = std::min(text.size(), note.size() - 1);

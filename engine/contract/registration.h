@@ -1,4 +1,4 @@
-// What the calibration hands to the display and to the haptic device.
+// Result of the calibration for the display and the haptic device.
 #pragma once
 
 #include <array>
@@ -7,11 +7,11 @@
 
 namespace typodont {
 
-/// X_WH with its uncertainty. Covariance of (rotation vector in rad, translation in m), row-major 6×6.
+/// X_WH with its uncertainty: the covariance of (rotation vector in rad, translation in m), row-major 6×6.
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};
-  double sigma = 0;  // m, noise of one touched point, per axis
+  double sigma = 0;  // m, standard deviation of one touched point, per axis
 };
 
 }  // namespace typodont

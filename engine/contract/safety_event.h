@@ -1,5 +1,5 @@
-// What the layer that keeps motors from hurting a hand did or saw (haptics/devices/safe_device.h). Bits: more than one
-// may be set. Safety layer → recorder, render.
+// Events of the safety layer between the motors and the hand (haptics/devices/safe_device.h). The values are bits;
+// several can be set at once. Safety layer → recorder, render.
 #pragma once
 
 #include <array>
@@ -11,17 +11,17 @@ namespace typodont {
 
 enum class SafetyEvent : std::uint32_t {
   kNone = 0,
-  kNotFinite = 1u << 0,    // a force or a pose was not finite: zero
-  kForceLimit = 1u << 1,   // clipped to the peak
-  kSlewLimit = 1u << 2,    // rose too fast: slowed
-  kThermal = 1u << 3,      // clipped to what the motors bear
-  kWatchdog = 1u << 4,     // the servo was silent: zero
-  kDeviceFault = 1u << 5,  // the device reported a fault: zero
-  kDeviceLost = 1u << 6,   // the device is gone: zero
-  kJump = 1u << 7,         // the hand moved faster than hands move: zero
-  kClock = 1u << 8,        // time stood still, ran backwards or leapt: zero
-  kEmergency = 1u << 9,    // the emergency key: ramped to zero
-  kPedalStuck = 1u << 10,  // held too long: the drill stops
+  kNotFinite = 1u << 0,    // a force or a pose was not finite: zero force
+  kForceLimit = 1u << 1,   // the force was clipped to the peak force
+  kSlewLimit = 1u << 2,    // the force rose too fast: its rate was limited
+  kThermal = 1u << 3,      // the force was clipped to protect the motors from heat
+  kWatchdog = 1u << 4,     // the servo sent no force in time: zero force
+  kDeviceFault = 1u << 5,  // the device reported a fault: zero force
+  kDeviceLost = 1u << 6,   // the connection to the device was lost: zero force
+  kJump = 1u << 7,         // the measured position jumped faster than a hand can move: zero force
+  kClock = 1u << 8,        // the clock stopped, ran backwards or jumped: zero force
+  kEmergency = 1u << 9,    // the emergency key was pressed: the force ramps down to zero
+  kPedalStuck = 1u << 10,  // the pedal was pressed for too long: the drill stops
 };
 constexpr std::uint32_t bits(SafetyEvent event) {
   return static_cast<std::uint32_t>(event);

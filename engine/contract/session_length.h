@@ -3,8 +3,8 @@
 
 namespace typodont {
 
-/// s: a day. What is said to be longer (a hand's path, --seconds) is a mistake, and would fill any disk: at 1 kHz a day
-/// of ticks is a recording of some 20 GiB.
+/// s, one day. A longer request (a recorded hand path, --seconds) is treated as a mistake, because it would fill any
+/// disk: at 1 kHz a day of ticks is a recording of about 20 GiB.
 inline constexpr double kLongestSession = 86400;
 
 }  // namespace typodont

@@ -1,4 +1,5 @@
-// A tissue as a packing of spheres: plain data that the packer makes, files keep and the contact model reads.
+// A tissue as a packing of spheres: plain data that the packer creates, that files store and that the contact model
+// reads.
 #pragma once
 
 #include <cstddef>
@@ -9,18 +10,19 @@
 
 namespace typodont {
 
-/// Spheres that do not overlap and lie inside the tissue. Metres, frame W. Sphere i is center[i], radius[i], tissue[i];
-/// they stand in the order in which they were placed, larger ones first as far as the packer's grid tells them apart.
+/// Spheres inside the tissue that do not overlap. Metres, frame W. Sphere i is center[i], radius[i], tissue[i]. They
+/// are stored in the order of their placement: larger spheres first, as far as the packer's grid can tell their sizes
+/// apart.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, W
   std::vector<double> radius;  // m, above 0
-  std::vector<Tissue> tissue;  // never kAir; a sphere lies in one tissue
+  std::vector<Tissue> tissue;  // never kAir; each sphere lies in one tissue
 
-  std::uint64_t seed = 0;         // of the packer
-  std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the tissue it was made from
+  std::uint64_t seed = 0;         // seed of the packer
+  std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the packed tissue
   double max_radius = 0;          // m, the packer's limit
-  double largest_hole = 0;        // m, radius of the largest sphere that would still fit
-  PerTissue solid_volume{};       // m³, of the tissue; spheres fill a part of it
+  double largest_hole = 0;        // m, radius of the largest sphere that would still fit between the others
+  PerTissue solid_volume{};       // m³ of tissue; the spheres fill a part of it
 
   std::size_t size() const { return radius.size(); }
   /// Volume of the spheres per tissue, m³.
@@ -32,7 +34,7 @@ struct SpherePacking {
     }
     return sum;
   }
-  /// Filled share of the tissue's volume, 0 to 1.
+  /// Fraction of the tissue's volume that the spheres fill, 0 to 1.
   double coverage() const {
     double spheres = 0, solid = 0;
     for (const double v : sphere_volume()) spheres += v;

@@ -1,4 +1,4 @@
-// What the workbench drills: the tissues, and what each is made of.
+// The tissues that can be drilled, and their material properties.
 #pragma once
 
 #include <array>
@@ -29,10 +29,10 @@ inline constexpr int kTissueCount = 10;
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 
-/// SI. Values come from assets/materials/, each with its source.
+/// Material properties in SI units. The values come from assets/materials/, which cites a source for each.
 struct Material {
-  double stiffness = 1e3;         // N/m, felt at a head wholly on this tissue when the coupling is 1 N/mm
-  double specific_energy = 30e9;  // J/m³ cut away
+  double stiffness = 1e3;  // N/m, effective stiffness for a head that touches only this tissue, at a coupling of 1 N/mm
+  double specific_energy = 30e9;  // J per m³ of removed tissue
   double static_friction = 0.2;
   double dynamic_friction = 0.15;
   double density = 2900;  // kg/m³

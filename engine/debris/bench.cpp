@@ -11,7 +11,7 @@
 
 namespace typodont::debris {
 std::vector<BenchRow> bench_debris(const BenchOptions& options) {
-  // A ball of tissue, radius 5 mm, in a box of 4 cm.
+  // The tissue is a ball with a radius of 5 mm in a box of 4 cm.
   constexpr int n = 81;
   std::vector<float> samples(n * n * n);
   for (int x = 0; x < n; ++x) {

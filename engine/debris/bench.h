@@ -1,4 +1,4 @@
-// What the debris costs: rows for `typodont bench`.
+// Measures the cost of debris: rows for `typodont bench`.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@ struct BenchOptions {
   int repeats = 500;
 };
 
-/// Chips of a ball of tissue under the drill: a second after the last was born, and while they still fly and bounce.
-/// The floor reads and writes what every step must, and nothing else: positions, velocities and what drag leaves of
-/// them.
+/// Two cases with chips from drilling a ball of tissue: one second after the last chip was created, and while chips
+/// still fly and bounce. The baseline only reads and writes the data of each step: positions, velocities and drag
+/// factors.
 std::vector<BenchRow> bench_debris(const BenchOptions& options);
 
 }  // namespace typodont::debris

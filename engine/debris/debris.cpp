@@ -15,15 +15,15 @@ namespace typodont::debris {
 namespace {
 
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s: the drag of a particle at rest
-constexpr std::uint32_t kRestSteps = 1024;  // how often one at rest looks whether the tissue under it is gone
-constexpr std::uint32_t kMostSteps = 1024;  // how long one in flight goes unattended
-constexpr std::size_t kGroup = 32;          // particles looked after together
-constexpr double kRestSpeed = 0.05;         // m/s
-constexpr double kDragError = 0.1;          // how far off the drag may be before it is worked out anew
-constexpr double kStokesReynolds = 0.02;    // below, drag is Stokes' to one per cent
+constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s, drag rate that marks a particle at rest
+constexpr std::uint32_t kRestSteps = 1024;  // steps after which a particle at rest checks whether its tissue is gone
+constexpr std::uint32_t kMostSteps = 1024;  // longest time, in steps, between two full updates of a moving particle
+constexpr std::size_t kGroup = 32;          // particles that share one due step (`first_due`)
+constexpr double kRestSpeed = 0.05;         // m/s, a slower particle comes to rest
+constexpr double kDragError = 0.1;          // relative error of the drag rate at which it is recomputed
+constexpr double kStokesReynolds = 0.02;    // Reynolds number below which Stokes drag is correct to 1 %
 
-// A stream of numbers that depends on the seed, the cut and nothing else (SplitMix64, Steele et al. 2014).
+// Random numbers that depend only on the seed and the cut (SplitMix64, Steele et al. 2014).
 class Stream {
  public:
   Stream(std::uint64_t seed, std::uint64_t cut) : state_(seed * 0x9e3779b97f4a7c15u ^ cut * 0xd1342543de82ef95u) {}
@@ -45,7 +45,7 @@ class Stream {
   std::uint64_t state_;
 };
 
-/// The field about a point: linear between the samples of one cell.
+/// The distance field around a point, interpolated linearly in one cell.
 class Contact {
  public:
   Contact(const CoarseField& field, const glm::dvec3& p_W) {
@@ -66,28 +66,28 @@ class Contact {
     inside = true;
     distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
   }
-  /// Of any length, where `inside`.
+  /// Gradient of the field, not normalised. Valid if `inside`.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
   }
-  bool inside = false;  // of the field's box
+  bool inside = false;  // the point lies in the field's box
   double distance = 0;  // m
 
  private:
-  glm::dvec3 f_{0};            // within the cell
-  std::array<double, 8> d_{};  // at its corners
-  std::array<double, 4> x_{};  // between those along x
+  glm::dvec3 f_{0};            // position within the cell, 0..1
+  std::array<double, 8> d_{};  // distances at the cell's corners
+  std::array<double, 4> x_{};  // distances interpolated along x
 };
 
-/// What the air moves at.
+/// Velocity of the air at a point, m/s, as the mean over a step.
 glm::dvec3 drawn_air(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
   return air_drawn(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// Whether the straight way from a to b comes so near to c.
+/// True if the straight line from a to b passes c at less than `radius`.
 bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
@@ -96,31 +96,32 @@ bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, cons
 
 }  // namespace
 
-// A ring in the order of birth: since all live equally long, the oldest go first, and the living are one or two runs.
+// A ring buffer in the order of creation. All particles have the same lifetime, so the oldest ones end first, and the
+// living ones occupy one or two ranges.
 struct Debris::State {
   DebrisOptions options;
-  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: 1/s, of drag; keep: see motion.h
-  std::vector<std::uint32_t> due;                      // step in which a particle needs more than the inner loop
-  std::vector<std::uint32_t> first_due;                // the least of every kGroup of them, or less
-  struct Chip {                                        // what the inner loop does not need
-    double born_at;                                    // s
-    float mass0;                                       // kg at birth; 0: sucked away
-    float diameter;                                    // m, of one chip
-    float density;                                     // kg/m³
-    float stokes;                                      // 1/s, drag of a slow one
+  std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag, 1/s; keep: see motion.h
+  std::vector<std::uint32_t> due;        // step at which a particle needs a full update (attend) besides the inner loop
+  std::vector<std::uint32_t> first_due;  // for each group of kGroup particles: a lower bound of their due steps
+  struct Chip {                          // data that the inner loop does not need
+    double born_at;                      // s
+    float mass0;                         // kg, mass at creation; 0: removed by suction
+    float diameter;                      // m, of one chip
+    float density;                       // kg/m³
+    float stokes;                        // 1/s, Stokes drag rate (slow particle)
     Tissue tissue;
   };
   std::vector<Chip> chips;
-  std::vector<Newborn> newborn;  // of one cut
+  std::vector<Newborn> newborn;  // buffer for the particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;                // s, of the last step, which `keep` is for
-  std::uint32_t step = kMostSteps;  // counted from here, so that a phase can be taken off
+  float last_dt = 0;                // s, length of the last step, for which `keep` was computed
+  std::uint32_t step = kMostSteps;  // step counter; starts at kMostSteps, because set_due_within() subtracts a phase
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0;
   double gravity = 0;               // m/s²
-  double density_by_viscosity = 0;  // s/m², of the air
-  bool drawn = false;               // suction was on in the last step, from here:
+  double density_by_viscosity = 0;  // s/m², density over viscosity of the air
+  bool drawn = false;               // suction was on in the last step, with this nozzle and flow:
   glm::dvec3 nozzle_W{0};
   double flow = 0;
 
@@ -142,8 +143,9 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // After `steps` at most, and half of them at least: rounded down so that neighbours, born together, fall due together
-  // and most groups are passed over whole; each group in a step of its own.
+  // Sets the due step to between steps / 2 and `steps` from now. It is rounded down to a multiple of a power of two, so
+  // that neighbours of the same age fall due together and most groups are skipped. A phase per group spreads the groups
+  // over the steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
@@ -152,7 +154,7 @@ struct Debris::State {
   void attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
 };
 
-// Bounce, drag at the present speed, and how long this may be left alone.
+// Full update of one particle: bounce, new drag rate, and the number of steps until the next full update.
 void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept {
   const bool resting = rate[s] >= kStuck;
   glm::dvec3 p = position(s), v = velocity(s);
@@ -192,7 +194,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  // Drag goes by the speed in the air, which suction moves.
+  // Drag depends on the speed relative to the air, which suction moves.
   const glm::dvec3 air = suction ? drawn_air(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
@@ -200,18 +202,19 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   const double factor = reynolds < kStokesReynolds ? 1 : drag_factor(reynolds);
   set_rate(s, static_cast<float>(stokes * factor));
 
-  // Until it could touch the tissue or reach the nozzle, or its drag has changed. In the air it gets no quicker than it
-  // is or than it falls in the end; the air itself, on half the way to the sink, is on the mean less than twice as
-  // quick. What flies away and is pulled away does not come back but with the air: drag turns nothing round.
+  // Lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate. The
+  // particle never becomes faster than its present speed or its terminal velocity. Air closer by half the distance to
+  // the sink moves less than twice as fast in the mean. A particle that moves away and is pulled away returns only with
+  // the air, because drag does not reverse a velocity.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double calm = kMostSteps;  // steps
+  double calm = kMostSteps;  // steps until one of these could happen
   if (field.distance && contact.inside) {
-    // Between samples the field is no steeper than √3, and no farther off than half a spacing.
+    // Between samples the field's slope is at most √3, and its error is at most half a spacing.
     const double off = contact.distance - radius;
     calm = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -223,8 +226,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   auto steps = static_cast<std::uint32_t>(std::clamp(calm, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
     const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
-    // Of that speed, a step. Where drag is so strong that within one it would overtake, it ends up as it falls in this
-    // air.
+    // Change of the relative velocity in one step. If drag is so strong that it would overshoot within a step, the
+    // particle moves at its terminal velocity.
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -254,7 +257,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
                         double& dropped) noexcept {
   Stream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // The side of the head that cuts; where it is not told, all around the axis.
+  // Side of the head that cuts. Without a normal, chips leave all around the axis.
   const double told = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -272,9 +275,9 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
     }
     double given = 0;
     for (std::size_t k = 0; k < number; ++k) {
-      // The last takes what is left, so that the sum is the whole.
-      const float share = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
-      given += share;
+      // The last particle gets the remaining mass, so that the sum is exact.
+      const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
+      given += fraction;
       const dvec3 place = random.in_ball();
       dvec3 side = (told > 0 ? -cut.n_C_W / told : dvec3(0)) + 0.8 * place;
       const double length = glm::length(side);
@@ -282,7 +285,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
       const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // ω × r
       const double speed = glm::length(rim);
-      // Scattered around the rim's velocity, and a little outward: towards the tissue it cannot go.
+      // Scatter around the rim's velocity, with a component away from the tissue: a chip cannot move into it.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (told > 0) {
         const dvec3 n = cut.n_C_W / told;
@@ -290,7 +293,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
         if (into < 0) v -= 2 * into * n;
       }
       const double chip = options.least_chip * std::pow(options.greatest_chip / options.least_chip, random.uniform());
-      out[count++] = {centre + head_radius * side, v, chip, density, share, static_cast<Tissue>(t)};
+      out[count++] = {centre + head_radius * side, v, chip, density, fraction, static_cast<Tissue>(t)};
     }
   }
   return count;
@@ -322,14 +325,14 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
   if (s.count == 0) return;
   ++s.step;
 
-  // The oldest have decayed.
+  // Remove the particles that reached the end of their lifetime.
   while (s.count > 0 && s.time - s.chips[s.first].born_at >= s.options.lifetime) {
     s.decayed += s.chips[s.first].mass0;
     s.due[s.first] = kNever;
     s.first = s.slot(1);
     --s.count;
   }
-  // A nozzle that was switched on or moved, all at once: nobody's horizon reckoned with it.
+  // If the nozzle was switched on or moved, the due steps are no longer valid: update all particles.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -1,12 +1,12 @@
-// Chips and dust: particles born from what was cut, thrown by the bur, slowed by air, bouncing off the tissue.
+// Chips and dust: particles that a cut creates. The bur throws them, air slows them, and they bounce off the tissue.
 //
 //   Debris debris({.seed = 7});
 //   for (const Cut& cut : cuts) debris.emit(cut, head_radius, materials);
 //   debris.step(1.0 / 60, field);
 //   debris.write_points(points);
 //
-// One thread. Nothing allocates after construction; nothing alive, nothing done. The same cuts, steps and seed give the
-// same bits.
+// One thread. Allocates only in the constructor, and does no work without particles. The same cuts, steps and seed give
+// the same bits.
 #pragma once
 
 #include <cstddef>
@@ -20,68 +20,69 @@
 
 namespace typodont::debris {
 
-/// The tissue as a coarse dense distance field: what particles bounce off. The arrays belong to the caller.
-/// Sample (x,y,z) lies at origin + spacing·(x,y,z) and at index (x·size.y + y)·size.z + z.
+/// A coarse distance field of the tissue for bouncing. The caller owns the array. Sample (x,y,z) lies at origin +
+/// spacing·(x,y,z) and at index (x·size.y + y)·size.z + z.
 struct CoarseField {
   glm::dvec3 origin{0};             // m, in W
   double spacing = 5e-4;            // m
-  glm::ivec3 size{0};               // samples; none: nothing to bounce off
+  glm::ivec3 size{0};               // number of samples; 0: no tissue to bounce off
   const float* distance = nullptr;  // m, negative in the tissue
 };
 
-/// A nozzle that draws air in from all around.
+/// A suction nozzle, which draws in air from all directions.
 struct Suction {
   glm::dvec3 p_W{0};     // m
-  double flow = 5e-3;    // m³/s: a high-volume dental aspirator draws about 300 l/min
-  double radius = 4e-3;  // m: what comes nearer is gone
+  double flow = 5e-3;    // m³/s; a high-volume dental aspirator draws about 300 l/min
+  double radius = 4e-3;  // m; particles within this distance are removed
 };
 
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³ of tissue that one particle stands for, as long as there is room
+  double parcel_volume = 1e-12;  // m³ of tissue per particle, as long as there is room for more particles
   int most_per_cut = 32;
-  double least_chip = 5e-6, greatest_chip = 50e-6;  // m, diameters; between them evenly in the logarithm
-  double decay_time = 2.0;            // s: a particle's mass falls by e in this time (Kim & Park 2006, sec. 4.6) …
-  double lifetime = 6.0;              // s: … and what is left of it vanishes after this
+  double least_chip = 5e-6, greatest_chip = 50e-6;  // m, chip diameters; distributed uniformly in the logarithm
+  double decay_time = 2.0;            // s in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
+  double lifetime = 6.0;              // s after which the particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s²
   double air_density = 1.2;           // kg/m³
   double air_viscosity = 1.8e-5;      // Pa·s
-  double restitution = 0.3;           // of the speed along the normal
-  double slide = 0.7;                 // share of the tangential speed kept in a bounce
-  double scatter = 0.25;              // of the rim speed: spread of the launch velocity
+  double restitution = 0.3;           // ratio of the normal speeds after and before a bounce
+  double slide = 0.7;                 // ratio of the tangential speeds after and before a bounce
+  double scatter = 0.25;              // standard deviation of the launch velocity over the rim speed
 };
 
-/// Where all mass went: born = alive + decayed + sucked + dropped. kg.
+/// Balance of mass in kg: born = alive + decayed + sucked + dropped.
 struct DebrisLedger {
   PerTissue born{};
   double alive = 0;
   double decayed = 0;
   double sucked = 0;
-  double dropped = 0;  // there was no room
+  double dropped = 0;  // lost because the buffer was full
 };
 
-/// A particle as it leaves the bur.
+/// A particle at the moment the bur throws it.
 struct Newborn {
   glm::dvec3 p_W{0}, v_W{0};  // m, m/s
-  double chip = 0;            // m, diameter of its single chips
+  double chip = 0;            // m, diameter of one chip of the parcel
   double density = 0;         // kg/m³
   float mass = 0;             // kg
   Tissue tissue = Tissue::kAir;
 };
 
-/// Particles from one cut: their mass is density × removed volume, tissue by tissue; what finds no `room` is dropped.
-/// Returns how many of `out` were filled; it must hold kTissueCount · most_per_cut. The same for whoever moves them.
+/// Creates the particles of one cut. Their mass is density × removed volume for each tissue; mass beyond `room`
+/// particles is dropped. Fills `out`, which must hold kTissueCount · most_per_cut entries, and returns the number
+/// filled. Used by the CPU and the GPU version.
 std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
                         const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
                         double& dropped) noexcept;
 
-/// As a renderer draws it.
+/// A particle as the renderer draws it.
 struct DebrisPoint {
   glm::vec3 p_W{0};    // m
-  float diameter = 0;  // m, of a ball of the mass that is left
+  float diameter = 0;  // m, diameter of a ball with the remaining mass
   Tissue tissue = Tissue::kAir;
-  float chip = 0;  // m, diameter of its single chips: the finest are mist
+  float chip = 0;  // m, diameter of one chip; the finest are drawn as mist
 };
 
 class Debris {
@@ -91,19 +92,19 @@ class Debris {
   Debris(Debris&&) noexcept;
   Debris& operator=(Debris&&) noexcept;
 
-  /// Particles from one cut: their mass is density × removed volume, tissue by tissue. `head_radius` in m.
+  /// Creates the particles of one cut: their mass is density × removed volume for each tissue. `head_radius` in m.
   void emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept;
-  /// dt in s. `suction` nullptr: switched off.
+  /// Advances by dt seconds. `suction` is nullptr if suction is off.
   void step(double dt, const CoarseField& field, const Suction* suction = nullptr) noexcept;
 
   std::size_t alive() const noexcept;
-  double time() const noexcept;  // s stepped so far
+  double time() const noexcept;  // s, sum of all steps so far
   DebrisLedger ledger() const noexcept;
-  /// Fills `points` from the front with the particles still there, oldest first; returns how many.
+  /// Writes the living particles into `points`, oldest first, and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const noexcept;
-  /// m/s of the particle that write_points gives as number `i` when nothing was sucked away.
+  /// Velocity in m/s of the particle that write_points() writes at index `i` if suction removed none.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// m, diameter of its single chips, which drag goes by.
+  /// m, diameter of one chip of the parcel; drag depends on it.
   double chip(std::size_t i) const noexcept;
   double mass(std::size_t i) const noexcept;  // kg
   std::uint64_t hash() const noexcept;

@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr std::size_t kRemembered = 6;  // frames: as many as a window's images, and more
+constexpr std::size_t kRemembered = 6;  // frames; more than the number of images of a window
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
   return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
@@ -31,7 +31,7 @@ bool meet(const VkRect2D& a, const VkRect2D& b) {
   const Part p = part_of(a), q = part_of(b);
   return p.x < q.x + q.width && q.x < p.x + p.width && p.y < q.y + q.height && q.y < p.y + p.height;
 }
-/// A box of an eye's place as pixels of the target.
+/// Converts a box in an eye's region to target pixels.
 VkRect2D in_target(const WritingBox& box, const Place& place) {
   return {{place.lo.x + box.lo.x, place.lo.y + box.lo.y},
           {static_cast<std::uint32_t>(box.size.x), static_cast<std::uint32_t>(box.size.y)}};
@@ -42,37 +42,38 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};  // by mix, and whether sizes fit
+  // by mix, and by whether source and target sizes are equal
+  std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // What the last frames changed, by their number, and which of them each target holds.
+  // Stores what the last frames changed, by frame number, and which frame each target holds.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
-    Parts pictures;  // of the eyes
-    Rects written;   // of the target, by the eyes' places
+    Parts pictures;  // changed parts of the eyes' pictures
+    Rects written;   // changed parts of the target, for each eye's region
   };
-  std::deque<Change> history;  // the newest last, of frame `frame`
+  std::deque<Change> history;  // newest last, for frame `frame`
   std::uint64_t frame = 0;
   std::map<VkImage, std::uint64_t> holds;
-  VkExtent2D size{};  // of the pictures they were composed from
+  VkExtent2D size{};  // size of the pictures that were composed last
   Layout layout = Layout::kMono;
   int first_row = 0;
 
-  // The writing over each place, shared by the frames in flight that show it.
+  // The text over each region. Frames in flight that show the same text share it.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
-  std::array<ivec2, 2> written_for{};  // pixels of the places
+  std::array<ivec2, 2> written_for{};  // size of the regions in pixels
   struct OnDevice {
     Writings holds;
-    gpu::Buffer pixels;                                // of all panels, one after another
-    std::array<std::vector<std::int32_t>, 2> first{};  // pixel of each panel
+    gpu::Buffer pixels;                                // pixels of all panels, one panel after the other
+    std::array<std::vector<std::int32_t>, 2> first{};  // index of each panel's first pixel
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // Where the processor composes: copies of the eyes' pictures, complete where something changed, and what to do with
-  // them once they are there. Of each frame in flight.
+  // Data for composing on the CPU, one for each frame in flight: copies of the eyes' pictures, complete where something
+  // changed, and the work to do once the copies are there.
   struct ByHand {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -81,10 +82,10 @@ struct Compositor::Impl {
     int first_row = 0;
     HostPixels to;
     ivec2 target{0};
-    Rects parts;         // of the target
-    bool waits = false;  // to be composed
+    Rects parts;         // parts of the target to compose
+    bool waits = false;  // true until it is composed
     Writings writing;
-    std::array<std::vector<std::size_t>, 2> panels;  // of the writing, to be laid over
+    std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
   std::array<ByHand, kSlots> by_hand;
   ProcessorComposer composer;
@@ -115,7 +116,7 @@ struct Compositor::Impl {
     writing_pipeline = VK_NULL_HANDLE;
   }
 
-  /// An eye's place on the target; of a stereo surface each eye has a layer of its own.
+  /// Region of an eye in the target. A stereo surface has one layer for each eye.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
     return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
   }
@@ -123,10 +124,10 @@ struct Compositor::Impl {
     static const Hud kNothing;
     return hud ? *hud : kNothing;
   }
-  /// How many places the layout has.
+  /// Number of regions in the layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
-  /// Writes anew what says something new. What of the target that changes, by the eyes' places.
+  /// Draws the text that changed. Returns the parts of the target that change, for each eye's region.
   Rects write(const Huds& huds, Layout how, const Target& target) {
     Rects changed;
     for (std::size_t e = 0; e < places(how); ++e) {
@@ -141,8 +142,8 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// Which panels are to be laid over: those that a part touches. Their boxes become parts themselves: a panel is
-  /// blended once, and wholly, over what was composed under it.
+  /// The panels that must be drawn again because a part touches them. Their boxes are added to the parts, because a
+  /// panel must be blended exactly once, completely, over a newly composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -150,7 +151,7 @@ struct Compositor::Impl {
       const Place place = place_on(e, how, target);
       const auto panels = writing[e]->panels();
       std::vector<bool> touched(panels.size(), !parts.has_value());
-      for (bool more = parts.has_value(); more;) {  // a panel may lie over another
+      for (bool more = parts.has_value(); more;) {  // a panel may overlap another panel
         more = false;
         for (std::size_t i = 0; i < panels.size(); ++i) {
           const VkRect2D box = in_target(panels[i].box, place);
@@ -168,7 +169,7 @@ struct Compositor::Impl {
     return chosen;
   }
 
-  /// The panels' pixels where a shader of this slot finds them.
+  /// Copies the panels' pixels to the buffer that the shaders of this slot read.
   void put_on_device(int slot) {
     OnDevice& there = on_device[static_cast<std::size_t>(slot)];
     if (there.pixels.buffer && there.holds == writing) return;
@@ -192,7 +193,7 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Where in the target an eye's part is seen; a pixel more all round where pictures are stretched.
+  /// Target area that shows a part of an eye's picture. One pixel larger on every side if pictures are stretched.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -203,7 +204,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// What of the target is to be drawn, of each eye's place; nothing: all of it.
+  /// The parts of the target to draw, for each eye's region; nothing means everything.
   std::optional<Rects> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -220,13 +221,13 @@ struct Compositor::Impl {
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
-    // A stereo surface has a layer an eye; where it lacks more than is remembered, it gets everything.
+    // Draw everything if the surface is stereo (one layer per eye), or if the target is older than the stored history.
     if (!changed || !target.kept || behind > history.size() || target.layers.size() > 1) return std::nullopt;
     const ivec2 picture(static_cast<int>(now.width), static_cast<int>(now.height));
     Rects parts;
     for (std::size_t i = history.size() - behind; i < history.size(); ++i)
       for (std::size_t eye = 0; eye < 2; ++eye) {
-        // Where both eyes share every place, a pixel drawn for one is drawn for both.
+        // If both eyes share every region, drawing a pixel for one eye draws it for the other.
         auto& of_place = parts[mix_of(how) == Mix::kOneEye ? eye : 0];
         const auto add = [&](const VkRect2D& rect) {
           if (std::none_of(of_place.begin(), of_place.end(), [&](const VkRect2D& r) { return same(r, rect); }))
@@ -261,7 +262,7 @@ struct Compositor::Impl {
     return made = gpu::create_pipeline(device, o);
   }
 
-  /// Lays panels over an eye's place, within the rendering that composed it.
+  /// Draws panels over an eye's region, in the same rendering pass that composed it.
   void write_over(VkCommandBuffer commands, VkFormat target_format, std::size_t eye, const Place& place, int slot,
                   const std::vector<std::size_t>& panels) {
     if (panels.empty()) return;
@@ -281,14 +282,14 @@ struct Compositor::Impl {
     }
   }
 
-  /// Copies what of the pictures the target lacks to where the processor composes it from.
+  /// Copies the parts of the pictures that the target needs to the memory from which the CPU composes them.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
     ByHand& job = by_hand[static_cast<std::size_t>(slot)];
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
-    // A pixel more: the last one has a neighbour too.
+    // One pixel more, because the last pixel is interpolated with its neighbour.
     if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
       job.eyes.destroy(device);
       job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
@@ -313,7 +314,7 @@ struct Compositor::Impl {
 
     std::vector<VkBufferImageCopy> copies;
     for (std::uint32_t layer = 0; layer < layers; ++layer) {
-      // Where both eyes share every place, each is wanted wherever something is.
+      // If both eyes share every region, copy both eyes wherever one is needed.
       const std::size_t eye = two_places(how) ? layer : 0;
       const Place place = place_of(static_cast<int>(layer), how, target.size);
       const dvec2 scale = dvec2(now.width, now.height) / dvec2(place.size);
@@ -381,7 +382,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // A frame that was never composed is lacking, too.
+    // A frame that was skipped must also be drawn.
     if (m.by_hand[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
@@ -398,7 +399,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                   VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
                   VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   const VkExtent2D extent{static_cast<std::uint32_t>(target.size.x), static_cast<std::uint32_t>(target.size.y)};
-  // Where the halves of an odd size leave a column or a row to nobody, it is black.
+  // With an odd size, one column or row belongs to no eye; it stays black.
   const bool covered_by_eyes = target.size.x % 2 == 0 && target.size.y % 2 == 0;
   for (std::size_t target_layer = 0; target_layer < target.layers.size(); ++target_layer) {
     const VkRenderingAttachmentInfo info{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,

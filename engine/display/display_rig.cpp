@@ -64,7 +64,8 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // The plane stays where it is when its normal is made unit: {p: n·p = c} is {p: n/|n|·p = c/|n|}.
+  // Normalising the normal keeps the plane if the offset is divided by the same length: {p: n·p = c} is {p: n/|n|·p =
+  // c/|n|}.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
   mirror.offset = json["offset_mm"].number() * kMillimetre / length;
@@ -112,7 +113,7 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // What `calibrate register` found: the haptic base H in the display's frame D, here the headset's space.
+    // Result of `calibrate register`: the haptic base H in the display's frame D, which is the headset's space here.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -151,7 +152,7 @@ DisplayRig parse_rig(const Json& json) {
   if (const auto screen = json.find("screen"))
     rig.screen = parse_screen(*screen);
   else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // a mirror without a measured screen shows nothing in the right place: say that it is missing
+    json["screen"];  // throws Error if the screen is missing: a mirror needs a measured screen
   if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
   if (const auto head = json.find("head")) rig.head = parse_head(*head);
   if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
@@ -209,7 +210,7 @@ dmat4 opengl_projection(const Frustum& f) {
 }
 
 dmat4 vulkan_projection(const Frustum& f) {
-  // The same rays; rows of y negated (Vulkan's y points down) and depth mapped to 0..1.
+  // The same projection for Vulkan: the rows of y are negated (Vulkan's y points down), and depth is mapped to 0..1.
   dmat4 m = opengl_projection(f);
   m[1][1] = -m[1][1];
   m[2][1] = -m[2][1];
@@ -241,7 +242,8 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell: a plate moves what is seen through it along its normal towards the eye by t (1 − cos θ / √(n² − sin² θ)).
+  // Snell's law: a plate displaces what is seen through it along its normal, towards the eye, by t (1 − cos θ / √(n² −
+  // sin² θ)).
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -255,8 +257,9 @@ EyeView eye_view(const Screen& panel, const std::optional<Mirror>& mirror, const
   const Screen screen = mirror ? reflect(*mirror, panel) : panel;
   const dvec3 right_edge = screen.lower_right - screen.lower_left, up_edge = screen.upper_left - screen.lower_left;
   const dvec3 v_r = glm::normalize(right_edge), v_u = glm::normalize(up_edge);
-  // The panel shines towards v_r × v_u; reflected, towards the opposite, and (v_r, v_u, v_n) is left-handed: this is
-  // the one place where the mirror enters, as a view of determinant −1.
+  // The panel emits light along v_r × v_u. Its mirror image emits light in the opposite direction, so (v_r, v_u, v_n)
+  // is left-handed. This is the only place where the mirror enters the computation: as a view matrix with determinant
+  // −1.
   const dvec3 v_n = glm::normalize(glm::cross(v_r, v_u)) * (mirror ? -1.0 : 1.0);
 
   const dvec3 v_a = screen.lower_left - p_WE, v_b = screen.lower_right - p_WE, v_c = screen.upper_left - p_WE;
@@ -344,7 +347,7 @@ std::array<double, 16> row_major_mm(const dmat4& view) {
 }
 
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum) {
-  // Scaling all lengths leaves every entry as it is but P23, which is a length.
+  // A scale of all lengths changes only entry P23, which is a length.
   return row_major_mm(vulkan_projection(frustum));
 }
 

@@ -1,8 +1,7 @@
-// Where the screen, the mirror, the eyes and the haptic base are in the workbench frame W, and the asymmetric frusta
-// that follow. Pure functions of measured positions: nothing here knows Vulkan objects. Any thread.
-//
+// Positions of the screen, the mirror, the eyes and the haptic base in the workbench frame W, and the asymmetric view
+// frusta computed from them. Pure functions of measured positions, without Vulkan objects. Any thread.
 // Frames: W workbench. E one eye's frame: origin in the eye, x along the picture's right edge-to-edge direction, y
-// along its up direction, the picture in front at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
+// along its up direction; the picture lies at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
 #pragma once
 
 #include <array>
@@ -27,42 +26,43 @@ enum class Layout { kMono, kSideBySide, kTopBottom, kRowInterleaved, kAnaglyph, 
 std::string_view name_of(DisplayKind kind) noexcept;
 std::string_view name_of(Layout layout) noexcept;
 
-/// The physical panel; its corners as its picture is upright.
+/// The physical panel. Its corners are named for the upright picture.
 struct Screen {
   dvec3 lower_left{-0.26, -0.145, 0}, lower_right{0.26, -0.145, 0}, upper_left{-0.26, 0.145, 0};  // m, W
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
 };
 
-/// A half mirror: the plane normal · p = offset, in W. The glass is optional: its thickness and refractive index move
-/// what is seen through it (the hand) towards the eyes, and the picture follows (glass_shift).
+/// A half mirror: the plane normal · p = offset in W. The glass is optional: its thickness and refractive index
+/// displace what is seen through it (the hand) towards the eyes, and the picture is displaced equally (glass_shift).
 struct Mirror {
   dvec3 normal{0, 1, 0};       // unit
   double offset = 0;           // m
-  double glass_thickness = 0;  // m, of the plate the hand is seen through
+  double glass_thickness = 0;  // m, thickness of the plate through which the hand is seen
   double glass_index = 1.52;
 };
 
 struct Head {
-  dvec3 eye_center{0, 0, 0.6};  // m, W, half-way between the eyes
+  dvec3 eye_center{0, 0, 0.6};  // m, W, midpoint between the eyes
   double ipd = 0.063;           // m
   dvec3 right{1, 0, 0};         // unit, from the left eye to the right
-  std::string tracker;          // "opentrack:PORT" (head_tracker.h), or empty: the head does not move
+  std::string tracker;          // address "opentrack:PORT" (head_tracker.h); empty: the head does not move
 };
 
-/// A headset: where its space D (x right, y up, the user looks along −z) lies in the workbench.
+/// A headset: the pose of its space D (x right, y up, the user looks along −z) in the workbench.
 struct HmdRig {
-  bool stage = true;         // D is the room's STAGE, else LOCAL, which begins where the user sits
-  std::optional<Pose> X_WD;  // measured, e.g. to a haptic arm; nothing: the work is put before the user
-  double magnify = 1;        // the work is seen, and the hand moves, this much larger; only where X_WD is not measured
-  double distance = 0.35, below = 0.22;  // m from the eyes to the work, where it is put
-  bool passthrough = false;              // show the room behind the work, where the headset can
-  bool depth = true;                     // hand the depth over where the runtime takes it
-  double refresh_hz = 0;                 // 0: the runtime's choice
-  double resolution = 1;                 // of the runtime's recommended width and height
-  double wait = 15;                      // s for the headset to be put on
-  double stall = 3;                      // s without an answer of the runtime before the session ends
-  dvec3 tip{0, 0, -0.06};                // m, of the tool's head in the controller's aim frame
+  bool stage = true;  // true: D is the room's STAGE space; false: LOCAL, whose origin is where the user sits
+  // measured pose, e.g. relative to a haptic arm; nothing: the work is placed in front of the user
+  std::optional<Pose> X_WD;
+  double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
+  double distance = 0.35, below = 0.22;  // m from the eyes to the work, if it is placed in front of the user
+  bool passthrough = false;              // show the room behind the work if the headset can
+  bool depth = true;                     // pass depth to the runtime if it accepts it
+  double refresh_hz = 0;                 // 0: the runtime chooses
+  double resolution = 1;                 // factor on the runtime's recommended width and height
+  double wait = 15;                      // s to wait until the user puts the headset on
+  double stall = 3;                      // s without an answer of the runtime after which the session ends
+  dvec3 tip{0, 0, -0.06};                // m, position of the tool's head in the controller's aim frame
 };
 
 struct DisplayRig {
@@ -70,22 +70,23 @@ struct DisplayRig {
   Screen screen;
   std::optional<Mirror> mirror;
   Head head;
-  Pose X_WH;                           // the haptic base
-  Pose left_X_WH;                      // that of the second hand's device
-  std::string hand, left_hand, pedal;  // devices by address and serial, "woodenhaptics:1234567"; empty: not named
-  double pedal_limit = 0;              // s that the pedal may be held without a break; 0: what is usual
-  HmdRig hmd;                          // of a headset
-  double magnify = 1;                  // the work is seen so many times larger than life: magnified()
-  std::optional<dvec3> magnify_about;  // m, W: what stays where it is; nothing: the work's middle
-  double scale = 1;                    // lengths of screen, mirror and eyes in units of those on the bench
+  Pose X_WH;       // pose of the haptic base
+  Pose left_X_WH;  // pose of the second hand's device
+  // devices as address and serial number, "woodenhaptics:1234567"; empty: not specified
+  std::string hand, left_hand, pedal;
+  double pedal_limit = 0;              // s, longest time that the pedal may be pressed without a break; 0: the default
+  HmdRig hmd;                          // used only with a headset
+  double magnify = 1;                  // magnification of the picture: magnified()
+  std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; nothing: the middle of the work
+  double scale = 1;                    // ratio of the lengths of screen, mirror and eyes here to those on the bench
 };
 
-/// The rig whose picture shows the work `rig.magnify` times larger about `rig.magnify_about`, or about `about` (m, W)
-/// where the rig names no point: screen, mirror and eyes shrunk so many times towards it, which is the same picture.
-/// The hand's base is not moved: what is seen and what is felt coincide at that point alone.
+/// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point is `rig.magnify_about`, or
+/// `about` (m, W) if the rig has none. Screen, mirror and eyes shrink towards it by that factor, which gives the same
+/// picture. The haptic base does not move, so that the visual and the haptic position agree only at that point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
-/// Reads a rig file (INTERFACE.md). Throws Error naming file, key, found and expected.
+/// Reads a rig file (docs/interface.md). Throws Error naming file, key, found and expected.
 DisplayRig load_rig(const std::filesystem::path& file);
 DisplayRig parse_rig(const Json& json);
 
@@ -94,64 +95,65 @@ struct ClipRange {
   double far = 2.0;   // m
 };
 
-/// Cut of the frustum with the near plane, m, in E.
+/// Cross-section of the frustum with the near plane, m, in E.
 struct Frustum {
   double left = 0, right = 0, bottom = 0, top = 0, near = 0, far = 0;
 };
 
-/// How one eye sees the picture.
+/// View and projection of one eye.
 struct EyeView {
   dvec3 position{0, 0, 0};  // m, W
-  dmat4 view{1.0};          // W → E, m; determinant −1 when flip
+  dmat4 view{1.0};          // W → E, m; determinant −1 if flip
   dmat4 projection{1.0};    // E → Vulkan clip space
   Frustum frustum;
-  bool flip = false;  // the picture is seen in a mirror: front faces wind the other way
+  bool flip = false;  // the picture is seen in a mirror, so the winding of front faces is reversed
 };
 
-/// The worked form of the papers, OpenGL's clip space (y up, depth −1..1): what frusta are compared with.
+/// The projection in OpenGL's clip space (y up, depth −1..1), as in the papers; for comparison.
 dmat4 opengl_projection(const Frustum& frustum);
-/// The same for Vulkan's clip space (y down, depth 0..1).
+/// The projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. Its own inverse.
+/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. It is its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
-/// The panel as it stands behind the mirror.
+/// The mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// m, W: how far a half mirror's glass moves what is seen through it, for the ray from p_WC, half-way between the eyes,
-/// to the middle of the picture, where the work is. One shift for both eyes, so that points stay in their rows (an
-/// eye's own would take them out of them by what refraction itself does, hundredths of a pixel); through 3 mm of glass
-/// at 45 degrees what lies a centimetre off the middle is drawn within 0.05 mm of where its own ray shows it.
+/// Displacement (m, W) of an object seen through the half mirror's glass, for the ray from the midpoint p_WC between
+/// the eyes to the middle of the picture, where the work is. Both eyes use the same displacement, so that corresponding
+/// points stay in the same row; separate ones would shift rows by some hundredths of a pixel. The remaining error is at
+/// most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45 degrees.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
-/// Kooima 2009, generalised perspective projection, from the eye at p_WE to the screen, seen in the mirror if there is
-/// one (real eye, reflected screen). Throws Error when the eye lies behind the picture or in its plane.
-/// `shift`: of what is seen, as glass_shift has it.
+/// Generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen, or to its mirror image if there
+/// is a mirror (real eye, reflected screen). `shift` is the glass_shift() of the picture. Throws Error if the eye lies
+/// behind the picture or in its plane.
 EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, const dvec3& p_WE, const ClipRange& range,
                  const dvec3& shift = dvec3(0));
 
-/// Positions of the left and right eye, or of the point half-way between them twice when the layout is mono.
+/// Positions of the left and right eye. In a mono layout both are the midpoint between the eyes.
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
-/// True when both of the head's eyes lie in front of the picture, 5 cm or more.
+/// True if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Near and far planes around the workspace: the worked 0.1 m and 2 m unless the picture is nearer or farther.
+/// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is nearer or farther.
 ClipRange clip_range(const DisplayRig& rig);
-/// Left, right.
+/// Views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
 
-/// How flat writing must be drawn in the picture so that the user reads it upright: columns are the user's right and
-/// up in the picture's (right, up), each ±1 or 0. In a mirror exactly one axis is reversed.
+/// Orientation in which flat text must be drawn so that the user reads it upright. The columns are the user's right and
+/// up directions in picture coordinates (right, up); entries are ±1 or 0. A mirror reverses exactly one axis.
 dmat2 upright(const DisplayRig& rig);
 
-/// 16 numbers, row-major, for lengths in mm: what frame.json holds.
+/// 16 numbers, row-major, with lengths in mm, as in frame.json.
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Pixels of one eye's picture for a screen of these pixels, and of the composed screen for such an eye picture.
+/// Size in pixels of one eye's picture for a screen of the given size, and size of the composed screen for such an eye
+/// picture.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
-/// The other way round: pixels of one eye's picture in a composed screen of this size.
+/// The inverse: size in pixels of one eye's picture in a composed screen of the given size.
 ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

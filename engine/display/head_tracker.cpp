@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Of camera trackers behind OpenTrack's own filter, and of a head bent over work; see MotionFilter.
+// Noise of camera trackers behind OpenTrack's own filter, and agility of a head bent over work; see MotionFilter.
 constexpr double kPositionSigma = 0.5e-3;  // m
 constexpr double kPositionAgility = 0.15;  // m/s^1.5
 constexpr double kDirectionSigma = 5e-3;   // rad
@@ -43,8 +43,8 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// How long ago the kernel received a message, ns. The clock of such stamps can be set by people; an age that cannot be
-/// is taken for none.
+/// Age in ns of a message, from the kernel's time stamp. That clock can be changed by users; an impossible age counts
+/// as 0.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -89,7 +89,7 @@ std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet) {
     for (std::size_t b = 0; b < 8; ++b) bits |= std::to_integer<std::uint64_t>(packet[8 * i + b]) << (8 * b);
     numbers[i] = std::bit_cast<double>(bits);
     const double most = i < 3 ? 200 : 360;
-    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;  // NaN, too
+    if (!(std::abs(numbers[i]) <= most)) return std::nullopt;  // also refuses NaN
   }
   return HeadMotion{dvec3(numbers[0], numbers[1], numbers[2]) * 1e-2, numbers[3] * kDegree, numbers[4] * kDegree,
                     numbers[5] * kDegree};
@@ -104,17 +104,17 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
     v_ = dvec3(0);
     p_xx_ = sigma2_;
     p_xv_ = 0;
-    p_vv_ = 1;  // as fast as a head may be: 1 m/s
+    p_vv_ = 1;  // (1 m/s)², variance of the speed of a head
     return;
   }
   const double dt = to_seconds(t - t_);
   t_ = t;
-  // Predict …
+  // Prediction step.
   x_ += v_ * dt;
   p_xx_ += dt * (2 * p_xv_ + dt * p_vv_) + density_ * dt * dt * dt / 3;
   p_xv_ += dt * p_vv_ + density_ * dt * dt / 2;
   p_vv_ += density_ * dt;
-  // … and correct.
+  // Correction step.
   const double s = p_xx_ + sigma2_, k_x = p_xx_ / s, k_v = p_xv_ / s;
   const dvec3 innovation = measured - x_;
   x_ += k_x * innovation;
@@ -160,8 +160,8 @@ HeadTracker::~HeadTracker() {
 }
 
 void HeadTracker::poll() noexcept {
-  // One byte more than a packet has, so that a longer one is seen to be longer. No more of them than two seconds of the
-  // fastest tracker: a flood of packets must not hold up the picture.
+  // The buffer has one byte more than a packet, so that longer packets are detected. The loop reads at most two seconds
+  // of the fastest tracker's packets, so that a flood of packets cannot block the picture.
   for (int most = 500; most > 0; --most) {
     std::array<std::byte, kPacketBytes + 1> bytes;
     alignas(cmsghdr) std::array<char, 128> control;

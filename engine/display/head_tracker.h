@@ -1,5 +1,5 @@
-// Where the user's eyes are now and will be when the picture is shown: samples from a head tracker, filtered and
-// predicted. No thread of its own: the render thread empties the socket once a frame, and each packet carries the
+// Present and predicted positions of the user's eyes: filters the samples of a head tracker and predicts them for the
+// time of display. Has no thread: the render thread empties the socket once per frame, and each packet carries the
 // kernel's time of arrival. Without a tracker in the rig nothing of this is created.
 #pragma once
 
@@ -14,39 +14,41 @@
 
 namespace typodont::display {
 
-/// Where a tracker's packets arrive: "opentrack:PORT" listens on this machine only, "opentrack:ADDRESS:PORT" on the
-/// numeric IPv4 address given ("0.0.0.0": from anywhere).
+/// Address for a tracker's packets: "opentrack:PORT" listens on this machine only, "opentrack:ADDRESS:PORT" on the
+/// given numeric IPv4 address ("0.0.0.0": from everywhere).
 struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// Nothing when the text is no such address.
+/// Nothing if the text is not a valid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
-/// The head relative to how it rests: as OpenTrack sends it, in SI. Axes: x to the user's right, y up, z backwards,
-/// away from the picture; turns about y (yaw), x (pitch), z (roll), right-handed, applied in this order.
+/// Motion of the head relative to its rest pose, as OpenTrack sends it, in SI units. Axes: x to the user's right, y up,
+/// z backwards, away from the picture. Rotations about y (yaw), x (pitch), z (roll), right-handed, applied in this
+/// order.
 struct HeadMotion {
   dvec3 translation{0};                 // m
   double yaw = 0, pitch = 0, roll = 0;  // rad
 };
-/// 48 bytes: six little-endian doubles, cm and degrees. Nothing unless every number is finite and a head can be there
-/// (2 m, 360 degrees).
+/// Parses a packet of 48 bytes: six little-endian doubles, in cm and degrees. Nothing unless every number is finite and
+/// plausible for a head (2 m, 360 degrees).
 std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet);
 
-/// Constant-velocity Kalman filter of a vector of which each component has the same noise: white noise of `sigma` in
-/// what is measured, white acceleration of spectral density `agility`² in what moves (Bar-Shalom, Li & Kirubarajan
-/// 2001, section 6.2.2). Its covariance knows how old the last sample is, so uneven and missing samples are no special
-/// case.
+/// Constant-velocity Kalman filter for a vector whose components have equal noise: white measurement noise of standard
+/// deviation `sigma`, and white acceleration of spectral density `agility`² (Bar-Shalom, Li & Kirubarajan 2001, section
+/// 6.2.2). Uneven and missing samples need no special case, because the covariance depends on the age of the last
+/// sample.
 class MotionFilter {
  public:
   MotionFilter(double sigma, double agility) : sigma2_(sigma * sigma), density_(agility * agility) {}
-  /// A sample that is not newer than the last one is passed over.
+  /// Ignores a sample that is not newer than the last one.
   void add(Nanos t, const dvec3& measured) noexcept;
-  /// At most kHorizon beyond the newest sample; later, the value stays there. Zero before the first sample.
+  /// Extrapolates at most kHorizon beyond the newest sample, then stays constant. Zero before the first sample.
   dvec3 at(Nanos t) const noexcept;
 
-  static constexpr Nanos kHorizon = 80'000'000;  // ns; farther ahead a guess is worse than standing still
-  static constexpr Nanos kLost = 500'000'000;    // ns without a sample: the next one starts afresh
+  // ns; beyond this horizon a constant value is better than extrapolation
+  static constexpr Nanos kHorizon = 80'000'000;
+  static constexpr Nanos kLost = 500'000'000;  // ns without a sample after which the filter restarts
 
  private:
   double sigma2_, density_;
@@ -61,26 +63,27 @@ class HeadTracker {
  public:
   struct Stats {
     std::uint64_t samples = 0;
-    std::uint64_t dropped = 0;  // packets that were no head's
+    std::uint64_t dropped = 0;  // packets with invalid content
   };
 
-  /// Opens the socket that `rig.head.tracker` names. The rest position is the rig's eye centre and its right; backwards
-  /// is away from the picture. Throws Error where the port is taken or the address is not this machine's.
+  /// Opens the socket at the address `rig.head.tracker`. The rest pose is given by the rig's eye centre and right
+  /// vector; the backwards axis points away from the picture. Throws Error if the port is in use or the address does
+  /// not belong to this machine.
   explicit HeadTracker(const DisplayRig& rig);
   ~HeadTracker();
   HeadTracker(const HeadTracker&) = delete;
   HeadTracker& operator=(const HeadTracker&) = delete;
 
-  /// Takes all that has arrived. Never waits.
+  /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// The head at a time, normally that of display. As it rests until the first sample.
+  /// The head at time t, normally the time of display. The rest pose before the first sample.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 
  private:
   Head rest_;
-  glm::dmat3 R_WK_;  // the tracker's axes in W
-  double scale_;     // of the rig's lengths
+  glm::dmat3 R_WK_;  // rotation from the tracker's axes to W
+  double scale_;     // length scale of the rig
   MotionFilter center_, right_;
   Stats stats_;
   int socket_ = -1;

@@ -1,9 +1,11 @@
-// A headset through OpenXR: where its eyes are when the next picture will be shown, where that picture goes, and what
-// the hands do. One thread owns it (the one that draws). OpenXR's loader is opened only here, only when asked.
+// A headset through OpenXR: the poses of the eyes at the time of display, the output of the pictures, and hand input.
+// One thread owns it (the one that draws). OpenXR's loader is opened only here, and only on request. Order of calls:
 //
-//   open() ─ loader, runtime, headset: Vulkan must be made its way, device_options()
-//   begin() ─ session, swapchain of two layers, actions      wake() ─ until the headset is worn
-//   wait() → locate … record() … submit(), once a frame      end() ─ before the device goes
+//   open()    loads loader, runtime and headset; Vulkan must then be created with device_options()
+//   begin()   creates the session, a swapchain with two layers, and the actions
+//   wake()    waits until the user wears the headset
+//   wait() → locate … record() … submit(), once per frame
+//   end()     before the device is destroyed
 #pragma once
 
 #include <array>
@@ -20,84 +22,84 @@
 
 namespace typodont::display {
 
-/// A controller, as the tool's hand: T at its tip, shank towards the hand.
+/// A controller that moves the tool: T at its tip, shank towards the hand.
 struct HmdHand {
   bool tracked = false;
   Pose X_WT;
-  Pose X_DT;                 // the same in the headset's space, as it was measured
+  Pose X_DT;                 // the same pose in the headset's space, as measured
   double pedal = 0;          // 0..1, the trigger
-  bool change_tool = false;  // pressed since the last frame
-  bool mirror = false;       // the same: the mouth mirror's button
+  bool change_tool = false;  // the button was pressed since the last frame
+  bool mirror = false;       // the mouth mirror's button was pressed since the last frame
 };
 
 struct HmdFrame {
-  bool draw = false;     // a picture is wanted; else submit() without one
-  bool focused = false;  // the hands are ours
-  Nanos shown_at = 0;    // predicted, on the program's clock where the runtime can tell, else 0
+  bool draw = false;     // a picture is needed; otherwise call submit() without one
+  bool focused = false;  // the hands are available to this program
+  Nanos shown_at = 0;    // predicted time of display on the program's clock; 0 if the runtime cannot tell
   double period = 0;     // s
   std::array<EyeView, 2> eyes;
-  Pose X_WH;                     // the head (x right, y up, looking along −z)
+  Pose X_WH;                     // pose of the head (x right, y up, looking along −z)
   std::array<HmdHand, 2> hands;  // left, right
 };
 
-/// What became of a frame, known some frames later.
+/// Timing of a frame; it becomes known some frames later.
 struct HmdTiming {
-  Nanos t = 0;  // when its poses were asked for
+  Nanos t = 0;  // time at which its poses were requested
   bool drawn = false;
-  int missed = 0;             // pictures of the display that went by since the frame before
-  double pose_to_submit = 0;  // s from asking for the poses to handing the picture over
-  double margin = -1e9;       // s left to the predicted display when handed over; −1e9: the runtime cannot tell
-  bool judged = false;        // the prediction could be compared
-  double position_error = 0;  // m of the head, predicted against looked back on
-  double angle_error = 0;     // rad
-  Pose X_WH;                  // the head as predicted
+  int missed = 0;             // refreshes of the display without a new picture since the previous frame
+  double pose_to_submit = 0;  // s from the request for poses to the submission of the picture
+  double margin = -1e9;       // s from the submission to the predicted display; −1e9: the runtime cannot tell
+  bool judged = false;        // the predicted head pose could be compared with the measured one
+  double position_error = 0;  // m, error of the predicted head position
+  double angle_error = 0;     // rad, error of the predicted head orientation
+  Pose X_WH;                  // the predicted head pose
 };
 
-/// For the controller in the tool's hand; nothing while it is zero.
+/// Vibration of the controller in the tool's hand. Off while the amplitude is zero.
 struct Vibration {
   double amplitude = 0;  // 0..1
-  double frequency = 0;  // Hz; 0: the runtime's choice
+  double frequency = 0;  // Hz; 0: the runtime chooses
 };
 
 class Hmd {
  public:
-  /// Throws Error in one line: no loader, no runtime, no headset, or a runtime that cannot share Vulkan.
+  /// Throws Error in one line: no loader, no runtime, no headset, or a runtime that does not support Vulkan.
   static std::unique_ptr<Hmd> open(const DisplayRig& rig, RuntimeGate& gate);
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
-  /// Throws Error. `work`: the point that recentring puts before the user, m, W; what is worth looking at.
+  /// Throws Error. `work_W`: m, W, the point that recentring places in front of the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
-  /// Waits until the headset is worn and the runtime wants frames. Throws Error when it stays asleep.
+  /// Waits until the user wears the headset and the runtime requests frames. Throws Error if it stays idle.
   virtual void wake() = 0;
   virtual void end() = 0;
 
-  /// Events, session states. False when the session is over: the user left it. Throws RunFailure when it was lost.
+  /// Processes events and session states. False if the session ended normally. Throws RunFailure if it was lost.
   virtual bool poll() = 0;
-  /// Frames are wanted; else sleep a little and poll again.
+  /// True if frames are wanted. Otherwise sleep briefly and poll again.
   virtual bool running() const = 0;
-  /// Waits for the runtime's next frame, begins it, and locates head and hands.
+  /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
-  /// Copies the eyes' pictures into the swapchain; `pictures` has two layers. depth: sources, or null images.
+  /// Copies the eyes' pictures into the swapchain; `pictures` has two layers. `depth`: source images, or null.
   struct Depth {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;
   };
   virtual void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Depth, 2>& depth) = 0;
-  /// After the commands were submitted (frame.draw), or at once (not drawn).
+  /// Call after the commands were submitted (frame.draw), or directly if nothing is drawn.
   virtual void submit(const HmdFrame& frame) = 0;
   virtual void vibrate(int hand, const Vibration& vibration) = 0;
-  /// Asks the runtime to end the session; poll() then comes to its end.
+  /// Asks the runtime to end the session. poll() then returns false after some calls.
   virtual void request_exit() = 0;
 
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
-  virtual bool see_through() const = 0;  // the room shows where nothing is drawn
-  /// The hidden area of both eyes, for Renderer::set_hidden; nothing when it has not changed since the last call.
+  virtual bool see_through() const = 0;  // the room is visible where nothing is drawn
+  /// Triangles of the hidden area of both eyes, for Renderer::set_hidden; nothing if unchanged since the last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
-  /// Timings that have become known since the last call.
+  /// The timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;
-  /// What is used and what is not, in words.
+  /// Describes in words which features are used and which are not.
   virtual std::vector<std::string> explanations() const = 0;
 };
 

@@ -1,5 +1,5 @@
-// Where a finished frame goes: a picture in memory, or a window. Both eyes' pictures are composed into the layout of
-// the screen and shown. Render thread.
+// The output of finished frames: a picture in memory, or a window. It composes both eyes' pictures into the screen's
+// layout and shows them. Render thread.
 #pragma once
 
 #include <array>
@@ -18,31 +18,31 @@
 
 namespace typodont::display {
 
-/// A picture in the host's memory: BGRA bytes, rows `pitch` bytes apart.
+/// A picture in host memory: BGRA bytes, with rows `pitch` bytes apart.
 struct HostPixels {
   std::uint8_t* first = nullptr;
   std::size_t pitch = 0;
 };
 
-/// What the composed frame is drawn into.
+/// The destination of a composed frame.
 struct Target {
-  HostPixels memory;  // where it is set there is no image: the processor composes, once the eyes are drawn
+  HostPixels memory;  // if set, there is no image: the CPU composes into this memory after the eyes are drawn
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one, or two where the surface is stereo itself
+  std::vector<VkImageView> layers;  // one; two if the surface itself is stereo
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
-  VkSemaphore ready = VK_NULL_HANDLE;  // wait for it before drawing
-  VkSemaphore done = VK_NULL_HANDLE;   // signal it after drawing
-  bool kept = false;                   // what was last composed into this image is still there
+  VkSemaphore ready = VK_NULL_HANDLE;  // wait for this semaphore before drawing
+  VkSemaphore done = VK_NULL_HANDLE;   // signal this semaphore after drawing
+  bool kept = false;                   // the image still contains the frame that was last composed into it
 };
 
-/// Pixels of a picture.
+/// A rectangle of a picture, in pixels.
 struct Part {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Composes the eyes by layout. Creates its pipeline for the first target.
+/// Composes the eyes' pictures by layout. Creates its pipeline at the first target.
 class Compositor {
  public:
   explicit Compositor(gpu::Device& device);
@@ -50,20 +50,21 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// What is written over each eye's picture; null: nothing. One picture, or eyes that share every place: the first.
+  /// Text over each eye's picture; null: none. If there is one picture, or the eyes share all regions, only the first
+  /// is used.
   using Huds = std::array<const Hud*, 2>;
 
-  /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: where the target begins on the panel, so
-  /// that the rows of a row-interleaved panel keep their eye wherever the window stands. `changed`: what of each eye's
-  /// picture is new since the last record(); a target that kept an earlier frame gets no more than it lacks. Returns
-  /// the parts of the target that are drawn; nothing: all of it.
+  /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: row of the panel at which the target
+  /// begins, so that a row-interleaved panel shows the right eye wherever the window is. `changed`: the parts of each
+  /// eye's picture that are new since the last record(). If the target holds an earlier frame, only the missing parts
+  /// are drawn. Returns the parts of the target that are drawn; nothing means everything.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
-  /// True when the writing says something else than in the last record(), which had this layout.
+  /// True if the text differs from the text of the last record(), which had the same layout.
   bool says_new(const Huds& huds, Layout layout) const;
-  /// Where the target is memory: fills it, once the device has done what was recorded for the slot.
+  /// If the target is memory: fills it after the device has finished the commands recorded for the slot.
   void compose(int slot);
 
  private:
@@ -71,68 +72,69 @@ class Compositor {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What the user did with mouse and keyboard since the last poll.
+/// Mouse and keyboard input since the last poll.
 struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};                               // −1..1 over the picture, y up
-  bool left = false, right = false, middle = false;  // down, or pressed and let go since the last poll
-  bool shift = false;                                // a key that is held
+  bool left = false, right = false, middle = false;  // button is down, or was pressed and released since the last poll
+  bool shift = false;                                // the shift key is down
   double wheel = 0;                                  // steps since the last poll
   std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
-  // For a user interface drawn into the picture.
+  // Input for a user interface that is drawn into the picture.
   struct Key {
     int code;
     bool down;
-    std::uint32_t typed = 0;  // a code point that was written, and then no key
+    std::uint32_t typed = 0;  // code point of typed text; then it is no key
   };
-  std::vector<Key> keys;          // in their order, releases, repeats and writing too
-  std::array<bool, 3> clicked{};  // left, right, middle: went down since the last poll
-  dvec2 pixel{-1, -1};            // of the pointer, from the picture's upper left
+  std::vector<Key> keys;          // in order, including releases, repeats and typed text
+  std::array<bool, 3> clicked{};  // left, right, middle: pressed since the last poll
+  dvec2 pixel{-1, -1};            // position of the pointer from the picture's upper left corner
   bool focused = true;
 
-  std::vector<std::string> dropped;  // files and folders that were let fall on the window since the last poll
+  std::vector<std::string> dropped;  // files and folders that the user dropped on the window since the last poll
 };
 
 class Output {
  public:
   virtual ~Output() = default;
-  /// The next target, or nothing: minimised, or lost for the moment. Throws RunFailure when it is lost for good.
+  /// The next target; nothing if the window is minimised or the surface is temporarily lost. Throws RunFailure if it is
+  /// permanently lost.
   virtual std::optional<Target> acquire() = 0;
-  /// Shows what was drawn into the last target: all of it, or these parts of it; call after submitting. Where the
-  /// target is memory `finish` waits for the device and composes; it is called when it is time to show it.
+  /// Shows the last target: all of it, or only the given parts. Call after submitting. If the target is memory,
+  /// `finish` waits for the device and composes; it is called when the picture is due.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// Whether anybody could see a picture there: not in a window that is minimised.
+  /// False if nobody can see the picture, as in a minimised window.
   virtual bool visible() const { return true; }
-  /// The screen lost what it showed (resized, uncovered): compose again although nothing moved.
+  /// True if the screen lost its content (resized, uncovered): compose again although nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
-  /// As if the desktop had taken the surface away: for tests of what then happens.
+  /// Lets the surface fail as if the desktop had removed it. For tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// Until the user or the desktop does something, or for so long.
+  /// Waits until an event of the user or the desktop arrives, at most `most`.
   virtual void wait(Nanos most);
-  /// What the desktop was asked or told so far, by all windows of the program.
+  /// Number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
-  /// How large writing should be drawn here, 1: on an ordinary screen.
+  /// Scale factor for text; 1 on an ordinary screen.
   virtual double scale() const { return 1; }
   virtual int first_row() const { return 0; }
-  /// The keyboard is this window's from now on.
+  /// Gives the keyboard focus to this window.
   virtual void take_focus() {}
-  /// The words in the window's title bar.
+  /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// Another window fills this monitor: this one moves to the next, where there is one, and becomes no larger than
-  /// that.
+  /// Another window covers this monitor: moves this window to the next monitor, if there is one, and limits its size to
+  /// that monitor.
   virtual void leave_monitor(int) {}
-  /// s between two pictures of the screen; 0 for a picture in memory.
+  /// s between two refreshes of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
-  /// Reads the composed picture back; RGBA bytes. Only a picture in memory can.
+  /// Reads the composed picture back as RGBA bytes. Only for a picture in memory.
   virtual std::vector<std::uint8_t> read() { return {}; }
 };
 
-/// Whether there is a desktop to open a window on.
+/// True if there is a desktop on which a window can be opened.
 bool has_desktop();
 
 std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
@@ -141,17 +143,17 @@ std::unique_ptr<Output> make_offscreen(gpu::Device& device, ivec2 size);
 struct WindowOptions {
   std::string title = "Typodont";
   ivec2 size{1280, 720};
-  int output = -1;                      // full screen on this monitor; −1: a window
-  bool fits_screen = false;             // a window is made no larger than the screen has room for
-  bool stereo_surface = false;          // two layers, for frame-sequential displays
-  bool composed = false;                // a Compositor fills it: where a processor draws, its targets are memory
-  double most_frames_per_second = 120;  // where presenting does not wait for the screen
+  int output = -1;                      // number of the monitor for full screen; −1: a window
+  bool fits_screen = false;             // limit the window's size to the screen's free area
+  bool stereo_surface = false;          // surface with two layers, for frame-sequential displays
+  bool composed = false;                // a Compositor fills the targets: with software rendering they are memory
+  double most_frames_per_second = 120;  // limit where presenting does not wait for the screen
 };
-/// What Device::create needs for a window. Throws Error where there is no desktop to open one on.
+/// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();
-/// Throws Error. Survives resizing, minimising and a lost surface.
+/// Throws Error. The window handles resizing, minimising and a lost surface.
 std::unique_ptr<Output> make_window(gpu::Device& device, const WindowOptions& options);
-/// The screens connected, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error where there is no
+/// The connected screens, in the order of WindowOptions::output: "DP-1, 1920 × 1080". Throws Error if there is no
 /// desktop.
 std::vector<std::string> monitors();
 #endif

@@ -10,7 +10,7 @@ namespace typodont::display {
 
 namespace {
 
-constexpr double kGlassMargin = 0.01;  // m of glass around what is looked through
+constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of sight
 
 /// A half space outward · p ≤ offset, |outward| = 1.
 struct Limit {
@@ -19,14 +19,14 @@ struct Limit {
   std::string name;
 };
 
-/// The half space behind the plane through three points; `inside` lies in it.
+/// The half space bounded by the plane through three points; `inside` lies in it.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
   return {n, glm::dot(n, a), std::move(name)};
 }
 
-/// Where the line from p to q meets the plane normal · p = offset.
+/// Intersection of the line through p and q with the plane normal · p = offset.
 dvec3 meet(const dvec3& p, const dvec3& q, const dvec3& normal, double offset) {
   const dvec3 d = q - p;
   return p + ((offset - glm::dot(normal, p)) / glm::dot(normal, d)) * d;
@@ -56,14 +56,14 @@ struct LargestBox {
   dvec3 middle{0, 0, 0}, half{0, 0, 0};  // m
 };
 
-/// The axis-parallel box of the largest volume inside all limits, all of which hold strictly at the origin. The box
-/// with middle c and half edges h lies within n · p ≤ d when n · c + |n| · h ≤ d, so log(h_x h_y h_z) is maximised
-/// under linear constraints: a convex problem (Boyd & Vandenberghe 2004, 8.4.2), solved by a barrier method with
+/// The largest axis-parallel box inside all limits; the origin must lie strictly inside all of them. The box with
+/// middle c and half edges h lies within n · p ≤ d if n · c + |n| · h ≤ d, so log(h_x h_y h_z) is maximised under
+/// linear constraints. This is a convex problem (Boyd & Vandenberghe 2004, 8.4.2), solved by a barrier method with
 /// Newton steps.
 LargestBox largest_box(const std::vector<Limit>& limits) {
   double room = std::numeric_limits<double>::infinity();
   for (const Limit& limit : limits) room = std::min(room, limit.offset);
-  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // c, h in units of `room`
+  std::array<double, 6> x{0, 0, 0, 0.25 * room, 0.25 * room, 0.25 * room};  // c and h in units of `room`
   for (double& v : x) v /= room;
   std::vector<std::array<double, 6>> rows;
   std::vector<double> bounds;
@@ -119,7 +119,7 @@ LargestBox largest_box(const std::vector<Limit>& limits) {
   return {room * dvec3(x[0], x[1], x[2]), room * dvec3(x[3], x[4], x[5])};
 }
 
-/// Whether two segments of a side view (y, z) cross.
+/// True if two segments cross in the side view (y, z).
 bool cross_in_side_view(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
   const auto side = [](const dvec3& p, const dvec3& q, const dvec3& r) {
     return (q.y - p.y) * (r.z - p.z) - (q.z - p.z) * (r.y - p.y);
@@ -140,7 +140,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   DisplayRig& rig = plan.rig;
   rig.kind = DisplayKind::kMirror;
 
-  // Eyes, picture and mirror.
+  // Place the eyes, the picture and the mirror.
   rig.head.eye_center = spec.eye_distance * dvec3(0, -std::cos(spec.gaze), std::sin(spec.gaze));
   rig.head.ipd = spec.ipd;
   rig.head.right = {1, 0, 0};
@@ -151,15 +151,15 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   mirror.normal = {0, -std::sin(spec.mirror_tilt), std::cos(spec.mirror_tilt)};
   mirror.offset = spec.glass_above_work;
   rig.mirror = mirror;
-  // The panel is the picture's mirror image; facing it, its left is the user's right.
+  // The panel is the mirror image of the picture; seen from its front, its left side is the user's right side.
   rig.screen = {reflect(mirror, across - along), reflect(mirror, -across - along), reflect(mirror, across + along),
                 spec.pixels, spec.layout};
   plan.pixel = spec.panel_width / eye_pixels(spec.layout, spec.pixels).x;
   const std::array<dvec3, 2> eyes = {rig.head.eye_center - dvec3(0.5 * spec.ipd, 0, 0),
                                      rig.head.eye_center + dvec3(0.5 * spec.ipd, 0, 0)};
 
-  // What the user cannot look past.
-  const dvec3 towards(0, -up.z, up.y);  // the picture's normal, to the user
+  // Find what blocks the user's view of the picture.
+  const dvec3 towards(0, -up.z, up.y);  // normal of the picture, towards the user
   const auto before_glass = [&](const dvec3& p) { return glm::dot(mirror.normal, p) - mirror.offset; };
   const double to_picture = glm::dot(towards, rig.head.eye_center);
   auto& conflicts = plan.conflicts;
@@ -175,8 +175,8 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   if (!behind) conflicts.push_back("the picture reaches through the glass: raise the mirror or turn the picture");
   if (!conflicts.empty()) return plan;
 
-  // Glass: where the lines from both eyes to the picture's corners pass, and a margin.
-  const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // in the glass, away from the user
+  // Size of the glass: it covers the lines from both eyes to the picture's corners, and a margin.
+  const dvec3 slope(0, mirror.normal.z, -mirror.normal.y);  // direction in the glass away from the user
   double near_end = std::numeric_limits<double>::infinity(), far_end = -near_end, half_width = 0;
   for (const dvec3& eye : eyes) {
     for (const dvec3& corner : corners) {
@@ -191,10 +191,10 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                 foot + far_end * slope + half_width * right, foot + far_end * slope - half_width * right};
   plan.glass_width = 2 * half_width, plan.glass_length = far_end - near_end;
 
-  // The panel: in nobody's way.
+  // Check that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  const auto within_view = [&](const dvec3& p) {  // between the outermost lines of sight, before the glass
+  const auto within_view = [&](const dvec3& p) {  // between the outermost lines of sight, in front of the glass
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
     };
@@ -212,7 +212,8 @@ BenchPlan plan_bench(const BenchSpec& spec) {
                                     1e3 * to_panel, 1e3 * spec.head_room));
   }
 
-  // The shared workspace: seen by both eyes in the picture, at a comfortable depth, below the glass, within reach.
+  // Workspace: visible to both eyes in the picture, at a comfortable depth, below the glass, and within the arm's
+  // reach.
   std::vector<Limit> limits;
   constexpr const char* kEdges[] = {"the picture's lower edge", "the picture's right edge", "the picture's upper edge",
                                     "the picture's left edge"};
@@ -246,7 +247,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Which limit each face could not pass: the one that the moved face breaks first.
+  // Find the limit of each face: the one that is violated first if the face moves outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

@@ -1,9 +1,8 @@
-// Plans a mirror bench before it is built: where panel, mirror, eyes and arm go, how large the glass must be, and how
-// large the workspace is that both eyes see and the arm reaches. Pure functions; any thread; set-up time. SI.
-//
-// Frame W here: origin in the middle of the work, x to the user's right, y away from the user, z up. The user looks
-// down at the work through the half mirror, along the line of sight from the eyes to the origin. The picture seems to
-// stand at the origin; the panel is its mirror image.
+// Plans a mirror bench before it is built: the positions of panel, mirror, eyes and arm, the size of the glass, and the
+// size of the workspace that both eyes see and the arm reaches. Pure functions; any thread; set-up time. SI units.
+// Frame W: origin in the middle of the work, x to the user's right, y away from the user, z up. The user looks down at
+// the work through the half mirror, along the line of sight from the eyes to the origin. The picture appears at the
+// origin; the panel is its mirror image.
 #pragma once
 
 #include <array>
@@ -18,35 +17,36 @@ struct BenchSpec {
   double panel_width = 0, panel_height = 0;  // m, of the panel's lit area
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
-  double eye_distance = 0.5;    // m, from the point between the eyes to the work
+  double eye_distance = 0.5;    // m, from the midpoint between the eyes to the work
   double ipd = 0.063;           // m
-  double gaze = 0;              // rad, of the line of sight below the horizontal
-  double mirror_tilt = 0;       // rad from the horizontal; positive: the glass rises away from the user
-  double picture_tilt = 0;      // rad from the horizontal; 90° is upright
-  double glass_above_work = 0;  // m, from the origin to the glass, along its normal
-  dvec3 arm_box{0, 0, 0};       // m, width, depth, height that the arm reaches about its middle
-  double hand_room = 0.04;      // m, from the workspace to the glass, for the hand above the tool
-  double head_room = 0.1;       // m, from the eyes to the panel
-  double comfort = 0.3;         // dioptres between the picture and what is shown in front of it or behind: the eye's
-                                // depth of focus (Campbell 1957)
+  double gaze = 0;              // rad, angle of the line of sight below the horizontal
+  double mirror_tilt = 0;       // rad, angle to the horizontal; positive: the glass rises away from the user
+  double picture_tilt = 0;      // rad, angle to the horizontal; 90° is upright
+  double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
+  dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around its middle
+  double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
+  double head_room = 0.1;       // m, clearance between the eyes and the panel
+  // dioptres, largest difference between the picture and objects shown in front of it or behind it: the eye's depth of
+  // focus (Campbell 1957)
+  double comfort = 0.3;
 };
 
-/// A face of the shared workspace and what limits it.
+/// A face of the shared workspace, and the limit that it touches.
 struct Face {
   dvec3 outward{0, 0, 0};
   std::string limit;  // "the arm", "the picture's left edge", …
 };
 
 struct BenchPlan {
-  DisplayRig rig;                            // panel, mirror and eyes; the arm's middle at the origin
-  Screen picture;                            // the panel's image in the mirror: where the user sees it
-  std::array<dvec3, 4> glass{};              // m, W: the least glass, near left, near right, far right, far left
+  DisplayRig rig;                // panel, mirror and eyes; the arm's middle is at the origin
+  Screen picture;                // the panel's mirror image, where the user sees the picture
+  std::array<dvec3, 4> glass{};  // m, W: corners of the smallest glass: near left, near right, far right, far left
   double glass_width = 0, glass_length = 0;  // m
-  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; equal where there is none
+  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; both are equal if there is none
   std::array<Face, 6> faces;                 // -x, +x, -y, +y, -z, +z
-  double nearest = 0, farthest = 0;          // m from the eyes, across the picture: the range of comfortable depth
+  double nearest = 0, farthest = 0;          // m from the eyes, across the picture: range of comfortable depth
   double pixel = 0;                          // m, width of a pixel of one eye's picture
-  std::vector<std::string> conflicts;        // why it cannot be built so; empty: it fits
+  std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can
 };
 
 BenchPlan plan_bench(const BenchSpec& spec);

@@ -1,6 +1,6 @@
-// Between the thread that speaks with a headset's runtime and the one that watches over it. A runtime is a program of
-// others: a call into it may take seconds, or never come back. The watcher sees how long it has taken and can give the
-// thread up; a thread that was given up never runs a line of ours again, so that what it used may be destroyed.
+// Supervises a thread that calls a headset's runtime. The runtime is foreign code: a call may take seconds or never
+// return. The watching thread measures how long the call takes and can abandon the calling thread. An abandoned thread
+// never executes our code again, so the data that it used can be destroyed.
 #pragma once
 
 #include <atomic>
@@ -13,13 +13,13 @@ namespace typodont::display {
 
 class RuntimeGate {
  public:
-  // The headset's thread.
+  // Functions for the headset's thread:
   void enter(const char* call) noexcept {
     call_.store(call, std::memory_order_relaxed);
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Does not return where the thread was given up in the meantime.
+  /// Does not return if the thread was abandoned during the call.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -28,16 +28,16 @@ class RuntimeGate {
     }
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// The thread has ended, or will do nothing more of interest.
+  /// Marks that the thread has ended or needs no supervision any more.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
-  // The watching thread.
-  /// s that the runtime has had for the call it is in; 0 where it is in none.
+  // Functions for the watching thread:
+  /// Duration in s of the present call into the runtime; 0 outside a call.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// s that our own code has had since its last call; 0 where it is in one, or done.
+  /// Duration in s of our own code since the last call; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// True when the thread was inside a call: it will never come out. False: it runs, or has ended.
+  /// Abandons the thread. True if it was inside a call, from which it will never return. False if it runs or has ended.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

@@ -21,9 +21,9 @@ struct Color {
 };
 constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14, 17, 21, 200}, kTrack{60, 66, 74, 220};
 
-// Lengths in half heights of the picture.
+// Lengths in units of half the picture's height.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
-constexpr double kLeastLetters = 13;  // pixels
+constexpr double kLeastLetters = 13;  // pixels, smallest height of letters
 constexpr std::string_view kGap = "   ";
 
 const font::Glyph* glyph(int code) {
@@ -32,12 +32,12 @@ const font::Glyph* glyph(int code) {
   return nullptr;
 }
 
-/// The next character of UTF-8 text; '?' for one that the font does not hold.
+/// Decodes the next UTF-8 character; returns the glyph of '?' if the font lacks it.
 const font::Glyph& next(std::string_view text, std::size_t& i) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
   int code = byte(i++);
   if (code >= 0xc0) {
-    // Two or three bytes in all: dashes and the like have three.
+    // A character has two or three bytes; dashes, for example, have three.
     const std::size_t more = code < 0xe0 ? 1 : code < 0xf0 ? 2 : 0;
     const bool whole = more > 0 && i + more <= text.size();
     code = whole ? code & (more == 1 ? 0x1f : 0x0f) : '?';
@@ -54,7 +54,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// Breaks `text` at `gap` into lines no wider than `most`.
+/// Breaks `text` at `gap` into lines of width `most` or less.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -84,22 +84,22 @@ std::vector<std::string> lines_of(std::string_view hint, double most, double hei
 std::string force_text(const Hud& hud) {
   return fmt::format("{:.2f} N", hud.force);
 }
-/// Of the bar, in steps that are smaller than a pixel on most screens.
-double force_share(const Hud& hud) {
+/// Filled fraction of the force bar, in steps smaller than a pixel on most screens.
+double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
   return hud.force_limit > 0 ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps : 0.0;
 }
 
-Color force_color(double share) {
-  // green to amber to red
-  const double t = std::clamp(share, 0.0, 1.0);
+Color force_color(double fraction) {
+  // the colour goes from green over amber to red
+  const double t = std::clamp(fraction, 0.0, 1.0);
   const glm::dvec3 a{88, 196, 140}, b{238, 188, 72}, c{232, 84, 66};
   const glm::dvec3 m = t < 0.6 ? glm::mix(a, b, t / 0.6) : glm::mix(b, c, (t - 0.6) / 0.4);
   return {static_cast<std::uint8_t>(m.r), static_cast<std::uint8_t>(m.g), static_cast<std::uint8_t>(m.b), 255};
 }
 
-/// Between the user's coordinates (unit: half the picture's height, origin in the middle, x right, y up, as the user
-/// reads) and pixels of an eye's place.
+/// Converts between user coordinates (unit: half the picture's height, origin in the middle, x right, y up as the user
+/// reads) and pixels of an eye's region.
 struct Map {
   ivec2 place;
   glm::dmat2 upright;
@@ -116,7 +116,7 @@ struct Map {
   }
 };
 
-/// Draws into one panel. Coordinates are the user's.
+/// Draws into one panel, in user coordinates.
 class Painter {
  public:
   Painter(const Map& map, const dvec2& lo, const dvec2& hi) : map_(map) {
@@ -126,7 +126,7 @@ class Painter {
     rounded(lo, hi, kPanel);
   }
 
-  /// A box with round corners.
+  /// Draws a box with rounded corners.
   void rounded(const dvec2& lo, const dvec2& hi, const Color& color) {
     const dvec2 middle = 0.5 * (lo + hi), half = 0.5 * (hi - lo);
     const double corner = std::min(kCorner, 0.95 * half.y);
@@ -142,7 +142,7 @@ class Painter {
       const font::Glyph& g = next(text, i);
       if (g.w > 0) {
         const dvec2 lo{at.x + s * g.left, at.y - s * (g.top + g.h)}, hi{lo.x + s * g.w, lo.y + s * g.h};
-        // The atlas holds distances to the letters' edges: sharp at any size (Green 2007).
+        // The atlas stores distances to the letters' edges, so that letters are sharp at every size (Green 2007).
         fill(lo, hi, color, [&](const dvec2& p) { return distance(g, (p.x - lo.x) / s, (hi.y - p.y) / s); });
       }
       at.x += s * static_cast<double>(g.advance);
@@ -152,7 +152,7 @@ class Painter {
   Writing::Panel take() { return std::move(panel_); }
 
  private:
-  /// Pixels that a rectangle of the user's may touch.
+  /// Pixels that a rectangle in user coordinates may touch.
   WritingBox box_of(const dvec2& lo, const dvec2& hi, const WritingBox& within) const {
     const dvec2 a = map_.to_pixels(lo), b = map_.to_pixels(hi);
     const ivec2 from(glm::floor(glm::min(a, b))), to(glm::ceil(glm::max(a, b)));
@@ -161,7 +161,7 @@ class Painter {
     return {low, high - low};
   }
 
-  /// Signed distance from the edge of a glyph, positive inside, at a place of its box in the atlas' pixels.
+  /// Signed distance from the edge of a glyph, positive inside, at a position in its box in atlas pixels.
   static double distance(const font::Glyph& g, double x, double y) {
     const auto at = [&](int i, int j) {
       i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
@@ -174,12 +174,12 @@ class Painter {
            0.5;
   }
 
-  /// Colours where `inside` (any measure that grows inwards through 0 at the edge) is positive, with an edge one pixel
-  /// wide.
+  /// Fills the area where `inside` is positive. `inside` is any measure that increases inwards and is 0 at the edge.
+  /// The edge is one pixel wide.
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // The measure at the pixels' middles and one beyond on every side, for its slope.
+    // Evaluate the measure at the pixel centres and one pixel beyond on every side, to get its slope.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -203,7 +203,7 @@ class Painter {
 
   const Map& map_;
   Writing::Panel panel_;
-  std::vector<double> field_;  // of fill(), kept for its memory
+  std::vector<double> field_;  // memory of fill(), kept for reuse
 };
 
 }  // namespace
@@ -216,7 +216,7 @@ std::string spindle_text(double krpm) {
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
   return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, spindle_text(hud.speed_krpm),
-                     force_text(hud), force_share(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y,
+                     force_text(hud), force_fraction(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y,
                      hud.upright[1].x, hud.upright[1].y, place.x, place.y);
 }
 
@@ -230,34 +230,35 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   if (!hud.visible) return changed;
 
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(place.x) / place.y;
-  const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel stands on its side
+  const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel is mounted on its side
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm), force = force_text(hud);
 
-  // As high as the picture's height asks, but no lower than can be read, and no wider than the picture.
+  // The text height follows the picture's height, but is at least the readable minimum; the text is not wider than the
+  // picture.
   double h = std::max(kLetters, 2 * kLeastLetters / (turned ? place.x : place.y));
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };
   h *= std::min(1.0, room / first_line(h));
 
-  // At the lower left: tool, speed, force.
+  // Lower left corner: tool, speed, force.
   const double wide = std::min(std::max(kLeastPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
   const dvec2 lo{-map.aspect + kMargin, -1 + kMargin}, hi{lo.x + wide, lo.y + 2 * kPad + 2.85 * h};
   Painter status(map, lo, hi);
   const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
   status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
   status.text({hi.x - kPad - width_of(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
-  const double share = force_share(hud);
+  const double fraction = force_fraction(hud);
   const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - width_of("00.00 N", h) - 0.02, y2 + 0.5 * h};
   if (bar_hi.x > bar_lo.x) {
     status.rounded(bar_lo, bar_hi, kTrack);
-    const double end = bar_lo.x + std::max(share * (bar_hi.x - bar_lo.x), 0.4 * h);
-    if (share > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(share));
+    const double end = bar_lo.x + std::max(fraction * (bar_hi.x - bar_lo.x), 0.4 * h);
+    if (fraction > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(fraction));
   }
   status.text({hi.x - kPad - width_of(force, h), y2}, h, force, kInk);
   panels_.push_back(status.take());
 
-  // At the top: the hints, in the middle.
+  // Top centre: the hints.
   if (const std::vector<std::string> lines = lines_of(hud.hint, room, h); !lines.empty()) {
     double widest = 0;
     for (const std::string& line : lines) widest = std::max(widest, width_of(line, h));

@@ -177,7 +177,7 @@ Device Device::create(const DeviceOptions& options) {
       if (create) check(create(d.instance, &messenger, nullptr, &d.messenger_), "vkCreateDebugUtilsMessengerEXT");
     }
 
-    // The best device that can do what the renderer needs.
+    // Choose the best device that supports everything the renderer needs.
     int best = 1000;
     std::string seen;
     const std::vector<VkPhysicalDevice> candidates =
@@ -211,7 +211,7 @@ Device Device::create(const DeviceOptions& options) {
     for (int samples : {1, 2, 4, 8})
       if (counts & static_cast<VkSampleCountFlags>(samples)) d.max_samples = samples;
 
-    // One queue that draws; on every driver that also presents and computes.
+    // Find a queue family that can draw; on all known drivers it can also present and compute.
     std::uint32_t families = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(d.physical, &families, nullptr);
     std::vector<VkQueueFamilyProperties> family(families);
@@ -289,7 +289,7 @@ int Device::validation_messages() const {
 
 Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
                             VkMemoryPropertyFlags preferred, bool image) {
-  // The first type with all that is preferred, else with all that is required.
+  // Take the first memory type with all preferred properties, otherwise the first with all required ones.
   std::uint32_t type = VK_MAX_MEMORY_TYPES;
   for (const VkMemoryPropertyFlags wanted : {required | preferred, required}) {
     for (std::uint32_t i = 0; i < memory_properties.memoryTypeCount && type == VK_MAX_MEMORY_TYPES; ++i)
@@ -299,7 +299,7 @@ Allocation Device::allocate(const VkMemoryRequirements& requirements, VkMemoryPr
   }
   if (type == VK_MAX_MEMORY_TYPES) throw RunFailure("Vulkan: no memory type fits");
 
-  // Images and buffers lie in different blocks, so that bufferImageGranularity never matters.
+  // Images and buffers are placed in different memory blocks, so that bufferImageGranularity has no effect.
   const bool own_block = requirements.size > kBlockSize / 4;
   if (!own_block)
     for (std::size_t i = 0; i < blocks_.size(); ++i) {

@@ -1,4 +1,4 @@
-// Vulkan, thin: the instance, one device, one queue, and memory cut into pieces. Structs with create and destroy.
+// A thin layer over Vulkan: instance, one device, one queue, and sub-allocated memory. Structs with create and destroy.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -16,7 +16,7 @@
 
 namespace typodont::gpu {
 
-/// The GPU was reset, or its driver gave up: everything made on it is gone, and may be made anew.
+/// The GPU was reset or its driver failed. All its objects are lost and can be created again on a new device.
 class DeviceLost : public RunFailure {
  public:
   using RunFailure::RunFailure;
@@ -25,13 +25,13 @@ class DeviceLost : public RunFailure {
 /// Throws DeviceLost or RunFailure naming the call unless the result is VK_SUCCESS.
 void check(VkResult result, const char* call);
 
-/// Free ranges of something counted, first fit, neighbours merged. Knows nothing of Vulkan.
+/// Allocates ranges of numbers: first fit, and free neighbours are merged. Independent of Vulkan.
 class RangeAllocator {
  public:
   static constexpr std::uint64_t kNone = ~0ull;
   RangeAllocator() = default;
   explicit RangeAllocator(std::uint64_t size);
-  std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);  // kNone when nothing fits
+  std::uint64_t allocate(std::uint64_t count, std::uint64_t alignment = 1);  // kNone if no free range is large enough
   void release(std::uint64_t start, std::uint64_t count);
   std::uint64_t free() const { return free_; }
   std::uint64_t size() const { return size_; }
@@ -45,17 +45,17 @@ class RangeAllocator {
 struct Allocation {
   VkDeviceMemory memory = VK_NULL_HANDLE;
   VkDeviceSize offset = 0, size = 0;
-  std::byte* mapped = nullptr;  // where the host sees it, if it does
+  std::byte* mapped = nullptr;  // address for the host; null if the host cannot access the memory
   int block = -1;
 };
 
 struct DeviceOptions {
-  bool validation = false;                       // the validation layer, each of its messages counted and printed
-  std::vector<const char*> instance_extensions;  // a window's
-  bool present = false;                          // swapchains
-  bool doubles = false;                          // shaders compute in double precision
-  std::string prefer;                            // a part of the device's name; empty: a GPU before a processor
-  // Where a headset's runtime must make them (XR_KHR_vulkan_enable2); empty: Vulkan itself does.
+  bool validation = false;                       // load the validation layer; its messages are counted and printed
+  std::vector<const char*> instance_extensions;  // instance extensions that a window needs
+  bool present = false;                          // the device must support swapchains
+  bool doubles = false;                          // the device must support double precision in shaders
+  std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
+  // A headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty: created by Vulkan directly.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
@@ -70,23 +70,22 @@ struct Device {
   VkQueue queue = VK_NULL_HANDLE;
   VkPhysicalDeviceProperties properties{};
   VkPhysicalDeviceMemoryProperties memory_properties{};
-  // Both eyes can be drawn in one pass. Not on lavapipe 22.3: triangles it clips lose their view and land in the other
-  // eye, and only the first layer of a multisampled pass is resolved.
+  // Draw both eyes in one pass. Off for lavapipe 22.3, which has two bugs: clipped triangles lose their view index and
+  // appear in the other eye, and only the first layer of a multisampled pass is resolved.
   bool multiview = true;
-  bool processor = false;  // a processor plays the GPU: keep the frame cheap
+  bool processor = false;  // the Vulkan device is a CPU (software renderer): draw with less effort
   int max_samples = 1;
-  VkPipelineCache pipelines =
-      VK_NULL_HANDLE;  // as kept between runs (driver_cache.h); null: the driver does as it does
+  VkPipelineCache pipelines = VK_NULL_HANDLE;  // pipelines stored between runs (driver_cache.h); null: none are stored
 
-  /// Throws Error with what to install when there is no Vulkan 1.3 device.
+  /// Throws Error with installation instructions if there is no Vulkan 1.3 device.
   static Device create(const DeviceOptions& options);
   void destroy();
 
-  /// The next submission fails as if the device were lost: for tests of what then happens.
+  /// Lets the next submission fail with DeviceLost. For tests.
   void lose() { lose_ = true; }
   bool take_loss() { return std::exchange(lose_, false); }
 
-  int validation_messages() const;  // warnings and errors so far
+  int validation_messages() const;  // number of warnings and errors so far
   std::string name() const { return properties.deviceName; }
 
   Allocation allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags required,
@@ -108,7 +107,7 @@ struct Device {
   std::shared_ptr<int> messages_;
 };
 
-/// The devices this machine offers, best first: name, type, Vulkan version. Empty where there is no loader or driver.
+/// The Vulkan devices of this machine, best first: name, type, Vulkan version. Empty without a loader or driver.
 struct DeviceInfo {
   std::string name;
   bool processor = false;
@@ -126,25 +125,25 @@ struct FrameRing {
     std::uint64_t frame = 0;
   };
   std::array<Slot, kSlots> slots;
-  std::uint64_t submitted = 0;  // number of the frame being recorded or last submitted
-  std::uint64_t finished = 0;   // all frames up to this one are done
+  std::uint64_t submitted = 0;  // number of the frame that is being recorded or was last submitted
+  std::uint64_t finished = 0;   // number of the last frame that the GPU has finished; all earlier ones are finished too
 
   static FrameRing create(Device& device);
   void destroy(Device& device);
 
-  /// Waits for the slot's last frame, then opens its command buffer.
+  /// Waits until the slot's previous frame has finished, then begins its command buffer.
   VkCommandBuffer begin(Device& device);
   int slot() const { return static_cast<int>(submitted % kSlots); }
-  /// Gives the commands to the queue; semaphores may be null.
+  /// Submits the commands to the queue; both semaphores may be null.
   void submit(Device& device, VkSemaphore wait = VK_NULL_HANDLE, VkSemaphore signal = VK_NULL_HANDLE);
-  /// Closes the command buffer unused.
+  /// Ends the command buffer without submitting it.
   void abandon(Device& device);
-  /// For what was last submitted in a slot.
+  /// Waits for the last submission of a slot.
   void wait(Device& device, int of_slot);
   void wait_idle(Device& device);
 };
 
-/// Records, submits and waits: set-up and read-back.
+/// Records, submits and waits. For set-up and read-back.
 void run_once(Device& device, const std::function<void(VkCommandBuffer)>& record);
 
 }  // namespace typodont::gpu

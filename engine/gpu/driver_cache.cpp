@@ -23,13 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kList = "left-as";          // of the files and what was in them
-constexpr const char* kPipelines = "pipelines-";  // and whose
-constexpr std::size_t kNothingKept = 64;          // bytes: a header, perhaps a checksum
-fs::path g_folder;                                // set before there are threads
-std::mutex g_mutex;                               // of what lies there
+constexpr const char* kList = "left-as";          // names the file that lists all cache files with their hashes
+constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
+constexpr std::size_t kNothingKept = 64;  // bytes; a smaller pipeline cache contains only a header or a checksum
+fs::path g_folder;                        // set before other threads start
+std::mutex g_mutex;                       // protects the cache folder
 bool g_checked = false;
-std::set<fs::path> g_good;  // checked, and as they were left
+std::set<fs::path> g_good;  // files whose hash was checked and is correct
 
 std::string bytes_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -42,7 +42,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// By name, relative to the folder; all but the list.
+/// Hash of each file in the folder except the list, by relative path.
 std::map<std::string, std::uint64_t> files_now() {
   std::map<std::string, std::uint64_t> files;
   std::error_code code;
@@ -72,21 +72,22 @@ void check_driver_cache() {
   if (g_folder.empty() || std::exchange(g_checked, true)) return;
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
-  const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;  // npos + 1 is 0
-  if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {    // or there is none
+  // if rfind() returns npos, npos + 1 is 0
+  const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
+  if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
     if (!list.empty()) log::info("{} is damaged and made anew", g_folder.string());
     for (fs::directory_iterator it(g_folder, code), end; !code && it != end; it.increment(code)) {
       const std::string name = it->path().filename().string();
       std::error_code kept;
       if (name == kList || name.starts_with("mesa_") || name.starts_with(kPipelines)) fs::remove_all(it->path(), kept);
     }
-    fs::create_directories(g_folder, code);  // Mesa makes no folders above its own
+    fs::create_directories(g_folder, code);  // Mesa creates only its own folder, not the folders above it
     return;
   }
   const auto now = files_now();
   std::istringstream lines(list.substr(0, last));
   for (std::string line; std::getline(lines, line);) {
-    const std::string name = line.substr(std::min<std::size_t>(17, line.size()));  // "HASH name"
+    const std::string name = line.substr(std::min<std::size_t>(17, line.size()));  // line format: "HASH name"
     const auto found = now.find(name);
     if (found == now.end()) continue;
     if (line == fmt::format("{:016x} {}", found->second, name)) {
@@ -126,7 +127,7 @@ void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properti
     std::error_code code;
     fs::create_directories(g_folder, code);
     write_file_atomically(file, bytes, FileKind::kCache);
-  } catch (const Error&) {  // not kept
+  } catch (const Error&) {  // caching is optional: nothing is stored
   }
 }
 
@@ -140,7 +141,7 @@ void note_driver_cache() {
   if (list == bytes_of(g_folder / kList)) return;
   try {
     write_file_atomically(g_folder / kList, list, FileKind::kCache);
-  } catch (const Error&) {  // not kept
+  } catch (const Error&) {  // caching is optional: nothing is stored
   }
 }
 

@@ -1,5 +1,5 @@
-// What drivers made of shaders, kept between runs in a folder of the program's own and checked before a driver looks at
-// it: Mesa (22.3) refuses an entry that is damaged, makes it anew at every start, and never replaces it.
+// Keeps the drivers' shader caches between runs in a folder of this program. The files are checked before a driver
+// reads them, because Mesa (22.3) rejects a damaged entry, recompiles it at every start and never replaces it.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -8,17 +8,18 @@
 
 namespace typodont::gpu {
 
-/// From now on this program's devices keep theirs there, and so do drivers that can be told where (Mesa); not where the
-/// user has told them. Once, before any device and any other thread. Without it each driver does as it does.
+/// Sets the folder in which this program's devices store their pipelines. Drivers whose cache folder can be configured
+/// (Mesa) use it too, unless the user has configured another one. Call once, before any device and any other thread
+/// exists. Without this call each driver uses its own default.
 void keep_driver_cache(const std::filesystem::path& folder);
 
-/// Before a driver is loaded: what is no longer as it was left is removed. Once a process.
+/// Removes the files that changed since they were stored. Call once per process, before a driver is loaded.
 void check_driver_cache();
-/// A device's pipelines as they were kept, or none; null where none are kept.
+/// The device's stored pipelines, or an empty cache if none are stored; null if no folder is set.
 VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties);
-/// Keeps them, and ends the object.
+/// Stores the pipelines and destroys the cache object.
 void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties, VkPipelineCache pipelines);
-/// Once the drivers are done: how everything in the folder was left.
+/// Lists the hashes of all files in the folder. Call when the drivers no longer write.
 void note_driver_cache();
 
 }  // namespace typodont::gpu

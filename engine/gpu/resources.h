@@ -17,12 +17,12 @@ struct Buffer {
   VkDeviceSize size = 0;
   Allocation memory;
 
-  /// Memory the host writes and the GPU reads.
+  /// Memory that the host writes and the GPU reads.
   static Buffer create(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
-  /// Memory the GPU writes and the host reads: by a copy, or by shaders where `usage` says so.
+  /// Memory that the GPU writes and the host reads. The GPU writes by copies, or by shaders if `usage` allows it.
   static Buffer create_readback(Device& device, VkDeviceSize size,
                                 VkBufferUsageFlags usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT);
-  /// Memory of the GPU that the host need not see.
+  /// GPU memory that the host does not access.
   static Buffer create_local(Device& device, VkDeviceSize size, VkBufferUsageFlags usage);
   void destroy(Device& device);
   template <class T>
@@ -35,11 +35,11 @@ struct ImageOptions {
   VkExtent2D size{1, 1};
   std::uint32_t layers = 1;
   VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;
-  VkFormat alias = VK_FORMAT_UNDEFINED;  // a second format its bytes are also read as
+  VkFormat alias = VK_FORMAT_UNDEFINED;  // second format in which shaders can read the same bytes
   int samples = 1;
   VkImageUsageFlags usage = 0;
   VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
-  bool mapped = false;  // rows one after another in memory that the host reads: what a processor draws needs no copy
+  bool mapped = false;  // linear rows in host-visible memory, so that a software renderer's picture needs no copy
 };
 
 struct Image {
@@ -52,15 +52,15 @@ struct Image {
 
   static Image create(Device& device, const ImageOptions& options);
   void destroy(Device& device);
-  /// Of a mapped image of one layer. No frame may be drawing it.
+  /// Rows of a mapped image with one layer. Read them only while no frame draws to the image.
   struct Rows {
     const std::byte* first = nullptr;
-    std::size_t pitch = 0;  // bytes from one to the next
+    std::size_t pitch = 0;  // bytes from one row to the next
   };
   Rows rows(Device& device) const;
 };
 
-/// One image barrier over all layers.
+/// Adds one image barrier for all layers.
 void transition(VkCommandBuffer commands, const Image& image, VkImageLayout from, VkImageLayout to,
                 VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access, VkPipelineStageFlags2 stage,
                 VkAccessFlags2 access);
@@ -68,18 +68,19 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
                 VkImageLayout to, VkPipelineStageFlags2 source_stage, VkAccessFlags2 source_access,
                 VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// One memory barrier: what the stages `from` wrote is visible to the stages `to`.
+/// Adds one memory barrier: writes of the stages `from` become visible to the stages `to`.
 void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
                     VkPipelineStageFlags2 to, VkAccessFlags2 access);
-/// What those stages wrote is there for the host once the commands are done.
+/// Makes the writes of these stages visible to the host once the commands have finished.
 void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
-/// Copies one layer of a colour image (4 bytes a pixel), lying in `layout`, to the host; waits for it.
+/// Copies one layer of a colour image (4 bytes per pixel) in the given `layout` to the host, and waits for the copy.
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);
-/// Fills a sampled image of one layer, leaving it ready for shaders.
+/// Fills a sampled image of one layer, and leaves it in the layout that shaders read.
 void upload(Device& device, const Image& image, std::span<const std::uint8_t> bytes);
 
-/// What shaders are given beside vertices: bindings, sets that fill them, the layout of pipelines that read them.
+/// The inputs of shaders besides vertices: descriptor bindings, descriptor sets, and the layout of the pipelines that
+/// use them.
 struct ShaderInputs {
   struct Binding {
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
@@ -91,10 +92,11 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Bindings 0, 1, 2 …; as many sets of them; the size of what is pushed to all their stages.
+  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets of them, and push constants of the given size for all their
+  /// stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
-  /// No frame may be reading the set.
+  /// Call only while no frame reads the set.
   void fill(Device& device, std::size_t set, std::uint32_t binding, const Buffer& buffer) const;
   void fill(Device& device, std::size_t set, std::uint32_t binding, VkSampler sampler, VkImageView view) const;
 };
@@ -103,7 +105,7 @@ struct SamplerOptions {
   VkFilter filter = VK_FILTER_LINEAR;
   VkSamplerAddressMode beyond = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
   VkBorderColor border = VK_BORDER_COLOR_FLOAT_OPAQUE_BLACK;
-  bool compare = false;  // ≤
+  bool compare = false;  // comparison sampler with ≤
 };
 VkSampler create_sampler(Device& device, const SamplerOptions& options = {});
 
@@ -119,7 +121,7 @@ struct PipelineOptions {
   std::vector<VkVertexInputBindingDescription> bindings;
   std::vector<VertexAttribute> attributes;  // locations 0, 1, 2 …
   VkPrimitiveTopology topology = VK_PRIMITIVE_TOPOLOGY_TRIANGLE_LIST;
-  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the front face is set when recording
+  VkCullModeFlags cull = VK_CULL_MODE_BACK_BIT;  // the front face is set at recording time
   VkFormat color = VK_FORMAT_UNDEFINED;
   VkFormat depth = VK_FORMAT_UNDEFINED;
   bool depth_write = true;

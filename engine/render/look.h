@@ -1,4 +1,4 @@
-// How each tissue looks. Colours come from the scene's materials; how light behaves in them is listed here.
+// Appearance of each tissue. Colours come from the scene's materials; the optical parameters are listed here.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace typodont::render {
 struct Look {
   dvec3 color{1, 1, 1};  // sRGB
   double roughness = 0.5;
-  double translucency = 0;  // how far light wanders inside: 0 chalk, 1 wax
+  double translucency = 0;  // scattering of light inside: 0 chalk, 1 wax
   double metal = 0;
-  double wetness = 0;  // of the film of water over it
+  double wetness = 0;  // strength of the water film on the surface
 };
 
 inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
@@ -23,8 +23,8 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
   };
-  // Decay is the darker the softer it is: the colour given is that of decay of 0.3 N/mm; near dentin's 0.5 it is light
-  // brown, at 0.1 near black.
+  // Softer caries is darker. The given colour is for caries of 0.3 N/mm; at 0.5, near dentin, it is light brown, at 0.1
+  // nearly black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;
@@ -44,7 +44,7 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
   return looks;
 }
 
-/// Colours where no material table is at hand (tests, pictures of bare meshes). sRGB.
+/// Colours for tests and pictures of meshes that have no material table. sRGB.
 inline MaterialTable default_colors() {
   MaterialTable m{};
   const auto set = [&](Tissue t, dvec3 c) { m[static_cast<std::size_t>(t)].color = c; };

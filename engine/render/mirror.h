@@ -1,4 +1,4 @@
-// The mouth mirror: what an eye sees in a plane glass is what an eye reflected in it would see. Pure functions.
+// The mouth mirror. An eye sees in a plane mirror what its mirror image would see. Pure functions.
 #pragma once
 
 #include <array>
@@ -10,21 +10,22 @@
 
 namespace typodont::render {
 
-/// p ↦ p − 2 n·(p − o) n, for the glass's middle o and normal n. Its own inverse.
+/// Reflection p ↦ p − 2 n·(p − o) n, for the glass's middle o and normal n. It is its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// The same eye, looking at the scene as the glass shows it: its view reflects the scene first, so what stands before
-/// the glass appears as far behind it, at the pixel where the glass is.
+/// The same eye with a view of the reflected scene: the view matrix reflects the scene first, so that objects in front
+/// of the glass appear as far behind it, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// What is drawn of the reflected scene: only what stands before the glass. xyz: normal, w: so that dot ≥ 0 there.
+/// Clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w: offset, so that
+/// dot ≥ 0 there.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// Pixels of a picture of this size that the glass can cover for this eye: a box (x, y, width, height), generous;
-/// nothing when the glass is out of view or shows its back.
+/// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size; nothing
+/// if the glass is out of view or shows its back.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 
-/// Rim, stem and handle, in M.
+/// Mesh of rim, stem and handle, in M.
 ToolMesh make_mirror_body(double diameter);
 
 }  // namespace typodont::render

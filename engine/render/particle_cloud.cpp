@@ -11,7 +11,7 @@ namespace typodont::render {
 
 namespace {
 
-struct Step {  // as in debris.comp
+struct Step {  // same layout as in debris.comp
   glm::vec4 gravity, origin;
   glm::ivec4 size;
   glm::vec4 sink, air, bounce;
@@ -19,7 +19,7 @@ struct Step {  // as in debris.comp
 };
 static_assert(sizeof(Step) <= 128);
 
-constexpr std::size_t kInstance = 20;  // bytes, as in particle_pass.cpp
+constexpr std::size_t kInstance = 20;  // bytes, same layout as in particle_pass.cpp
 
 }  // namespace
 
@@ -72,7 +72,7 @@ void ParticleCloud::suck(const glm::dvec3& p_W, double flow, double radius) {
 void ParticleCloud::advance(double dt) {
   time_ += dt;
   if (count_ > 0 || shown_ > 0) pending_ += dt;
-  // The oldest have decayed. Those not yet handed over stay until they are.
+  // Remove the particles that reached the end of their lifetime, but only after they were sent to the GPU.
   while (!cohorts_.empty() && time_ - cohorts_.front().born_at >= law_.lifetime &&
          count_ - cohorts_.front().count >= born_.size()) {
     first_ = (first_ + cohorts_.front().count) % law_.capacity;

@@ -32,18 +32,18 @@ Picture scaled_to(const Picture& picture, glm::ivec2 size) {
   const glm::dvec2 step = glm::dvec2(picture.size) / glm::dvec2(size);
   for (int y = 0; y < size.y; ++y) {
     for (int x = 0; x < size.x; ++x) {
-      // Centres of pixels lie at halves.
+      // Pixel centres are at half-integers.
       const glm::dvec2 at =
           glm::clamp((glm::dvec2(x, y) + 0.5) * step - 0.5, glm::dvec2(0), glm::dvec2(picture.size - 1));
       const glm::ivec2 low = at, high = glm::min(low + 1, picture.size - 1);
-      const glm::dvec2 share = at - glm::dvec2(low);
+      const glm::dvec2 fraction = at - glm::dvec2(low);
       std::uint8_t* const to =
           scaled.rgba.data() +
           4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x));
       for (int c = 0; c < 4; ++c) {
-        const double top = glm::mix<double>(picture.at(low.x, low.y)[c], picture.at(high.x, low.y)[c], share.x);
-        const double bottom = glm::mix<double>(picture.at(low.x, high.y)[c], picture.at(high.x, high.y)[c], share.x);
-        to[c] = static_cast<std::uint8_t>(std::lround(glm::mix(top, bottom, share.y)));
+        const double top = glm::mix<double>(picture.at(low.x, low.y)[c], picture.at(high.x, low.y)[c], fraction.x);
+        const double bottom = glm::mix<double>(picture.at(low.x, high.y)[c], picture.at(high.x, high.y)[c], fraction.x);
+        to[c] = static_cast<std::uint8_t>(std::lround(glm::mix(top, bottom, fraction.y)));
       }
     }
   }

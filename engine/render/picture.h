@@ -10,7 +10,7 @@ namespace typodont::render {
 
 struct Picture {
   glm::ivec2 size{0};
-  std::vector<std::uint8_t> rgba;  // sRGB, 4 bytes a pixel, top row first
+  std::vector<std::uint8_t> rgba;  // sRGB, 4 bytes per pixel, top row first
 
   const std::uint8_t* at(int x, int y) const {
     return rgba.data() +
@@ -18,11 +18,11 @@ struct Picture {
   }
 };
 
-/// The same picture in another size, bilinear: what a step of the quality ladder drew smaller, as the screen shows it.
+/// Resizes a picture with bilinear filtering, as the screen does with the smaller pictures of a lower quality level.
 Picture scaled_to(const Picture& picture, glm::ivec2 size);
-/// Whole or not at all, opaque. Throws Error when the place is not writable.
+/// Writes an opaque PNG completely or not at all. Throws Error if the file cannot be written.
 void write_png(const std::filesystem::path& file, const Picture& picture);
-/// Throws Error when the file is not a readable PNG.
+/// Throws Error if the file is not a readable PNG.
 Picture read_png(const std::filesystem::path& file);
 
 }  // namespace typodont::render

@@ -18,7 +18,7 @@ const font::Glyph& glyph_of(char c) {
   return *question;
 }
 
-/// The atlas between its pixels, 0 to 1: 0.5 at a letter's edge.
+/// Interpolated value of the atlas, 0 to 1; 0.5 is a letter's edge.
 double sampled(glm::dvec2 p) {
   const auto pixel = [](int x, int y) {
     x = std::clamp(x, 0, font::kWidth - 1);
@@ -42,7 +42,8 @@ double text_width(std::string_view text, double height) {
 
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
-  // The atlas goes from 0 to 1 over ten of its pixels (bake_font); an edge is to be one pixel of the picture wide.
+  // The atlas values go from 0 to 1 over ten of its pixels (bake_font); in the picture an edge should be one pixel
+  // wide.
   const double steep = 10.0 * s;
   for (const char c : text) {
     const font::Glyph& g = glyph_of(c);

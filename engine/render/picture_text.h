@@ -1,4 +1,4 @@
-// Writing in a picture on the host, in the font that is baked into the program.
+// Draws text into a picture in host memory, with the program's built-in font.
 #pragma once
 
 #include <string_view>
@@ -7,9 +7,9 @@
 
 namespace typodont::render {
 
-/// Pixels that a text of this height takes across. ASCII; anything else is shown as '?'.
+/// Width in pixels of a text of this height. ASCII only; other characters are drawn as '?'.
 double text_width(std::string_view text, double height);
-/// `at`: where its baseline begins, in pixels; `color`: sRGB.
+/// `at`: pixel where the baseline begins; `color`: sRGB.
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color);
 
 }  // namespace typodont::render

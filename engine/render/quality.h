@@ -1,4 +1,4 @@
-// How much a frame may cost: the ladder from the best look down to what a processor without a GPU draws in time.
+// Levels of rendering quality, from the best picture down to what software rendering draws in time.
 #pragma once
 
 #include <array>
@@ -12,12 +12,13 @@ struct Quality {
   int shadow_map = 2048;  // texels; 0: no shadow, no ambient occlusion
   int shadow_taps = 16;
   int occlusion_taps = 16;
-  bool light_per_vertex = false;  // shadow and occlusion looked up at corners instead of pixels
-  double scale = 1.0;             // of the picture's width and height drawn, before it is stretched to its size
-  double surface_error = 0.4;     // pixels drawn that triangles may lie off the surface (engine/app/picture/detail.h)
+  bool light_per_vertex = false;  // shadow and occlusion are computed per vertex instead of per pixel
+  double scale = 1.0;             // ratio of the drawn to the shown width and height; the picture is then stretched
+  // largest distance of triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
+  double surface_error = 0.4;
 };
 
-/// Best first.
+/// The best level first.
 inline constexpr std::array<Quality, 7> kQualityLadder{{
     {"high", 4, 2048, 16, 16, false, 1.0, 0.4},
     {"medium", 4, 1024, 8, 8, true, 1.0, 0.4},

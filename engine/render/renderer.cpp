@@ -22,8 +22,8 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr double kWorthWhile = 0.8;           // of the picture: drawn anew beyond it, all is
-constexpr std::size_t kMostTracked = 20'000;  // particles whose places on the picture are looked at
+constexpr double kWorthWhile = 0.8;  // if a larger fraction of the picture must be redrawn, everything is redrawn
+constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
 
@@ -33,7 +33,7 @@ struct Renderer::Impl {
   std::array<Look, kTissueCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // sets: a slot's scene, and its scene in the mirror
+  gpu::ShaderInputs inputs;  // descriptor sets: each slot's scene, and each slot's scene in the mirror
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -49,10 +49,10 @@ struct Renderer::Impl {
   HiddenPass hidden;
   MaskPass mask;
   BrickStore bricks;
-  std::optional<SceneBounds> bounds;  // of this frame
-  std::uint64_t bounds_version = 0;   // of the bricks they are of
+  std::optional<SceneBounds> bounds;  // bounds of this frame's scene
+  std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
-  // What the last frame was made of: equal means nothing moved.
+  // Data of the last frame; if they are equal, nothing moved.
   int last_views = 0;
   shared::FrameData last_data{};
   Pose last_tool;
@@ -61,10 +61,10 @@ struct Renderer::Impl {
   MouthMirror last_mirror;
   std::vector<std::byte> last_particles;
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
-  std::uint64_t eyes_version = 0;  // rises when the eyes' pictures show the scene from elsewhere
+  std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  LampBox unlit;  // of the shadow map: what changed since it was drawn, in frames that were not
-  // What the last frame drew anew, and what particles cover of it.
+  LampBox unlit;  // part of the shadow map that changed in frames that did not draw it
+  // Tiles that the last frame redrew, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
@@ -106,7 +106,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Beyond the shadow map nothing stands before the lamp.
+    // Beyond the shadow map nothing casts a shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -115,7 +115,7 @@ struct Renderer::Impl {
     timer = FrameTimer::create(device);
   }
 
-  /// Their pipelines depend on samples, views and quality.
+  /// Called when samples, views or quality change, because the pipelines depend on them.
   void destroy_passes() {
     surface.destroy(device);
     tool.destroy(device);
@@ -160,13 +160,13 @@ struct Renderer::Impl {
            !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// `i`: a slot, or kSlots + a slot for its scene in the mirror.
+  /// `i`: a slot, or kSlots + a slot for the scene in the mirror.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    // Without a mouth mirror the shadow map stands in, and no shader reads it there.
+    // Without a mouth mirror the shadow map is bound instead; no shader reads it.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
   }
 
@@ -216,7 +216,7 @@ struct Renderer::Impl {
     return stats;
   }
 
-  /// The scene as the mouth mirror shows it: other eyes, only what stands before the glass.
+  /// The scene for the mouth mirror: reflected eyes, and only objects in front of the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
@@ -226,14 +226,15 @@ struct Renderer::Impl {
 
   enum class Changed { kNothing, kParts, kAll };
 
-  /// What this frame changes of the last: marked in `tiles`, and in `over_tiles` what particles do, where it is a part.
+  /// Marks the changes since the last frame in `tiles`, and the particles' changes in `over_tiles`, unless everything
+  /// changed.
   Changed mark_changed(const shared::FrameData& data, const Frame& frame, const glm::ivec2& drawn) {
     std::array<Tiles, 2> particles_now;
     const auto views = static_cast<std::size_t>(frame.views);
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // So many that all is full of them.
+      // too many particles: they cover everything
       if (frame.particles.size() > kMostTracked)
         particles_now[e].mark_all();
       else
@@ -246,7 +247,8 @@ struct Renderer::Impl {
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // A headset's eyes never rest; glass is drawn in an order. Where particles of the GPU are, nobody here knows.
+    // Redraw everything with a headset, whose eyes never rest; with glass, which needs an order; and with GPU
+    // particles, whose positions are unknown here.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -269,20 +271,20 @@ struct Renderer::Impl {
         over_tiles[e].mark(particle_tiles[e]);
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
-      // What the glass shows may be anywhere.
+      // the glass can show any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
-      double share = 0;
-      for (std::size_t e = 0; e < views; ++e) share += of[e].share() / static_cast<double>(views);
-      return share;
+      double fraction = 0;
+      for (std::size_t e = 0; e < views; ++e) fraction += of[e].fraction() / static_cast<double>(views);
+      return fraction;
     };
-    // A pass that draws both eyes resolves all it draws.
+    // A pass that draws both eyes averages the samples of the whole picture.
     if (context.view_mask && marked(tiles) > 0) return Changed::kAll;
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
-    const double share = marked(tiles);
-    if (share <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
-    return share < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
+    const double fraction = marked(tiles);
+    if (fraction <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
+    return fraction < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
   }
 
   LampBox changed_in_lamp(const shared::FrameData& data) const {
@@ -292,12 +294,12 @@ struct Renderer::Impl {
     return part;
   }
 
-  /// The picture in the mouth mirror's glass: where each eye sees it.
+  /// Draws the reflected scene into the mirror's picture, in the area of the glass for each eye.
   void draw_reflection(VkCommandBuffer commands, const Frame& mirrored,
                        const std::array<std::optional<PixelBox>, 2>& glass, int slot, FrameStats& stats) {
     const VkExtent2D extent = targets.pictures.options.size;
     const PixelBox all{0, 0, static_cast<int>(extent.width), static_cast<int>(extent.height)};
-    FrameStats seen;  // in the mirror
+    FrameStats seen;  // counts for the pictures in the mirror
     const std::vector<DrawGroup> groups = bricks.visible(device, slot, mirrored, bricks.mirror_indirect, seen);
     targets.begin(commands, mirror.picture, false);
     for (int view = 0; view < (context.view_mask ? 1 : mirrored.views); ++view) {
@@ -325,11 +327,11 @@ struct Renderer::Impl {
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
-    // Which eyes see the glass, and where.
+    // Find which eyes see the glass, and where.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
-    if (changed == Changed::kNothing) {  // all that did is out of sight
+    if (changed == Changed::kNothing) {  // all changes are out of sight
       unlit.take(changed_in_lamp(data));
       bricks.changed.clear();
       last_version = bricks.version;
@@ -345,12 +347,12 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Chips are blended over a restored scene: all of them or none.
+        // Particles are blended over a restored scene: all of them or none.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
         redrawn[e] = shown.boxes(true, shown.picture());
-        stats.redrawn += shown.share() / frame.views;
+        stats.redrawn += shown.fraction() / frame.views;
       }
       mask.prepare(context, slot, drawn_size, kept);
     } else {
@@ -374,7 +376,7 @@ struct Renderer::Impl {
     write_set(own);
     timer.begin(commands, slot);
 
-    // Shadow map: only when what casts shadows or the lamp changed, and only where.
+    // Redraw the shadow map only if a caster or the lamp changed, and only the affected part.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
@@ -418,7 +420,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // Over what was there, black is drawn like any other background.
+      // Over kept content, black is drawn like any other background.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);
@@ -432,7 +434,7 @@ struct Renderer::Impl {
     timer.end(commands, slot);
   }
 
-  /// What flies before the scene, over what of the scene is restored.
+  /// Draws the particles over the restored parts of the scene.
   void lay_over(VkCommandBuffer commands, const Frame& frame, int slot, bool partly, const EyeBoxes& scene_boxes,
                 FrameStats& stats) {
     targets.restore_scene(commands, frame.views, partly, scene_boxes, redrawn);

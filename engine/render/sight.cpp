@@ -10,9 +10,9 @@ namespace typodont::render {
 
 namespace {
 
-/// The box, and as far behind it, seen from the lamp, as its shadow is drawn: the lamp's map is about as deep as it.
+/// Corners of the box, and of its shadow as seen from the lamp, up to the depth to which the shadow map reaches.
 std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec3& key) {
-  constexpr double kShadow = 2;  // box diagonals
+  constexpr double kShadow = 2;  // length of the shadow in box diagonals
   const dvec3 far = -kShadow * glm::length(box.hi - box.lo) * glm::normalize(key);
   std::array<glm::dvec4, 16> corners;
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -22,7 +22,7 @@ std::array<glm::dvec4, 16> corners_with_shadow(const BoxInWorld& box, const dvec
   return corners;
 }
 
-/// False where all of them lie beyond one side of what the eye sees, or beyond that plane.
+/// False if all corners lie outside one plane of the view frustum, or beyond the given plane.
 bool before(const Eye& eye, const std::array<glm::dvec4, 16>& corners, const glm::dvec4& plane = {0, 0, 0, 1}) {
   const auto beyond = [&](const glm::dvec4& side) {
     return std::all_of(corners.begin(), corners.end(), [&](const glm::dvec4& p) { return glm::dot(side, p) < 0; });
@@ -50,7 +50,7 @@ bool in_sight(const Frame& frame, const BoxInWorld& box) {
 }
 
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across) {
-  constexpr double kNearest = 1e-3;  // m: an eye within the box looks at least that far
+  constexpr double kNearest = 1e-3;  // m, smallest distance of an eye; also used if the eye is inside the box
   double least = 1e9;
   for (int e = 0; e < frame.views; ++e) {
     const Eye& eye = frame.eyes[static_cast<std::size_t>(e)];
@@ -60,7 +60,8 @@ double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pi
       closest = std::min(closest, (clip * glm::dvec4(corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                                                      corner & 4 ? box.hi.z : box.lo.z, 1))
                                       .w);
-    const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);  // m, of the picture there
+    // m, width of the picture at that distance
+    const double wide = 2 * std::max(closest, kNearest) / std::abs(eye.projection[0][0]);
     least = std::min(least, wide / pixels_across);
   }
   return least;

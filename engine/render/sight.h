@@ -1,5 +1,5 @@
-// What a frame could show at all, and how large: for whoever makes surfaces, so that none is made that nobody sees, and
-// none finer than a pixel. Pure functions.
+// Tests what a frame can show at all, and how large, so that the mesher builds no invisible surfaces and none finer
+// than a pixel. Pure functions.
 #pragma once
 
 #include <array>
@@ -13,14 +13,15 @@ struct BoxInWorld {
   glm::dvec3 lo, hi;  // m, W
 };
 
-/// What an eye sees is where dot(plane, (p, 1)) ≥ 0 for all six (Gribb & Hartmann 2001, depth 0..1).
+/// The six planes of the view frustum: visible points have dot(plane, (p, 1)) ≥ 0 for all (Gribb & Hartmann 2001, depth
+/// 0..1).
 std::array<glm::dvec4, 6> frustum_planes(const glm::dmat4& clip_from);
 
-/// Whether the frame could show anything of what lies within the box: before an eye, in a mouth mirror's glass that an
-/// eye sees, or by the shadow it throws there. Generous: true where it may be.
+/// True if the frame may show anything inside the box: directly, in a mouth mirror's glass, or through the shadow that
+/// it casts there. May also be true for a box that is invisible.
 bool in_sight(const Frame& frame, const BoxInWorld& box);
 
-/// m: what a pixel of a picture so many pixels wide covers of the box where that is nearest to an eye.
+/// Size in m of a pixel at the point of the box nearest to an eye, in a picture `pixels_across` pixels wide.
 double pixel_nearest(const Frame& frame, const BoxInWorld& box, std::uint32_t pixels_across);
 
 }  // namespace typodont::render

@@ -18,12 +18,13 @@ namespace {
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr double kMark = 0.4e-3;                    // m, height of a ring of the scale …
-constexpr double kMarkEdge = 0.01e-3;               // m, … and of its edge
-constexpr int kRingsPerTurn = 10;                   // of a thread
-constexpr int kHeadAround = 72, kShaftAround = 36;  // corners around; the head's divides by 6, 8 and 12 flutes
+constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
+constexpr double kMarkEdge = 0.01e-3;  // m, height of the ring's soft edge
+constexpr int kRingsPerTurn = 10;      // of a thread
+// number of corners around; the head's is divisible by 6, 8 and 12 flutes
+constexpr int kHeadAround = 72, kShaftAround = 36;
 
-/// Points of a quarter or so of a circle about (0, z0), from angle a to b measured from −z.
+/// Adds points of an arc (about a quarter circle) around (0, z0), from angle a to b measured from −z.
 void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, double b, int steps) {
   for (int i = 0; i <= steps; ++i) {
     const double t = a + (b - a) * i / steps;
@@ -31,7 +32,8 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
   }
 }
 
-/// A lathe: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius; `marked`: z is dark.
+/// Adds a surface of revolution: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius;
+/// `marked` tells whether a ring at z is dark.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut,
                Marked&& marked) {
@@ -68,12 +70,12 @@ void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_cou
 constexpr std::array<std::string_view, 7> kOwnLooks = {"sphere", "cylinder", "round_end_cylinder", "cone",
                                                        "pear",   "flame",    "inverted_cone"};
 
-/// m, of the neck behind a head of radius r.
+/// Length in m of the neck behind a head of radius r.
 double neck_behind(double r) {
   return std::max(std::min(0.45 * r, 5e-4), std::min(0.8 * r, 2.0e-4));
 }
 
-/// The head's profile with the rings that marks and a thread need.
+/// The head's profile with additional rings for depth marks and thread.
 std::vector<dvec2> refined(const ToolShape& shape) {
   if (shape.marks.empty() && !(shape.thread_pitch > 0)) return shape.profile;
   std::vector<double> more;
@@ -151,7 +153,7 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
     p.push_back({tool.neck_radius, h + 0.3 * r});
   } else if (shape == "flame") {
     for (int i = 0; i <= 24; ++i) {
-      const double s = i / 24.0;  // swells from a point to its widest at 0.6, then narrows
+      const double s = i / 24.0;  // swells from a point to its largest radius at 0.6, then narrows
       const double w = s < 0.6 ? std::sin(kPi / 2 * s / 0.6) : std::cos(0.75 * (s - 0.6) / 0.4);
       p.push_back({r * w, -h + length * s});
     }
@@ -175,10 +177,11 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   const double z0 = head.front().y, z1 = head.back().y, span = std::max(z1 - z0, 1e-6);
   const double widest = std::max_element(head.begin(), head.end(), [](auto& a, auto& b) { return a.x < b.x; })->x;
 
-  // Head: a blade rises steeply at its cutting edge and falls off slowly behind it, a saw tooth turned into a helix.
+  // Head: a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // A sharp thread, right-handed: clockwise, seen from the shank, screws it in. It runs out at both ends.
+      // A sharp right-handed thread: turning clockwise, as seen from the shank, screws it in. The thread fades at both
+      // ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);
@@ -188,12 +191,13 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
     if (shape.flutes > 0) {
       double phase = (angle / (2 * kPi) + shape.helix * (z - z0) / span) * shape.flutes;
       phase -= std::floor(phase);
-      const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;  // 0 at the edge … 1 in the gullet
+      // 0 at the cutting edge … 1 at the bottom of the groove
+      const double groove = phase < 0.2 ? phase / 0.2 : 1 - (phase - 0.2) / 0.8;
       const double fade = std::clamp((z1 - z) / (0.15 * span), 0.0, 1.0);
       return r * (1 - shape.flute_depth * groove * fade);
     }
     if (!shape.diamond) return r;
-    // Grit: bumps of a fixed pattern, the same in every run.
+    // Diamond grit: bumps in a fixed pattern that is the same in every run.
     const double g = std::sin(37.0 * angle + 5100.0 * z / widest * 1e-3) * std::sin(41.0 * z / widest + 3.0 * angle);
     return r * (1 - 0.035 * (0.5 + 0.5 * g));
   };
@@ -202,7 +206,7 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
                        [&](double mark) { return std::abs(z - mark) < kMark / 2; });
   });
 
-  // Neck and shank: a smooth taper, then the friction-grip cylinder with its rounded end.
+  // Neck and shank: a smooth taper, then the friction-grip cylinder with a rounded end.
   std::vector<dvec2> shaft{{head.back().x, z1}};
   for (int i = 1; i <= 10; ++i) {
     const double s = i / 10.0, blend = s * s * (3 - 2 * s);

@@ -1,4 +1,4 @@
-// Burs and probes as triangles: a surface of revolution with real flutes, and its shank.
+// Meshes of burs and probes: a surface of revolution with real flutes, and its shank.
 #pragma once
 
 #include <cstdint>
@@ -8,36 +8,37 @@
 
 namespace typodont::render {
 
-/// What a cutting head looks like. The head's centre is the tool frame's origin, z along the shank.
+/// Shape of a cutting head. The origin of the tool frame is the head's centre; z points along the shank.
 struct ToolShape {
-  std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, z rising
+  std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, with increasing z
   int flutes = 8;                   // 0: smooth, a probe
-  double flute_depth = 0.15;        // of the local radius
-  double helix = 0.5;               // turns of a flute over the head's length
+  double flute_depth = 0.15;        // fraction of the local radius
+  double helix = 0.5;               // turns of a flute over the length of the head
   double neck_radius = 4e-4;        // m
   double neck_length = 4e-3;        // m
   double shank_radius = 8e-4;       // m, friction grip 1.6 mm
   double shank_length = 16e-3;      // m
-  bool diamond = false;             // rough grit instead of flutes
-  std::vector<double> marks;        // m, z of dark rings around the head: the scale of a drill
+  bool diamond = false;             // rough diamond grit instead of flutes
+  std::vector<double> marks;        // m, z of the dark depth marks around the head
   double thread_pitch = 0;          // m; 0: no thread
-  double thread_core = 0;           // m, radius between the thread's crests
+  double thread_core = 0;           // m, core radius of the thread
 };
 
-/// The shapes with a look of their own: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone.
-/// `length` is the head's, ignored by the sphere. Throws Error for another name.
+/// Predefined shapes: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the head's
+/// length; a sphere ignores it. Throws Error for another name.
 ToolShape tool_shape(std::string_view shape, double diameter, double length);
 bool has_own_look(std::string_view shape) noexcept;
-/// Any other shape. `outline`: ToolShape::profile of the head alone, at least two points.
+/// A shape with another outline. `outline`: ToolShape::profile of the head alone, at least two points.
 ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 
-/// Each corner as cut and as the hull that its spin blurs it into; the renderer mixes the two by speed.
+/// A vertex of the tool and of the hull into which fast rotation blurs it; the renderer interpolates between them by
+/// the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // m, tool frame
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
-  float spins = 1;                       // 1 turns with the spindle
+  float spins = 1;                       // 1: the vertex rotates with the spindle
   float rough = 0.3f;
-  float mark = 0;  // 1 on a dark ring of the scale
+  float mark = 0;  // 1: on a dark depth mark
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;
@@ -46,7 +47,7 @@ struct ToolMesh {
 
 ToolMesh make_tool_mesh(const ToolShape& shape);
 
-/// Adds a smooth surface of revolution about z along a profile of (radius, z), m, from its lower end up.
+/// Adds a smooth surface of revolution about z, for a profile of (radius, z) in m from its lower end upwards.
 void add_lathe(ToolMesh& mesh, const std::vector<glm::dvec2>& profile, int around, float rough);
 
 }  // namespace typodont::render

@@ -14,23 +14,25 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kNewSurface = 0.75;             // voxels below the old surface: from here on surface is new
-const double kFloor = std::cos(30 * kPi / 180);  // a floor leans less than 30° from the axis …
-constexpr double kWall = 0.5;                    // … and a wall less than 30° from being parallel to it
-constexpr double kOneWay = 0.98;                 // length of the gradient below which a stencil straddles an edge
-constexpr double kRounding = 1e-9;               // voxels
-constexpr double kLeastPart = 0.1e-6;            // m² of floor or wall before it is called one
-constexpr double kTrimmed = 0.1;                 // share of a wall's leanings left out at either end: its edges
-constexpr double kRim = 1e-3;                    // m below the old surface: above it a wall is a rim, thin by nature
-constexpr double kAcross = 1.5;                  // voxels to either side over which a wall's lean is read: no ripples
-constexpr double kFarthestWall = 5e-3;           // m, how far to look for the far side of a wall
-constexpr double kSmoothing = 0.25e-3;           // m, of the margin
+constexpr double kNewSurface = 0.75;             // voxels below the old surface from which a surface counts as new
+const double kFloor = std::cos(30 * kPi / 180);  // a floor is inclined by less than 30° to the axis
+constexpr double kWall = 0.5;       // sine of 30°: a wall deviates by less than 30° from the axis direction
+constexpr double kOneWay = 0.98;    // lower limit of the gradient's length; if it is shorter, the stencil spans an edge
+constexpr double kRounding = 1e-9;  // voxels, tolerance for rounding
+constexpr double kLeastPart = 0.1e-6;  // m², smallest total area of a floor or of walls
+// fraction of a wall's inclinations that is omitted at either end, because they belong to its edges
+constexpr double kTrimmed = 0.1;
+constexpr double kRim = 1e-3;  // m below the old surface; above this depth a wall is a rim, which is always thin
+// voxels to either side over which a wall's inclination is measured, to average out ripples
+constexpr double kAcross = 1.5;
+constexpr double kFarthestWall = 5e-3;  // m, search range for the far side of a wall
+constexpr double kSmoothing = 0.25e-3;  // m, smoothing length for the margin
 
 struct Facet {
-  dvec3 p{0};              // voxels, its middle
+  dvec3 p{0};              // voxels, centre of the facet
   dvec3 n{0};              // unit, out of the tissue
   double area = 0;         // voxels²
-  std::size_t inside = 0;  // a sample inside the tissue next to it
+  std::size_t inside = 0;  // index of an adjacent sample inside the tissue
 };
 
 double weighted_mean(const std::vector<std::pair<double, double>>& values) {
@@ -39,7 +41,7 @@ double weighted_mean(const std::vector<std::pair<double, double>>& values) {
   return weight > 0 ? sum / weight : 0;
 }
 
-/// The mean of what is left between the shares `trim` and 1 - `trim` of the weight.
+/// Weighted mean of the values between the weight fractions `trim` and 1 - `trim`.
 double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) {
   std::sort(values.begin(), values.end());
   const double total =
@@ -53,7 +55,7 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Below how much lies so much of the weight.
+/// Weighted quantile: the value below which `weight` lies.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -64,7 +66,7 @@ double lowest(std::vector<std::pair<double, double>> values, double weight) {
 }
 
 struct Axes {
-  dvec3 u, v, w;  // w out of the opening
+  dvec3 u, v, w;  // w points out of the opening
 };
 Axes axes_about(const dvec3& axis) {
   const dvec3 w = glm::normalize(axis);
@@ -73,7 +75,7 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// A plane w = c0 + c1 u + c2 v through weighted points, by least squares; false where they do not determine one.
+/// Least-squares plane w = c0 + c1 u + c2 v through weighted points; false if the points do not determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -100,8 +102,8 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// The sphere that is nearest to weighted points, by least squares of |p - c|² - r²; nothing where they do not
-/// determine one. Voxels.
+/// Sphere fitted to weighted points by least squares of |p - c|² - r²; nothing if the points do not determine one.
+/// Voxels.
 struct Ball {
   dvec3 center;
   double radius;
@@ -111,7 +113,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   dvec3 mean(0);
   for (const Facet& f : facets) weight += f.area, mean += f.area * f.p;
   mean /= weight;
-  // With q = p - mean: |q|² = 2 q·c + k, whose normal equations part: k is the mean of |q|².
+  // With q = p - mean: |q|² = 2 q·c + k. The normal equations separate, and k is the mean of |q|².
   glm::dmat3 normal(0);
   dvec3 right(0);
   double square = 0;
@@ -122,12 +124,12 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
     square += f.area * glm::dot(q, q);
   }
   const double spread = square / 3;
-  if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;  // all in a plane
+  if (!(glm::determinant(normal) > 1e-6 * spread * spread * spread)) return std::nullopt;  // all points lie in a plane
   const dvec3 c = glm::inverse(normal) * right;
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// How far along `direction` from p (voxels) the last point inside the field lies.
+/// Distance (voxels) from p along `direction` to the last point inside the field.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -141,12 +143,12 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// The curves on the old surface where it goes over into the cut, each as its points in order. Voxels.
+/// The margins: curves on the old surface that bound the cut. Each is a list of points in order. Voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  // On the old surface the depth of the cut is after - before: nothing where it was left, and rising from the margin
-  // on.
-  constexpr double kLevel = 0.5;           // voxels
-  using Key = std::array<std::size_t, 4>;  // of a point on the edge between two points of the surface
+  // On the old surface the depth of the cut is after - before. It is zero where nothing was cut, and increases from the
+  // margin.
+  constexpr double kLevel = 0.5;           // voxels, depth that defines the margin
+  using Key = std::array<std::size_t, 4>;  // identifies a point on the edge between two points of the surface
   struct End {
     dvec3 p;
     std::vector<std::size_t> segments;
@@ -173,7 +175,7 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Follow them from end to end; open ones first, so that none is begun in its middle.
+  // Connect the segments from end to end. Start with open curves, so that none is started in its middle.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -200,12 +202,12 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
   return curves;
 }
 
-/// Mean square of a curve's distance from itself smoothed (sigma, voxels), and its length.
+/// Mean square distance of a curve from its smoothed version (sigma in voxels), and the curve's length.
 std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigma) {
   double length = 0;
   for (std::size_t i = 1; i < curve.size(); ++i) length += glm::length(curve[i] - curve[i - 1]);
   if (length < 4 * sigma) return {0, 0};
-  // Evenly spaced points.
+  // Resample the curve at equal distances.
   const auto count = static_cast<std::size_t>(std::ceil(length / 0.5));
   const double step = length / static_cast<double>(count);
   std::vector<dvec3> even;
@@ -240,9 +242,9 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// The narrowest width across the cavity's longer axis at height `w` along the axis, its ends left out. Voxels.
+/// Narrowest width across the cavity's longer axis at height `w` along the axis, without its ends. Voxels.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // What was taken away, seen along the axis.
+  // Outline of the removed tissue as seen along the axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -266,7 +268,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Widths, section by section: the longest stretch that is empty and was tissue, between two walls.
+  // Width of each section: the longest interval that is empty now, was tissue before, and ends at two walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -284,13 +286,13 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        walled = last < 0 && before_last < 0;  // tissue was there before and is still there: a wall
+        walled = last < 0 && before_last < 0;  // there was tissue before and there still is: a wall
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
         open = false;
       } else if (open && b >= 0) {
-        open = false;  // it ends in the open air
+        open = false;  // the interval ends in open air
       }
       last = a, before_last = b;
     }
@@ -308,11 +310,11 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-/// What does not depend on the result.
+/// Data that does not depend on the result.
 struct Given {
   DenseField before, ideal;          // true distances
-  std::vector<bool> pulp;            // voxels
-  std::vector<std::size_t> to_pulp;  // the nearest of them; empty without pulp
+  std::vector<bool> pulp;            // marks the voxels of pulp
+  std::vector<std::size_t> to_pulp;  // for each voxel its nearest pulp voxel; empty without pulp
 };
 Given given(const Preparation& in) {
   Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
@@ -326,7 +328,7 @@ Given given(const Preparation& in) {
   return g;
 }
 
-/// Voxels of air that are connected with the border of the box through air. The rest are pores.
+/// Marks the air voxels that are connected to the border of the box through air. The others are pores.
 std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
@@ -367,7 +369,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
-  // Volumes: every voxel by its share inside each surface.
+  // Volumes: each voxel counts by the fraction of it inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -388,8 +390,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // The surface as it was left: how far it lies from the ideal, and what of it is new. The inside of a pore is no
-  // surface of the result: no probe reaches it. A pore counts in the volumes above.
+  // The final surface: its distance from the ideal, and its new parts. The inside of a pore is excluded, because no
+  // probe reaches it; a pore does count in the volumes above.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -413,7 +415,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       Place& place = d < 0 ? m.over : m.under;
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
-    // New where it lies clear of the old surface; to be judged where it was changed, or should have been.
+    // A facet is new if it lies clearly below the old surface. It is compared with the ideal if it was changed or
+    // should have been.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -439,7 +442,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Floor.
+  // Measure the floor.
   double floor_height = 0;
   if (area_of(floor) >= kLeastPart) {
     std::vector<std::pair<double, double>> depths, heights;
@@ -467,17 +470,18 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     if (width) m.isthmus = *width * h;
   }
 
-  // Walls.
+  // Measure the walls.
   if (area_of(walls) >= kLeastPart) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // Next to an edge the stencil sees both faces: such places say nothing of the wall's lean.
+      // Near an edge the stencil covers both faces, so its inclination is not that of the wall.
       if (glm::length(g) >= kOneWay)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Behind the wall: hard tissue until the open air. Where the pulp comes first it is no outer wall.
+      // Measure the thickness of hard tissue behind the wall up to open air. If pulp comes first, it is not an outer
+      // wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;
@@ -499,7 +503,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
   }
 
-  // Margin.
+  // Measure the margin.
   double square = 0, length = 0;
   for (const auto& curve : margins(in.before, after)) {
     const auto [mean_square, its_length] = roughness(curve, kSmoothing / h);
@@ -508,7 +512,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   }
   if (length > 0) m.margin_roughness = std::sqrt(square / length) * h;
 
-  // Pulp.
+  // Measure the distance to the pulp.
   if (!known.to_pulp.empty()) {
     double exposed = 0;
     for (const Facet& f : fresh) {

@@ -9,12 +9,12 @@ namespace typodont::session {
 
 namespace {
 
-constexpr float kSlid = 20;  // voxels: farther away the seeds' own spacing does not matter
+constexpr float kSlid = 20;  // voxels, largest distance to refine; beyond it the spacing of the seeds has no effect
 constexpr float kKept =
-    1.8f;  // voxels: as far as this a field's own values are kept; reaches across a voxel's diagonal
+    1.8f;  // voxels, distance up to which the field keeps its own values; longer than a voxel's diagonal
 
-/// Carries, for every voxel, whatever is nearest from its neighbours on: sweeps in all eight directions.
-/// `closer(to, from)` takes over from voxel `from` when that is nearer.
+/// Propagates the nearest seed from neighbour to neighbour for every voxel, in sweeps in all eight directions.
+/// `closer(to, from)` replaces the seed of `to` by that of `from` if that is nearer.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);
@@ -102,7 +102,7 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // What was carried is the closest among the seeds. Slide along the surface to where it is closest of all.
+  // The propagated point is the closest of the seeds. Move it along the surface to the closest point.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

@@ -1,4 +1,5 @@
-// A box of distance samples as plain arrays, and what scores and pictures ask of it. Pure functions; set-up time.
+// A box of distance samples as plain arrays, with the functions that scores and pictures need. Pure functions; set-up
+// time.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +10,8 @@
 
 namespace typodont::session {
 
-/// Signed distances in voxels, negative inside the tissue; z runs fastest. Sample (0,0,0) lies at the frame's origin.
+/// Signed distances in voxels, negative inside the tissue; z is the fastest index. Sample (0,0,0) lies at the frame's
+/// origin.
 struct DenseField {
   glm::ivec3 size{0};
   std::vector<float> distance;
@@ -19,21 +21,21 @@ struct DenseField {
                static_cast<std::size_t>(size.z) +
            static_cast<std::size_t>(z);
   }
-  /// Trilinear; beyond the box as at its border.
+  /// Trilinear interpolation; outside the box the value at its border.
   double sample(const glm::dvec3& p) const;
-  /// Of the trilinear field by central differences `reach` voxels to either side; not normalised.
+  /// Gradient of the trilinear field by central differences over `reach` voxels to either side; not normalised.
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
 };
 
-/// The share of a voxel inside a surface that passes at `distance` voxels from its centre.
+/// Fraction of a voxel inside a surface at `distance` voxels from its centre.
 double share_inside(double distance);
 
-/// A true distance everywhere, from a field that is one only near its surface (cut fields are): closest points are
-/// carried from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points between the voxels).
-/// Samples within 1.8 voxels of the surface keep their bits. Without a surface nothing changes.
+/// Computes true distances from a field that is correct only near its surface (cut fields are): the closest surface
+/// points are propagated from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points between
+/// the voxels). Samples within 1.8 voxels of the surface keep their bits. A field without surface stays unchanged.
 DenseField redistanced(const DenseField& field);
 
-/// For every voxel the nearest marked one (index into the arrays); SIZE_MAX everywhere when none is marked.
+/// For every voxel the array index of the nearest marked voxel; SIZE_MAX everywhere if none is marked.
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
 
 }  // namespace typodont::session

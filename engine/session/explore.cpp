@@ -7,10 +7,10 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kReach = 0.75e-3;       // m: surface this near to the tip counts as explored
-constexpr double kMarkReach = 0.6e-3;    // m: a mark this near to a lesion means it
-constexpr double kStep = 0.2e-3;         // m between looks
-constexpr std::size_t kLeastLesion = 8;  // voxels; smaller pieces are specks of the label, not lesions
+constexpr double kReach = 0.75e-3;       // m; surface within this distance of the tip counts as explored
+constexpr double kMarkReach = 0.6e-3;    // m; a mark within this distance of a lesion finds it
+constexpr double kStep = 0.2e-3;         // m that the tip moves between two updates
+constexpr std::size_t kLeastLesion = 8;  // voxels; smaller pieces are label noise, not lesions
 
 /// Calls `each(index, squared distance)` for all voxels within `reach` voxels of p.
 template <class Each>
@@ -42,7 +42,7 @@ ExploreMeter::ExploreMeter(const VoxelFrame& frame, const DenseField& surface, c
     to_explore_[i] = std::abs(surface_.distance[i]) < 0.7f && (region.empty() || region[i]);
     surface_count_ += to_explore_[i];
   }
-  // Lesions: caries that hang together and come to the surface within the region.
+  // Lesions: connected pieces of caries that reach the surface within the region.
   std::vector<bool> seen(lesion_.size());
   const auto is_caries = [&](std::size_t i) { return tissue[i] == Tissue::kCaries && surface_.distance[i] < 0.5f; };
   for (int x = 0; x < n.x; ++x) {

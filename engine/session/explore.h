@@ -1,4 +1,4 @@
-// What a hand found with the explorer: where it touched, and where it pressed the pedal to say "here is caries".
+// Evaluates an exploration: where the tip touched, and where the trainee pressed the pedal to mark caries.
 #pragma once
 
 #include <span>
@@ -12,15 +12,15 @@ namespace typodont::session {
 
 struct ExploreMeasures {
   int lesions = 0;      // connected pieces of caries that reach the surface
-  int found = 0;        // of them marked
+  int found = 0;        // lesions that were marked
   int false_finds = 0;  // marks on sound tissue
-  double explored = 0;  // share of the surface to be explored that the tip came near, 0..1
+  double explored = 0;  // fraction of the region's surface that the tip came near, 0..1
 };
 
-/// Feed ticks in order. A mark is the pedal going down while the tip touches.
+/// Feed ticks in order. A mark is the press of the pedal while the tip touches the tissue.
 class ExploreMeter {
  public:
-  /// `region`: voxels whose surface is to be explored; empty: all of it.
+  /// `region`: voxels whose surface must be explored; empty: the whole surface.
   ExploreMeter(const VoxelFrame& frame, const DenseField& surface, const std::vector<Tissue>& tissue,
                const std::vector<bool>& region);
   void add(std::span<const ServoTick> ticks);
@@ -29,13 +29,13 @@ class ExploreMeter {
  private:
   VoxelFrame frame_;
   DenseField surface_;
-  std::vector<int> lesion_;  // per voxel: 0 none, 1, 2 …
+  std::vector<int> lesion_;  // for each voxel the number of its lesion 1, 2 …; 0: none
   std::vector<bool> to_explore_, explored_;
   std::size_t surface_count_ = 0, explored_count_ = 0;
-  std::vector<bool> found_;  // per lesion
+  std::vector<bool> found_;  // for each lesion
   int false_finds_ = 0;
   bool pedal_down_ = false;
-  dvec3 last_{1e9, 0, 0};  // voxels, where the surface was last marked as explored
+  dvec3 last_{1e9, 0, 0};  // voxels, position of the last update
 };
 
 }  // namespace typodont::session

@@ -24,7 +24,8 @@ namespace typodont::session {
 
 namespace {
 
-/// Starts `arguments` with standard input from `input` (-1: none) and its complaints in `log`. -1 when impossible.
+/// Starts `arguments` with standard input from `input` (-1: none) and standard error to `log`. Returns -1 if it cannot
+/// be started.
 pid_t start(const std::vector<std::string>& arguments, int input, const std::filesystem::path& log) {
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -38,7 +39,8 @@ pid_t start(const std::vector<std::string>& arguments, int input, const std::fil
   }
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-  // In a process group of its own: Ctrl-C on the terminal reaches this program alone, which then ends the encoder.
+  // The encoder gets its own process group, so that Ctrl-C on the terminal reaches only this program, which then ends
+  // the encoder.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
@@ -82,7 +84,7 @@ std::optional<std::filesystem::path> find_ffmpeg() {
 }
 
 struct FilmWriter::Impl {
-  /// ffmpeg's files on the way.
+  /// Temporary files that ffmpeg writes.
   struct Parts {
     explicit Parts(const std::filesystem::path& file)
         : pictures(file, FileKind::kFilm, Over::kNoInput, "pictures"),
@@ -95,7 +97,7 @@ struct FilmWriter::Impl {
   std::size_t frame_bytes = 0;
   std::uint64_t frames = 0;
   pid_t encoder = -1;
-  int input = -1;  // frames go in here
+  int input = -1;  // descriptor to which frames are written
   std::string message;
 
   void open(const FilmOptions& options);
@@ -116,7 +118,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   }
   ffmpeg = *found;
   frame_bytes = static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height) * 3;
-  // A socket and not a pipe: send() can be told not to raise SIGPIPE when the encoder dies.
+  // A socket instead of a pipe, because send() can suppress the signal SIGPIPE if the encoder has ended.
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     message = fmt::format("no film: {}", std::strerror(errno));
@@ -125,7 +127,7 @@ void FilmWriter::Impl::open(const FilmOptions& options) {
   encoder = start({ffmpeg.string(), "-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pixel_format",
                    "rgb24", "-video_size", fmt::format("{}x{}", options.width, options.height), "-framerate",
                    fmt::format("{}", options.fps), "-i", "pipe:0",
-                   // Every player decodes 4:2:0, which needs even sides.
+                   // Every player decodes 4:2:0, which needs even width and height.
                    "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264", "-preset", "veryfast", "-crf", "20",
                    "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", parts->pictures.path().string()},
                   ends[0], parts->log.path());

@@ -1,4 +1,4 @@
-// session.mp4 from pictures and a WAV, through the packaged `ffmpeg` program. Without it there is no film, and a
+// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg there is no film but a
 // message.
 #pragma once
 
@@ -16,8 +16,8 @@ struct FilmOptions {
   double fps = 30;
 };
 
-/// One thread. Frames are compressed while they come; the film appears in finish(), whole or not at all. Nothing
-/// throws: a missing or failing encoder is a message.
+/// One thread. Frames are compressed as they arrive; finish() creates the film completely or not at all. Never throws:
+/// a missing or failing encoder results in a message.
 class FilmWriter {
  public:
   FilmWriter(const std::filesystem::path& file, const FilmOptions& options);
@@ -25,11 +25,11 @@ class FilmWriter {
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  /// width × height × 3 bytes, rows from the top, sRGB. False when there is no encoder (any more).
+  /// `rgb`: width × height × 3 bytes, rows from the top, sRGB. False if there is no running encoder.
   bool add(std::span<const std::uint8_t> rgb) noexcept;
   /// Adds the sound if there is one, and makes the file. True when the film is there; else see message().
   bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;
-  /// Why there is no film, or what is missing in it; empty when all is well.
+  /// The reason why there is no film or why it is incomplete; empty if it is complete.
   const std::string& message() const noexcept;
 
  private:
@@ -37,7 +37,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The encoder in PATH, if any.
+/// The encoder in PATH, if there is one.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Hashes that say "the same bits": of files, forces and fields. Not for security.
+// Hashes that tell whether files, forces or fields have the same bits. Not for security.
 #pragma once
 
 #include <filesystem>
@@ -14,11 +14,11 @@ namespace typodont::session {
 /// "fnv1a64:0123456789abcdef".
 std::string to_text(const Fnv1a& hash);
 
-/// Every bit of force and torque of every tick, in order: equal runs, equal hashes. Start from a default Fnv1a and feed
-/// the ticks in pieces of any size.
+/// Adds every bit of force and torque of every tick, in order: equal runs have equal hashes. Start with a default Fnv1a
+/// and feed the ticks in pieces of any size.
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept;
 
-/// Reads the whole file. Throws Error when it cannot.
+/// Reads the whole file. Throws Error if it cannot.
 SourceFile describe_file(const std::filesystem::path& file);
 
 }  // namespace typodont::session

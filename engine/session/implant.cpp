@@ -14,18 +14,18 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-constexpr double kOverSpeed = 1.1;     // of the phase's speed
-constexpr double kLater = 1.5;         // s of contact with a later phase's tool after which its phase is the one
-constexpr double kHeld = 0.3;          // s that the goal of a smoothing, marking or checking phase must be met
-constexpr double kDrilled = 0.05e-3;   // m that a drill may stay above its depth
-constexpr double kChecked = 0.25e-3;   // m that a gauge may …
-constexpr double kThreaded = 0.3e-3;   // … and a tap
-constexpr double kFelt = 0.05;         // N: less is the air's, where the tool follows the hand
-constexpr double kSeats = 1e-3;        // m that a placed implant or screw may stand out
-constexpr double kGoesIn = 0.1e-3;     // m/s along the plan's axis from which a tool is going in …
-constexpr double kGoesInTime = 0.1;    // … s, time constant of that speed
+constexpr double kOverSpeed = 1.1;  // ratio to the phase's speed limit above which the speed is too high
+constexpr double kLater = 1.5;  // s of contact with a later phase's tool after which that phase becomes the present one
+constexpr double kHeld = 0.3;   // s for which the goal of a smoothing, marking or checking phase must be met
+constexpr double kDrilled = 0.05e-3;   // m, depth tolerance of a drill
+constexpr double kChecked = 0.25e-3;   // m, depth tolerance of a gauge
+constexpr double kThreaded = 0.3e-3;   // m, depth tolerance of a tap
+constexpr double kFelt = 0.05;         // N; a smaller force counts as no contact, because the tool follows the hand
+constexpr double kSeats = 1e-3;        // m by which a placed implant or screw may protrude
+constexpr double kGoesIn = 0.1e-3;     // m/s along the plan's axis above which the tool is moving in
+constexpr double kGoesInTime = 0.1;    // s, time constant of the filter for that speed
 constexpr double kAtSite = 3e-3;       // m from the plan's axis within which a mark is at the site
-constexpr double kOffAxisFrom = 1e-3;  // m deep from which the axis counts
+constexpr double kOffAxisFrom = 1e-3;  // m, depth from which the axis is checked
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
@@ -41,9 +41,9 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return best;
 }
 
-/// A bed: a cylinder with a flat bottom. SI, frame W.
+/// A bed: a cylinder with a flat bottom. SI units, frame W.
 struct BedShape {
-  dvec3 bottom_W, axis_W;  // unit, into the bone
+  dvec3 bottom_W, axis_W;  // axis_W: unit, into the bone
   double length, radius;
 
   double distance_to(const dvec3& p_W) const {
@@ -53,7 +53,8 @@ struct BedShape {
     return std::hypot(aside, std::max({along, -along - length, 0.0}));
   }
   double distance_to(const std::vector<dvec3>& path_W) const {
-    constexpr double kStep = 0.05e-3;  // m: a straight line is nearest between two steps by 1 µm at 0.3 mm
+    // m; with this step the distance to a straight line is 1 µm too large at most, at a distance of 0.3 mm
+    constexpr double kStep = 0.05e-3;
     double best = 1e9;
     for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
       const dvec3 way = path_W[i + 1] - path_W[i];
@@ -109,11 +110,11 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // What is not in a bed moves about: it warms at least a bed as deep as it is wide.
+  // A tool outside a bed moves freely; it heats at least a bed as deep as it is wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
-  temperature_ += dt * HeatModel::share * tick.cutting_power / warmed;
+  temperature_ += dt * HeatModel::fraction * tick.cutting_power / warmed;
   temperature_ = HeatModel::body + (temperature_ - HeatModel::body) * std::exp(-dt / time);
   measures_.hottest = std::max(measures_.hottest, temperature_);
 }
@@ -144,7 +145,7 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   switch (phase.deed) {
     case ImplantDeed::kSmooth:
     case ImplantDeed::kMark:
-      // Enough has gone, and the bur has left the bone.
+      // enough bone was removed, and the bur has left the bone
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
@@ -205,16 +206,16 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kFelt;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Pulling the last phase's tool out is no work: a tool works as it cuts or goes deeper.
+  // Pulling out the last phase's tool is not work: a tool works if it cuts or moves deeper.
   if (dt > 0) going_in_ += ((depth_ - last_depth_) / dt - going_in_) * (1 - std::exp(-dt / kGoesInTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || going_in_ > kGoesIn);
-  // A bur that has smoothed or marked enough may go on, as long as it is in the hand.
+  // A bur that has finished smoothing or marking may continue as long as it stays in the hand.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantDeed::kSmooth || before->deed == ImplantDeed::kMark))
     works_ = false;
-  // The tool of a later phase, used for a while: what lies between is skipped.
+  // If the tool of a later phase is used for a while, the phases before it are skipped.
   if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) wrong_for_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
@@ -233,7 +234,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // The bed, from the drills' own places in it.
+  // Bed geometry from the positions of the drills in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -266,7 +267,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
 
 ImplantMeasures ImplantMeter::result() const {
   ImplantMeasures out = measures_;
-  // The phase that was not finished has a curve, too.
+  // The unfinished phase has a force curve, too.
   if (phase_ < out.phases.size()) {
     ForceCurve& curve = out.phases[phase_].force;
     curve.span = span_;
@@ -280,7 +281,7 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Where the bed's axis passes the plan's platform.
+  // Intersection of the bed's axis with the plan's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);

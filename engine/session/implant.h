@@ -1,4 +1,4 @@
-// Implant surgery as an exercise: the plan, the phases of the procedure, and what a hand's ticks say about them.
+// Implant surgery as an exercise: the plan, the phases of the procedure, and the evaluation of a hand's ticks.
 #pragma once
 
 #include <array>
@@ -15,70 +15,70 @@
 
 namespace typodont::session {
 
-/// ServoTick::level of the contact model "implant".
+/// Values of ServoTick::level for the contact model "implant".
 namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
-/// Where an implant is to lie. SI, frame W.
+/// Planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // middle of its platform
   dvec3 axis_W{0, 0, -1};   // unit, into the bone
   double length = 0;        // m
   double diameter = 0;      // m, of the thread
-  double bed_diameter = 0;  // m, of the last drill
+  double bed_diameter = 0;  // m, diameter of the last drill
   dvec3 apex_W() const { return entry_W + length * axis_W; }
 };
 
-/// What a phase does to the bone.
+/// Type of work of a phase.
 enum class ImplantDeed { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose };
 std::string_view name_of(ImplantDeed deed) noexcept;
 std::optional<ImplantDeed> implant_deed_named(std::string_view name) noexcept;
 
-/// One phase of the procedure. SI.
+/// One phase of the procedure. SI units.
 struct ImplantPhase {
   TaskText name;
   ImplantDeed deed = ImplantDeed::kDrill;
-  std::uint32_t tool = 0;  // which of the session's tools
-  double depth = 0;        // m below the plan's entry, to which the tool's tip is to come
-  double volume = 0;       // m³ that are to go, of kSmooth and kMark
-  double speed = 0;        // rad/s that the tool should not exceed; 0: it does not turn
+  std::uint32_t tool = 0;  // index among the session's tools
+  double depth = 0;        // m, required depth of the tool's tip below the plan's entry
+  double volume = 0;       // m³ to remove, for kSmooth and kMark
+  double speed = 0;        // rad/s, speed limit of the tool; 0: it does not turn
   bool irrigated = false;  // cooled with water
 };
 
-/// A neighbour's root: all nearer than `radius` to the line from a to b.
+/// A neighbouring root: all points within `radius` of the line from a to b.
 struct NeighbourRoot {
   dvec3 a_W{0}, b_W{0};
   double radius = 0;  // m
 };
 
-/// An implant exercise, as the program reads it from the scene.
+/// An implant exercise, as read from the scene.
 struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
-  std::vector<double> tip;     // m from a tool's origin to its tip, of each tool
-  std::vector<double> radius;  // m, of each tool
-  double greatest_force = 0;   // N, above which time at over-force counts
-  double greatest_angle = 0;   // rad off the plan's axis, above which the hand is told
-  double depth_tolerance = 0;  // m too deep, above which the hand is told
-  double canal_clearance = 0;  // m from the nerve canal, below which the hand is told
+  std::vector<double> tip;     // m, for each tool the distance from its origin to its tip
+  std::vector<double> radius;  // m, for each tool
+  double greatest_force = 0;   // N; time above this force counts as over-force
+  double greatest_angle = 0;   // rad to the plan's axis; above it the trainee is warned
+  double depth_tolerance = 0;  // m too deep; above it the trainee is warned
+  double canal_clearance = 0;  // m to the nerve canal; below it the trainee is warned
   std::vector<dvec3> canal_W;  // polyline; empty: no canal
   double canal_radius = 0;     // m
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// Follows a hand through the phases. Feed ticks in order; that allocates nothing.
+/// Follows a hand through the phases. Feed ticks in order; doing so never allocates.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// The phase that is due; as many as there are where all are over.
+  /// Index of the present phase; equals the number of phases when all are finished.
   std::size_t phase() const { return phase_; }
-  /// What the hand is told now.
+  /// The note shown to the trainee now.
   ImplantNote note() const { return note_; }
-  /// m of the tip below the plan's entry, along the plan's axis.
+  /// m, depth of the tip below the plan's entry, along the plan's axis.
   double depth() const { return depth_; }
   double temperature() const { return temperature_; }  // °C
   const ImplantTask& task() const { return task_; }
@@ -99,16 +99,16 @@ class ImplantMeter {
   bool started_ = false;
   Nanos last_t_ = 0;
   double removed_last_ = 0, removed_in_phase_ = 0;  // m³
-  double held_ = 0;                                 // s that the goal of the phase has been met
+  double held_ = 0;                                 // s for which the phase's goal has been met
   double wrong_for_ = 0;                            // s of work with the tool of a later phase
-  bool works_ = false;                              // the tool in the hand does something to the bone
+  bool works_ = false;                              // the tool in the hand is working on the bone
   double last_depth_ = 0;                           // m
   double going_in_ = 0;                             // m/s along the plan's axis, smoothed
-  // Force curve of this phase, at a resolution that halves when it is full.
+  // Force curve of this phase. When it is full, its resolution is halved.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // The bed: from the drill's places along its way.
+  // Sums for the bed, from the drill's positions along its path.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

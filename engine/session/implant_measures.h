@@ -1,4 +1,4 @@
-// What an exercise in implant surgery measures: plain data, for score and report.
+// Measures of an exercise in implant surgery: plain data, for score and report.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// What is said at once.
+/// Notes that are shown immediately during the exercise.
 enum class ImplantNote {
   kNone,
   kWrongTool,
@@ -25,58 +25,59 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Bone temperature at the drill: one mass of bone around the bed, heated by a share of the cutting power, cooled
-/// towards the body's. Estimates, but for the threshold: Eriksson & Albrektsson, J Prosthet Dent 1983;50:101-107, found
-/// bone harmed from 47 °C for a minute on.
+/// Bone temperature at the drill: a mass of bone around the bed, heated by a fraction of the cutting power, cooling
+/// towards body temperature. The parameters are estimates, except the threshold: Eriksson & Albrektsson, J Prosthet
+/// Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
 struct HeatModel {
-  static constexpr double share = 0.3;              // of the power; the chips take the rest away
-  static constexpr double shell = 1e-3;             // m of bone around the bed that warms up
+  // fraction of the cutting power that heats the bone; the chips carry away the rest
+  static constexpr double fraction = 0.3;
+  static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K): 1.9 g/cm³ at 1.3 J/(g K)
-  static constexpr double cooled_time = 8;          // s, time constant with irrigation …
-  static constexpr double dry_time = 30;            // … and without
+  static constexpr double cooled_time = 8;          // s, time constant with irrigation
+  static constexpr double dry_time = 30;            // s, time constant without irrigation
   static constexpr double body = 37, harmful = 47;  // °C
 };
 
-/// A force curve: means over equal spans of a phase's own time in contact.
+/// A force curve: means over intervals of equal length of a phase's time in contact.
 struct ForceCurve {
-  std::vector<float> across, along;  // N, across and along the plan's axis
-  double span = 0;                   // s
+  std::vector<float> across, along;  // N, perpendicular to the plan's axis and along it
+  double span = 0;                   // s, length of an interval
 };
 
 struct ImplantPhaseMeasures {
   std::array<std::string, kLanguageCount> name;
   bool done = false, skipped = false;
-  double began = -1, ended = -1;                  // s, of the first contact and of the end; negative: none
+  double began = -1, ended = -1;                  // s, times of the first contact and of the end; negative: none
   double force_max = 0;                           // N
-  double over_force = 0;                          // s
-  double depth = 0;                               // m below the plan's entry, the deepest
-  double hottest = HeatModel::body;               // °C
-  std::array<double, kImplantNoteCount> noted{};  // s that each note stood
+  double over_force = 0;                          // s above the force limit
+  double depth = 0;                               // m, largest depth below the plan's entry
+  double hottest = HeatModel::body;               // °C, highest temperature
+  std::array<double, kImplantNoteCount> noted{};  // s for which each note was shown
   ForceCurve force;
 };
 
-/// The bed as the hand made it. SI.
+/// The bed as drilled. SI units.
 struct ImplantBedMeasures {
   bool found = false;
-  double entry_error = 0, apex_error = 0;  // m from the plan's
-  double axis_error = 0;                   // rad
+  double entry_error = 0, apex_error = 0;  // m, distances from the planned points
+  double axis_error = 0;                   // rad, angle to the planned axis
   double depth = 0;                        // m below the plan's entry
-  double canal_distance = 1e9;             // m from the bed's wall, or bottom, to the canal's wall
-  double neighbour_distance = 1e9;         // m from the wall to the nearest root
-  // Measured in the tissue, see measure_bed(); negative where they are not known.
+  double canal_distance = 1e9;             // m from the bed's wall or bottom to the canal's wall
+  double neighbour_distance = 1e9;         // m from the bed's wall to the nearest root
+  // The next measures come from the tissue, see measure_bed(); negative if unknown.
   double diameter = -1, ovality = -1;  // m
-  double perforated = -1;              // share of the wall's upper nine tenths that has no bone behind it
+  double perforated = -1;              // fraction of the upper nine tenths of the wall without bone behind it
 };
 
 struct ImplantMeasures {
   std::vector<ImplantPhaseMeasures> phases;
   ImplantBedMeasures bed;
   bool placed = false;
-  double insertion_torque = 0;       // N·m, the greatest while the implant went in
-  double bone_contact = -1;          // share of its surface that lies in bone; negative where not known
-  double over_force = 0;             // s
-  double hottest = HeatModel::body;  // °C
-  double phases_done() const;        // share
+  double insertion_torque = 0;       // N·m, largest torque while the implant was inserted
+  double bone_contact = -1;          // fraction of its surface in contact with bone; negative if unknown
+  double over_force = 0;             // s above the force limit
+  double hottest = HeatModel::body;  // °C, highest temperature
+  double phases_done() const;        // fraction
 };
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Sphere packings as files (.h5), so that a tissue is packed once and every session uses the same spheres.
+// Stores sphere packings in files (.h5), so that a tissue is packed once and every session uses the same spheres.
 #pragma once
 
 #include <filesystem>
@@ -7,14 +7,13 @@
 
 namespace typodont::session {
 
-/// Writes whole or not at all; equal packings, equal bytes. Throws Error when the place is not writable.
-///
+/// Writes completely or not at all; equal packings give equal bytes. Throws Error if the file cannot be written.
 /// Layout: datasets "center_m" (n×3 doubles, frame W), "radius_m" (n doubles), "tissue" (n bytes, see
 /// contract/tissue.h), "solid_volume_m3" (a double per tissue); attributes "format", "format_version", "seed",
-/// "tissue_hash", "max_radius_m", "largest_hole_m" and "checksum" (FNV-1a over all of these but format and version).
+/// "tissue_hash", "max_radius_m", "largest_hole_m" and "checksum" (FNV-1a over all of these except format and version).
 void save_packing(const std::filesystem::path& file, const SpherePacking& packing);
 
-/// Throws Error where the file is no packing, is damaged, or holds a sphere that cannot be.
+/// Throws Error if the file is not a packing, is damaged, or contains an impossible sphere.
 SpherePacking load_packing(const std::filesystem::path& file);
 
 }  // namespace typodont::session

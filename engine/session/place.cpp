@@ -12,16 +12,16 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kSquare = 0.05;   // the largest cosine between mesial and buccal
-constexpr double kLevel = 0.7;     // cosine to the axis from which on a surface is a floor and no wall
-constexpr double kCentral = 0.25;  // share of the work's half width about its middle that is called central
+constexpr double kSquare = 0.05;   // largest allowed |cosine| between mesial and buccal
+constexpr double kLevel = 0.7;     // cosine to the axis above which a surface is a floor, not a wall
+constexpr double kCentral = 0.25;  // fraction of the work's half width around its middle that is called central
 
-/// All that was changed or should have been.
+/// Extent of everything that was changed or should have been.
 struct Work {
   dvec3 middle_W{0};           // centre of its volume
   double low = 0, high = 0;    // m along the axis
-  double half_width = 0;       // m, largest distance from the middle square to the axis
-  bool around_tissue = false;  // its middle is solid in the ideal: a crown's stump, a filling
+  double half_width = 0;       // m, largest distance from the middle perpendicular to the axis
+  bool around_tissue = false;  // the middle is solid in the ideal: the stump of a crown, or a filling
 };
 
 Work work_of(const Preparation& in) {
@@ -54,7 +54,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// Anticlockwise from mesial, an eighth of a turn each, buccal a quarter of a turn on.
+/// Counter-clockwise from mesial in steps of 45°; buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -89,7 +89,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
     name.side = kSides[static_cast<std::size_t>(static_cast<int>(eighths + 8) % 8)];
   }
   const double height = work.high > work.low ? (glm::dot(p_W, in.axis_W) - work.low) / (work.high - work.low)
-                                             : 0.5;  // 0 at the cervical end of the work, 1 at the occlusal one
+                                             : 0.5;  // 0 at the cervical end of the work, 1 at the occlusal end
   const std::string_view third = height > 2.0 / 3 ? "occlusal" : height > 1.0 / 3 ? "middle" : "cervical";
   const dvec3 out = in.after.gradient(in.frame.to_voxels(p_W), 1.0);
   const bool level = glm::length(out) > 0 && glm::dot(out, in.axis_W) > kLevel * glm::length(out);
@@ -103,7 +103,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  constexpr double kSquarely = 0.95;  // cosine from which on it is that side
+  constexpr double kSquarely = 0.95;  // cosine above which a view counts as being from that side
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };
   if (along(axis_W) > kSquarely) return "occlusal";

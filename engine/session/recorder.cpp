@@ -28,7 +28,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr hsize_t kLargestChunkBytes = 1 << 16;  // of any dataset
+constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, for all datasets
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -56,7 +56,7 @@ bool plain_name(const std::string& name) {
          std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-/// The longest piece of at most `size` bytes that does not split a UTF-8 character.
+/// Length of the longest prefix of at most `size` bytes that does not split a UTF-8 character.
 std::size_t piece_of(std::string_view text, std::size_t size) {
   if (text.size() <= size) return text.size();
   std::size_t n = size;
@@ -74,8 +74,8 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // where `written_to` is not `file`
-  std::optional<Journal> journal;      // of a live recording; outlives h5
+  std::optional<PartialFile> partial;  // set if `written_to` is not `file`
+  std::optional<Journal> journal;      // for live recordings; outlives h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;
@@ -90,7 +90,7 @@ struct SessionWriter::Impl {
   std::uint64_t disk_lost_unreported = 0;
   Lost lost_in_file;
   Nanos last_write = now();
-  Nanos last_t = 0;  // of the newest tick
+  Nanos last_t = 0;  // time of the newest tick
   std::vector<std::string> tool_names;
   std::uint32_t last_tool = 0;
 
@@ -114,7 +114,7 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// Somebody took the file away, or put another in its place.
+  /// True if the file was removed or replaced by another one.
   bool is_gone() const noexcept;
 
   template <class Message>
@@ -147,29 +147,29 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
                        options.disk_needed >> 20));
 
   H5 access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // what SWMR needs
+  H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // SWMR needs this version
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
-  // Rows come in order, so of a column's chunks the one being filled is all that is worth keeping: HDF5's own habit of
-  // a megabyte a column is 50 MB that nobody asks for again, filling up over the first minutes. For the file, since
-  // SWMR opens its datasets anew and forgets what each was given.
+  // Rows are written in order, so only the present chunk of each column needs caching. HDF5's default of 1 MB per
+  // column would use 50 MB in vain. It is set for the file, because SWMR opens the datasets anew and forgets their own
+  // settings.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;
   h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
-  // Handles on objects must not be open while SWMR starts, but datasets may be.
+  // Handles on objects must not be open while SWMR starts; datasets may be.
   if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
       H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 || H5Fstart_swmr_write(h5.get()) < 0) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
-  // A live recording has its name from the moment on at which it can be opened after a kill, and not before.
+  // A live recording gets its final name as soon as it can be opened after a kill, and not earlier.
   if (!options.whole_or_nothing) {
     try {
       if (journal) {
-        // One that an earlier recording of this name left does not belong to this one.
+        // Remove a journal that an earlier recording with this name left behind.
         std::error_code code;
         if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
         journal->start();
@@ -207,7 +207,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(),
                  streams_json = nlohmann::json::array();
   for (const SourceFile& f : header.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"hash", f.hash}});
-  // Seeds as text: a JSON number does not hold 64 bits everywhere.
+  // Seeds are stored as text, because JSON numbers do not hold 64 bits everywhere.
   for (const auto& [name, seed] : header.seeds) seeds.push_back({{"name", name}, {"seed", std::to_string(seed)}});
   for (const StreamSpec& s : header.streams) {
     nlohmann::json columns = nlohmann::json::array();
@@ -226,7 +226,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
               set_attribute(root, "servo_laws", std::uint64_t{header.servo_laws}) &&
               set_attribute(root, "servo_rate_Hz", header.servo_rate) &&
               set_attribute(root, "vibration_band_Hz", header.vibration_band) &&
-              set_attribute(root, "position_step_m", header.position_step) &&  // to the bit
+              set_attribute(root, "position_step_m", header.position_step) &&  // stored with all bits
               set_attribute(root, "gives_torque", std::uint64_t{header.gives_torque}) &&
               set_attribute(root, "voxel_mm", header.voxel * 1e3) &&
               write_text(group.get(), "scene", header.scene_json) && write_text(group.get(), "rig", header.rig_json) &&
@@ -242,8 +242,9 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk of ticks is full shortly before a flush is due, and is then that flush: each is written once, and what a
-  // flush takes beside its rows is spent twice a second. A servo that keeps to nine tenths of its rate comes in time.
+  // A chunk of ticks is filled shortly before a flush is due, and is written by that flush. So each chunk is written
+  // once, and the flush's fixed cost occurs twice per second. This holds for a servo with at least nine tenths of its
+  // rate.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -379,7 +380,7 @@ void SessionWriter::Impl::fail(const std::string& why) noexcept {
 std::optional<std::uint64_t> SessionWriter::Impl::free_bytes() const noexcept {
   if (options.free_bytes) return options.free_bytes();
   struct statvfs space {};
-  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;  // the write itself will tell
+  if (statvfs(written_to.c_str(), &space) != 0) return std::nullopt;  // if it is unknown, the write itself will fail
   return std::uint64_t{space.f_bavail} * space.f_frsize;
 }
 
@@ -399,7 +400,7 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
   return false;
 }
 
-/// Writes what the table has buffered; where that is impossible, counts it.
+/// Writes the table's buffered rows; counts them as lost if that fails.
 bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) noexcept {
   if (open() && disk_has_room()) {
     errno = 0;
@@ -412,7 +413,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   return false;
 }
 
-/// Patches and cuts first: every tick in the file has its cuts there too.
+/// Writes patches and cuts first, so that the cuts of every stored tick are stored, too.
 void SessionWriter::Impl::write_all() noexcept {
   const H5Quiet quiet;
   const Nanos begin = now();
@@ -437,12 +438,12 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // Counted from the begin, so that a slow disk does not make the flushes rarer as well.
+  // Measured from the beginning of the write, so that a slow disk does not also reduce the rate of flushes.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }
 
-/// Rows that HDF5 took but that did not reach the disk are lost like those that it refused.
+/// Rows that HDF5 accepted but that did not reach the disk count as lost.
 void SessionWriter::Impl::count_commit() noexcept {
   const bool safe = open();
   const auto settle = [&](Table& table, std::uint64_t& lost_rows) {
@@ -623,7 +624,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     }
     s.write_table(s.pictures, s.status.lost.pictures_disk);
     good = s.write_lost() && good;
-    // "complete" last, after everything else is in the file.
+    // "complete" is written last, when everything else is in the file.
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {

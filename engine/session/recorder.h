@@ -1,8 +1,8 @@
-// Writes a session to disk while it runs. The app's recorder thread owns the writer, empties the rings into append()
-// and calls heartbeat() often. Killed at any moment, the file keeps everything up to half a second ago and opens.
-//
-// The file is HDF5 in single-writer-multiple-readers mode: every flush leaves it readable, so another process can also
-// watch a session that is being recorded. The layout is docs/session_format.md.
+// Writes a session to disk while it runs. The program's recorder thread owns the writer, passes the contents of the
+// rings to append() and calls heartbeat() often. If the process is killed, the file can be opened and contains
+// everything up to half a second before.
+// The file is HDF5 in single-writer-multiple-readers mode: after every flush it is readable, so another process can
+// also watch a running session. The layout is described in docs/session_format.md.
 #pragma once
 
 #include <cstdint>
@@ -20,54 +20,55 @@
 namespace typodont::session {
 
 struct WriterOptions {
-  Nanos flush_interval = kNanosPerSecond / 2;  // nothing older than this stays in memory (heartbeat)
-  int deflate = 3;                             // 1..9; bytes are shuffled before, which is where most is won
-  // Free bytes of the disk. What is needed to begin: less is an Error. Below `disk_low` the status says so. Below
-  // `disk_reserve`, about two flushes with their journal, rows are counted instead of written.
+  Nanos flush_interval = kNanosPerSecond / 2;  // ns, longest time that data stays only in memory (heartbeat)
+  int deflate = 3;                             // compression level 1..9; the bytes are shuffled first, which saves most
+  // Free bytes on the disk. With less than `disk_needed` the constructor throws Error. Below `disk_low` the status
+  // warns. Below `disk_reserve` (about two flushes with their journal) rows are counted as lost instead of written.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
-  std::function<std::uint64_t()> free_bytes;  // what is left on the disk; empty: the file system is asked
-  bool whole_or_nothing = false;  // write beside FILE and rename in finish(); for results, not for live sessions
-  bool rewrites = false;          // a recorded session: all its events are given, so none is made of its ticks
-  Lost lost_before;               // the same: to start counting from
+  std::function<std::uint64_t()> free_bytes;  // returns the free bytes; empty: ask the file system
+  // write a temporary file and rename it in finish(); for results, not for live sessions
+  bool whole_or_nothing = false;
+  bool rewrites = false;  // writes a recorded session again: all events are given, so none is derived from the ticks
+  Lost lost_before;       // initial loss counts, for a rewritten session
 };
 
-/// How the recording fares. `message` says in words what was refused, once it was, and that the disk fills up.
+/// State of the recording. `message` says in words what was refused, or that the disk is nearly full.
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
-  std::uint64_t ticks = 0, cuts = 0;  // safely handed to the file
-  Nanos slowest_flush = 0;            // wall time of the slowest write so far
+  std::uint64_t ticks = 0, cuts = 0;  // rows written to the file
+  Nanos slowest_flush = 0;            // ns of wall time, the slowest write so far
   std::string message;
 };
 
-/// One thread at a time. The constructor throws Error when the file cannot be made; afterwards nothing throws: a disk
-/// that fills up or fails is counted in status(), and the session goes on.
+/// One thread at a time. The constructor throws Error if the file cannot be created. Afterwards nothing throws: losses
+/// on a full or failing disk are counted in status(), and the session continues.
 class SessionWriter {
  public:
   SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options = {});
-  ~SessionWriter();  // like a kill, but everything buffered is written first
+  ~SessionWriter();  // ends like a kill, but writes all buffered data first
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Patches and cuts before the ticks that name them: what is on disk is then complete as far as its ticks go.
+  // Append patches and cuts before the ticks that name them; then the file is complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;
   void append(const SessionEvent& event) noexcept;
   void event(Nanos t, EventKind kind, std::string_view text) noexcept;
-  /// How the servo's loop fared so far; the newest counts, and is in the file with the next flush.
+  /// Sets the timing of the servo loop so far; the next flush writes the latest one.
   void loop(const LoopReport& report) noexcept;
-  /// One sample of header.streams[stream]; as many values as it has columns.
+  /// Adds one sample to header.streams[stream]; it has as many values as the stream has columns.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
-  /// Totals of what the rings had no room for (Ring::dropped()); they are written into the file.
+  /// Sets the total numbers of values that the rings dropped (Ring::dropped()); they are written to the file.
   void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
-  /// Call at least every 100 ms: writes what has waited longer than the flush interval.
+  /// Call at least every 100 ms. Writes data that has waited longer than the flush interval.
   void heartbeat() noexcept;
-  /// Everything given so far is in the file (in the system's hands) when it returns.
+  /// When it returns, all data so far has been passed to the operating system.
   void flush() noexcept;
-  /// The end: writes the rest and the result, closes the file. False when something is missing (see status()).
+  /// Writes the remaining data and the result, and closes the file. False if something is missing (see status()).
   bool finish(const SessionResult& result) noexcept;
 
   const WriterStatus& status() const noexcept;

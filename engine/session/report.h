@@ -1,5 +1,5 @@
-// A session as one self-contained HTML page: no network, prints well, readable in light and dark. Only the turnable
-// view of the result has a script; everything else is there without.
+// Writes a session as one self-contained HTML page without network access, for print, light and dark mode. Only the
+// rotatable view of the result needs a script.
 #pragma once
 
 #include <optional>
@@ -16,49 +16,50 @@
 
 namespace typodont::session {
 
-/// One session among others.
+/// Summary of a session, to compare it with others.
 struct SessionSummary {
   std::string file, date, trainee, scene;
   bool truncated = false;
   Score score;
-  TaskText title;  // of the scene's task; empty where it has none
+  TaskText title;  // title of the scene's task; empty if it has none
 };
 
-/// What is known of the recording's truth when a report is made.
+/// Result of the replay check of a recording.
 struct Verification {
   enum class State { kNotChecked, kIdentical, kDiffers } state = State::kNotChecked;
-  std::string what;  // differs, in words
+  std::string what;  // description of the difference
 };
 
-/// What the program knows beyond the file: geometry, and other sessions to compare with.
+/// Additional input that is not in the file: geometry, and other sessions for comparison.
 struct ReportOptions {
   Language language = Language::kEnglish;
   Verification verification;
-  std::vector<SessionPicture> more_pictures;  // beside those inside the session
-  std::optional<Score> score;                 // nothing: scored by score_session()
-  std::optional<ScoreInput> input;            // what was scored, where more was measured than the file holds
-  std::optional<ResultModel> result, ideal;   // the surface that was left, with how far it is off; the ideal's
-  std::optional<Preparation> preparation;     // for sections through it
-  bool encloses_nothing = false;              // the tissue is an open surface: only what was removed has a volume
-  std::vector<SessionSummary> earlier;        // of the same scene, oldest first
+  std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session
+  std::optional<Score> score;                 // nothing: computed by score_session()
+  std::optional<ScoreInput> input;            // input of the score, if more was measured than the file contains
+  std::optional<ResultModel> result, ideal;   // final surface with its deviation; surface of the ideal
+  std::optional<Preparation> preparation;     // for sections
+  bool encloses_nothing = false;              // the tissue is an open surface: only removed tissue has a volume
+  std::vector<SessionSummary> earlier;        // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;
 };
 
-/// Reads a PNG for a report or a session. Throws Error when the file is not one.
+/// Reads a PNG for a report or a session. Throws Error if the file is not a PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// Volumes, hand and result of a session, as far as they are in it. Without a result the volumes after are those before
-/// less what the ticks removed.
+/// Volumes, hand measures and result of a session, as far as it contains them. Without a result, the final volumes are
+/// the initial ones minus what the ticks removed.
 ScoreInput score_input(const SessionReader& session);
-/// By the rules in the session's own scene.
+/// Score by the rules in the session's scene.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// `score`: nothing: scored by score_session().
+/// `score`: nothing: computed by score_session().
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
-/// A trainee's sessions as one page: how the score and what counts in it went, scene by scene, in the order of dates.
+/// A trainee's sessions as one page: the development of the score and of its main items, for each scene, in the order
+/// of dates.
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
 
 }  // namespace typodont::session

@@ -13,10 +13,11 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kTremorCutoff = 5.0;  // Hz; physiological tremor of the hand lies at 8 to 12 Hz, what is meant below 3
-constexpr double kPathBlock = 0.1;     // s, averaged before the path is measured: a period of tremor is not path
-constexpr double kFreeBetween = 0.1;   // s without contact that end a stroke
-constexpr double kLeastRemoved = 1e-15;  // m³; a stroke that cut less was a touch
+constexpr double kTremorCutoff = 5.0;  // Hz; physiological tremor is at 8 to 12 Hz, intended motion below 3 Hz
+// s, averaging interval of the path length, so that tremor does not lengthen the path
+constexpr double kPathBlock = 0.1;
+constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
+constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less is not a stroke
 
 }  // namespace
 
@@ -38,7 +39,7 @@ void HandMeter::add(std::span<const ServoTick> ticks) {
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
       t_first_ = tick.t;
-      filter_ = {p, p, dvec3(0), dvec3(0)};  // as if the hand had rested there for ever: no step at the start
+      filter_ = {p, p, dvec3(0), dvec3(0)};  // start the filter in the state of a hand at rest, to avoid a step
     }
     t_last_ = tick.t;
     ++ticks_;
@@ -99,15 +100,15 @@ HandMeasures HandMeter::result() const {
 
 namespace {
 
-/// Tissue that should stay: all that was there before but caries and old fillings.
+/// Tissue that should be kept: everything except caries and old fillings.
 bool is_healthy(Tissue t) {
   return t != Tissue::kAir && t != Tissue::kCaries && t != Tissue::kAmalgam && t != Tissue::kComposite;
 }
 
-constexpr double kMm3 = 1e9;             // per m³
-constexpr double kEnoughExplored = 0.9;  // share of the surface; the rest is out of the tip's reach
+constexpr double kMm3 = 1e9;             // mm³ per m³
+constexpr double kEnoughExplored = 0.9;  // fraction of the surface that suffices; the tip cannot reach the rest
 
-double removed_share(const ScoreInput& in, Tissue t) {
+double removed_fraction(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
   return in.before[i] > 0 ? std::clamp((in.before[i] - in.after[i]) / in.before[i], 0.0, 1.0) : 1.0;
 }
@@ -120,7 +121,7 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Measured voxel by voxel where that was done; otherwise from the volumes per tissue.
+/// Voxel by voxel if measured so, otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -129,13 +130,13 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure: its name, its unit, which way is better, and its value where it can be known.
+/// A measure: its name, its unit, whether more or less is better, and its value if known.
 struct Measure {
   const char* name;
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
-  bool of_hand = false;  // says how the hand moved, not how the tissue is left
+  bool of_hand = false;  // describes the hand's motion instead of the tissue
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -143,7 +144,7 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-/// A number of the cavity's, in the unit of the report.
+/// A measure of the cavity, in the report's unit.
 template <auto Member>
 std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
   if (!in.cavity) return std::nullopt;
@@ -156,7 +157,7 @@ std::optional<double> depth_of(const ScoreInput& in, Place CavityMeasures::*plac
   return ((*in.cavity).*place).depth * 1e3;
 }
 
-/// A number of an implant's bed; negative numbers are not known.
+/// A measure of an implant's bed; negative numbers mean unknown.
 template <class Number>
 std::optional<double> of_bed(const ScoreInput& in, Number number) {
   if (!in.implant || !in.implant->bed.found) return std::nullopt;
@@ -169,14 +170,14 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-constexpr double kLeastMeasured = 1e-6;  // in a measure's unit; less is what rounding leaves
-constexpr double kLeastChanged = 1e-12;  // m³ cut away or put down; less is no work
+constexpr double kLeastMeasured = 1e-6;  // in a measure's unit; smaller values are rounding errors
+constexpr double kLeastChanged = 1e-12;  // m³ removed or added; less counts as no work
 
 constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
      [](In in) { return if_caries(in, std::max(0.0, in.after[static_cast<std::size_t>(Tissue::kCaries)]) * kMm3); }},
     {"residual_caries_percent", "%", Best::kAtMost,
-     [](In in) { return if_caries(in, 100.0 * (1.0 - removed_share(in, Tissue::kCaries))); }},
+     [](In in) { return if_caries(in, 100.0 * (1.0 - removed_fraction(in, Tissue::kCaries))); }},
     {"over_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, 1); }},
     {"under_cut_mm3", "mm³", Best::kAtMost, [](In in) { return against_ideal(in, -1); }},
     {"over_cut_depth_mm", "mm", Best::kAtMost, [](In in) { return depth_of(in, &CavityMeasures::over); }},
@@ -313,9 +314,9 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Share of the task done: of what the ideal changes, else of the caries that is gone; of an exploration half by the
-/// lesions found and half by the surface explored. Where nothing says what the task is, all of it as soon as anything
-/// was cut or filled: who does nothing has done nothing.
+/// Completed fraction of the task. It refers to the ideal's changes; without an ideal, to the removed caries; for an
+/// exploration, half to the lesions found and half to the surface explored. If none of these exists, the task is
+/// complete as soon as anything was cut or filled, so that doing nothing earns nothing.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -323,7 +324,8 @@ double completion(const ScoreInput& in) {
   }
   if (in.implant) return in.implant->phases_done();
   if (in.cavity && in.cavity->has_ideal && in.cavity->wanted > 0) return in.cavity->done / in.cavity->wanted;
-  if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0) return removed_share(in, Tissue::kCaries);
+  if (!in.ideal && in.before[static_cast<std::size_t>(Tissue::kCaries)] > 0)
+    return removed_fraction(in, Tissue::kCaries);
   if (!in.ideal) {
     double changed = 0;
     for (std::size_t i = 1; i < kTissueCount; ++i) changed += std::abs(in.before[i] - in.after[i]);
@@ -338,7 +340,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// How far on the wrong side of the target.
+/// Amount by which a value misses the target on its bad side.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -394,7 +396,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal, some healthy tissue must go to reach the caries: as much as the caries themselves is free.
+  // Without an ideal, some healthy tissue must be removed to reach the caries: an amount up to the volume of the caries
+  // is free.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -431,7 +434,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// What would be measured had the tissue been left as the ideal, by a hand that did no damage.
+/// Measures that would result if the tissue were left as the ideal, by a hand without errors.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -441,8 +444,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// `input`: what was measured; nullptr: nothing yet. A rule that names no target takes the ideal's own value; where
-/// that says nothing (the hand, exploring, a task without an ideal) the default's.
+/// `input`: the measures; nullptr: none yet. A rule without a target takes the ideal's own value; if there is none
+/// (measures of the hand, exploration, task without an ideal), the default's.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -464,7 +467,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
       const auto value = value_of(*measure, as_the_ideal(*input));
       if (!value && input->cavity_ideal)
         entry.fail(fmt::format("{} without a target", rule.name), "a target: the ideal has nothing of this kind");
-      if (!value) continue;  // the ideal was not measured
+      if (!value) continue;  // the ideal has no such measure
       rule.target = *value;
     }
     rule.tolerance = entry["tolerance"].number(1e-9);
@@ -501,7 +504,7 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may leave caries or open the pulp: then that is what is asked for, so that the ideal scores full.
+    // An ideal may leave caries or open the pulp. Then that is the target, so that the ideal gets the full score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -534,7 +537,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // What the task asks for and is not there yet earns nothing, but only where it could have been measured.
+    // A measure that the task requires and the result lacks earns nothing, if it could have been measured.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -551,8 +554,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // Hyperbolic, so that however bad a value is, a worse one still costs something.
-    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // of its full points
+    // Hyperbolic, so that a worse value always costs more.
+    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // fraction of its full points
     weights += rule.weight;
     total.items.push_back(std::move(item));
   }
@@ -563,7 +566,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     sum += item.points;
   }
   total.full = weights > 0 ? 100 : 0;
-  total.points = std::min(total.full, total.completion * sum);  // the sum may round to a little more than 100
+  total.points = std::min(total.full, total.completion * sum);  // the sum may be slightly above 100 by rounding
   return total;
 }
 

@@ -1,4 +1,4 @@
-// Scores: pure functions from what was measured to points, each explained. A perfect result scores full; every
+// Scores: pure functions from measures to points, each with an explanation. A perfect result gets the full score; every
 // worsening lowers the score.
 #pragma once
 
@@ -17,19 +17,19 @@
 
 namespace typodont::session {
 
-/// What the ticks say about the hand. Order of members as in the report.
+/// Measures of the hand, from the ticks. Members in the order of the report.
 struct HandMeasures {
   double time = 0;           // s, first tick to last
-  double contact_time = 0;   // s with the head in tissue
-  double force_mean = 0;     // N, over the ticks in contact
+  double contact_time = 0;   // s with the head in contact with tissue
+  double force_mean = 0;     // N, mean over the ticks in contact
   double force_max = 0;      // N
-  double path_length = 0;    // m, of the head centre as held, tremor averaged out
-  int strokes = 0;           // times the head was put to the tissue and cut
-  double tremor_rms = 0;     // m, hand path above 5 Hz while in contact
-  std::uint64_t faults = 0;  // ticks with any fault bit
+  double path_length = 0;    // m, path length of the head centre at the hand, without tremor
+  int strokes = 0;           // number of contacts in which tissue was cut
+  double tremor_rms = 0;     // m, rms of the hand's motion above 5 Hz in contact
+  std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
-/// Feed ticks in order, in pieces of any size; memory does not grow with the session.
+/// Feed ticks in order, in pieces of any size; memory does not grow with the session's length.
 class HandMeter {
  public:
   explicit HandMeter(double servo_rate);
@@ -37,7 +37,7 @@ class HandMeter {
   HandMeasures result() const;
 
  private:
-  struct Filter {  // one second-order high-pass section per axis
+  struct Filter {  // second-order high-pass filter for each axis
     dvec3 x1{0}, x2{0}, y1{0}, y2{0};
   };
   void end_stroke();
@@ -49,64 +49,65 @@ class HandMeter {
   Nanos t_first_ = 0, t_last_ = 0;
   std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
-  // Path: means of short blocks, joined.
+  // Path length: the means of short intervals are connected.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
   double path_ = 0;
-  // Strokes.
+  // State for counting strokes.
   bool in_stroke_ = false;
   Nanos last_contact_ = 0;
   double stroke_cut_ = 0, removed_last_ = 0;
   int strokes_ = 0;
 };
 
-/// What a turning bur did to what stands around the working tooth.
+/// Damage that a rotating bur did to the surroundings of the working tooth.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;         // whether there are any
-  double neighbour_volume = 0, gum_volume = 0;  // m³ that the bur was in
-  double first = -1;                            // s, when it first touched; negative: it did not
+  bool neighbours = false, gum = false;         // whether the scene has neighbouring teeth or gum
+  double neighbour_volume = 0, gum_volume = 0;  // m³ of neighbours and of gum that the bur entered
+  double first = -1;                            // s, time of the first touch; negative: none
 };
 
 struct ScoreInput {
   PerTissue before{};              // m³
   PerTissue after{};               // m³
   std::optional<PerTissue> ideal;  // m³ of the ideal result
-  std::optional<PerTissue>
-      removed_hardness;  // mean of what was removed of each tissue, 0..1 of its own hardness; 0
-                         // where nothing was. Nothing in tissue whose hardness is the same all over
+  // Mean hardness of the removed part of each tissue, 0..1 of the tissue's own hardness; 0 if none was removed.
+  // Absent for tissue of uniform hardness.
+  std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
-  std::optional<double> pulp_distance;         // m, nearest of the cut surface to the pulp
-  std::optional<CavityMeasures> cavity;        // the geometry of the result, where it was measured
-  std::optional<CavityMeasures> cavity_ideal;  // and of the ideal: what a perfect hand would get
-  std::optional<ExploreMeasures> explore;      // of a task that is to explore
-  std::optional<DamageMeasures> damage;        // where the scene has surroundings
-  std::optional<ImplantMeasures> implant;      // of an exercise in implant surgery
+  std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
+  std::optional<CavityMeasures> cavity;        // geometry of the result, if it was measured
+  std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would reach
+  std::optional<ExploreMeasures> explore;      // for an exploration task
+  std::optional<DamageMeasures> damage;        // if the scene has surroundings
+  std::optional<ImplantMeasures> implant;      // for an exercise in implant surgery
 };
 
-/// The pass mark where a scene names none, with its source (an entry of the catalogue of texts).
+/// Source of the default pass mark (a key of the text catalogue).
 inline constexpr std::string_view kUsualPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 
-/// Which side of the target costs points.
+/// The side of the target on which points are lost.
 enum class Best { kAtMost, kAtLeast, kNear };
 
-/// `tolerance` beyond the target halves the points; twice that leaves a third.
+/// A deviation of `tolerance` from the target halves the points; twice the tolerance leaves a third.
 struct ScoreRule {
   std::string name;  // one of known_score_names()
   double target = 0;
   double tolerance = 1;
-  double weight = 0;  // its share of the hundred points, beside the other rules' weights; 0: shown, not counted
+  // weight relative to those of the other rules, which share the 100 points; 0: shown but not counted
+  double weight = 0;
   Best best = Best::kAtMost;
-  std::string source;  // where target and tolerance come from
-  bool asked = false;  // named by the task: where there is nothing to measure (no floor …), it earns nothing
+  std::string source;  // literature source of target and tolerance
+  bool asked = false;  // named by the task: if there is nothing to measure (no floor …), it earns nothing
 };
 
 struct ScoreItem {
   std::string name;
-  double value = 0;  // NaN: nothing there to measure, so no points
+  double value = 0;  // NaN: nothing to measure, so no points
   std::string unit;
-  std::optional<dvec3> place_W;  // m, where the worst of it is
+  std::optional<dvec3> place_W;  // m, position of its worst point
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
@@ -114,7 +115,7 @@ struct ScoreItem {
   double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
 };
 
-/// From how many of the hundred points on a session counts as passed.
+/// Points out of 100 that a session needs to pass.
 struct PassMark {
   double points = 75;
   std::string source = std::string(kUsualPassSource);
@@ -122,42 +123,43 @@ struct PassMark {
 
 struct Score {
   std::vector<ScoreItem> items;
-  double points = 0;      // 0 .. full: the sum of the items' points, times the share of the task done
-  double full = 0;        // 100; 0 where nothing counts
-  double completion = 1;  // share of the task done (of what the ideal changes, of the lesions found and the surface
-                          // explored, of the caries, else whether anything was cut or filled); scales the sum, so
-                          // that doing nothing carefully earns nothing, and a perfect item shows its full points
+  double points = 0;  // 0 .. full: the sum of the items' points, times the completed fraction of the task
+  double full = 0;    // 100; 0 if no item counts
+  // Completed fraction of the task: of the ideal's changes, of the lesions found and the surface explored, or of the
+  // caries; otherwise 1 if anything was cut or filled. It scales the sum, so that careful inactivity earns nothing,
+  // while a perfect item shows its full points.
+  double completion = 1;
   PassMark pass;
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// An item that earned a smaller share of its points than the pass mark is of the hundred.
+  /// True if an item earned a smaller fraction of its points than the pass mark is of 100.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// A measure's target where neither rule nor ideal says one; nothing where there is no usual one.
+/// Default target of a measure without rule and ideal; nothing if there is no default.
 std::optional<double> usual_target(std::string_view score_name);
 
-/// The rules where a scene says nothing.
+/// The rules for a scene that has none.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
-/// A scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults":
-/// true}. Rules replace the defaults of the same name; "defaults": false starts from none. A rule without a target
-/// takes what the ideal itself has, one about the hand or without an ideal the default's. Defaults that the ideal
-/// itself would miss take what it has. Throws Error.
+/// Reads a scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults":
+/// true}. Rules replace the defaults of the same name; "defaults": false starts without defaults. A rule without a
+/// target uses the ideal's own value, or the default's if it concerns the hand or there is no ideal. Defaults that the
+/// ideal itself would miss use the ideal's value. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
-/// The same of a "task", which holds other keys beside them.
+/// Reads the same keys from a "task", which also has other keys.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// The checks that need no session: names, kinds, ranges. Throws Error.
+/// Checks names, kinds and ranges, which needs no session. Throws Error.
 void check_rules(const Json& block);
-/// The "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}; the usual one where there is none.
+/// Reads the "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}; the default if it is missing.
 /// Throws Error.
 PassMark pass_mark(const Json& block);
 
-/// Items whose value cannot be known (no ideal, no caries, no pulp distance) are left out, and so is their weight;
-/// unless the task asks for them.
+/// Items with an unknown value (no ideal, no caries, no pulp distance) are omitted together with their weight, unless
+/// the task asks for them.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

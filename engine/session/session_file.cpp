@@ -27,13 +27,13 @@ namespace {
 
 struct ColumnName {
   std::string name;
-  bool may_lack = false;  // files of older versions do
+  bool may_lack = false;  // older versions lack this column
 };
 
-/// One table of the file, opened for reading. Rows beyond the intact ones do not exist.
+/// One table of the file, opened for reading. Rows beyond the intact ones are not visible.
 class TableReader {
  public:
-  /// `salvage`: the file was cut off, so look how far every column can really be read.
+  /// `salvage`: the file was cut off, so find out how far every column can be read.
   void open(const std::filesystem::path& file, hid_t root, const std::string& path,
             const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
@@ -71,14 +71,14 @@ class TableReader {
   bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
-  /// Throws Error where that many rows of `size` bytes are more than a reader keeps in memory.
+  /// Throws Error if that many rows of `size` bytes exceed a reader's memory limit.
   void limit_memory(hsize_t count, std::size_t size) const {
     if (count > kRecordingLimits.most_rows_bytes / size)
       throw Error(file_, path_, fmt::format("{} rows", count),
                   fmt::format("at most {}", kRecordingLimits.most_rows_bytes / size));
   }
 
-  /// Reads rows [first, first + count) of a column. Throws Error when the file is damaged there.
+  /// Reads rows [first, first + count) of a column. Throws Error if the file is damaged there.
   void read(std::size_t column, hid_t type, std::size_t size, hsize_t first, hsize_t count,
             std::vector<std::byte>& out) const {
     limit_memory(count, size);
@@ -99,7 +99,7 @@ class TableReader {
            H5Dread(dataset.get(), type, memory.get(), space.get(), H5P_DEFAULT, out) >= 0;
   }
 
-  /// A chunk that was never written reads as zeros without an error.
+  /// True if all chunks were written. A missing chunk would read as zeros without an error.
   static bool all_chunks_written(const H5& dataset, hsize_t rows) {
     H5 properties(H5Dget_create_plist(dataset.get()), H5Pclose);
     H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -126,10 +126,10 @@ class TableReader {
       hsize_t rows = 0;
       H5 space(H5Dget_space(datasets_[i].get()), H5Sclose);
       H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
-      // Looking for one chunk takes a walk over all of them, so it is done only where some are missing.
+      // HDF5 finds a single chunk only by a walk over all chunks, so this is done only if some are missing.
       const bool all_there = all_chunks_written(datasets_[i], rows);
       for (hsize_t first = 0; first < rows_; first += chunk) {
-        // Where a chunk is missing the rows end, too.
+        // A missing chunk also ends the rows.
         const bool there = all_there || chunk_exists(i, first);
         if (!there || !try_read(i, type.get(), first, std::min(chunk, rows_ - first), scratch.data())) rows_ = first;
       }
@@ -199,7 +199,7 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// A copy to be changed, beside the file or in the folder for temporary files; nothing where there is no room.
+/// A copy that can be changed, beside the file or in the temporary folder; nothing if there is no space.
 std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
   std::error_code code;
   for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
@@ -217,7 +217,7 @@ std::optional<std::filesystem::path> private_copy(const std::filesystem::path& f
   return std::nullopt;
 }
 
-/// With what a power cut kept out of the file; nothing where there is no such thing.
+/// A copy of the file with the journal's changes after a power cut; nothing if there is no journal.
 std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
   if (!has_journal(file)) return std::nullopt;
   auto copy = private_copy(file);
@@ -227,8 +227,8 @@ std::optional<std::filesystem::path> completed_copy(const std::filesystem::path&
   return std::nullopt;
 }
 
-/// A file that was cut short, with zeros for what is missing at its end (they fail the checksums): HDF5 then opens it.
-/// Nothing when it is not such a file, or there is no place for a copy.
+/// A copy of a truncated file, extended with zeros (which fail the checksums), so that HDF5 can open it. Nothing if the
+/// file is not truncated or there is no space for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
   // Superblock version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
   std::array<char, 48> block{};
@@ -241,13 +241,13 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
   auto copy = private_copy(file);
   if (!copy) return std::nullopt;
-  std::filesystem::resize_file(*copy, end, code);  // sparse
+  std::filesystem::resize_file(*copy, end, code);  // sparse file
   if (!code) return copy;
   std::filesystem::remove(*copy, code);
   return std::nullopt;
 }
 
-/// A small dataset, from open_dataset(), of exactly `count` numbers (0: a scalar); false when it is not there.
+/// Reads a small dataset (from open_dataset()) of exactly `count` numbers (0: a scalar); false if it does not exist.
 bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -288,28 +288,28 @@ void SessionReader::Impl::open() {
   if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   being_recorded = is_being_recorded(file);
   const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
-    // Where a checksum is wrong because a writer is at work, HDF5 tries again after a pause that doubles each time: 20
-    // times is a millisecond, its own 100 would be for ever.
+    // If a checksum is wrong because a writer is active, HDF5 retries with pauses that double each time. 20 retries
+    // take a millisecond; its default of 100 would never end.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut in the middle of a flush leaves a journal: the file is read as it would be with it.
+  // A power cut during a flush leaves a journal: read the file with the journal's changes.
   if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
     marked = true;
     if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-    std::filesystem::remove(*copy, code);  // what is open stays readable
+    std::filesystem::remove(*copy, code);  // the open file stays readable
   }
-  // A writer that was killed leaves its mark in the file, and the ordinary way of opening refuses it; the way for
-  // concurrent readers takes it. Neither takes a file shorter than it says it is.
+  // A killed writer leaves a mark in the file. The normal mode refuses it; the mode for concurrent readers accepts it.
+  // Neither accepts a file that is shorter than its header says.
   if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
     if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
       const std::string why = h5_reason();
       if (const auto copy = lengthened_copy(file)) {
         if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
-        std::filesystem::remove(*copy, code);  // what is open stays readable
+        std::filesystem::remove(*copy, code);  // the open file stays readable
       }
       if (!h5) throw Error(file.string(), "", fmt::format("no intact HDF5 file ({})", why), "a session (.h5)");
     }
@@ -334,7 +334,7 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // The ticks first: what a writer at work adds meanwhile to cuts and patches is then at least as far.
+  // Open the ticks first: then the cuts and patches of an active writer are at least as far advanced.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
@@ -378,16 +378,16 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
-  std::uint64_t servo_laws = 1;  // older files have none, and were made by the first ones
+  std::uint64_t servo_laws = 1;  // older files lack it; they were made by version 1
   get_attribute(root, "servo_laws", servo_laws);
   header.servo_laws = static_cast<std::uint32_t>(servo_laws);
   if (servo_laws < 1 || servo_laws > kServoLaws)
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  get_attribute(root, "model", header.model);                       // older files have none: there was one model
-  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files have none, and had no vibration
-  get_attribute(root, "position_step_m", header.position_step);     // older files have none, and took differences
+  get_attribute(root, "model", header.model);                       // older files lack it: there was one model
+  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files lack it and had no vibration
+  get_attribute(root, "position_step_m", header.position_step);     // older files lack it and used differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  std::uint64_t gives_torque = 1;  // older files have none, and counted the torque of any device
+  std::uint64_t gives_torque = 1;  // older files lack it and used the torque of any device
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
@@ -422,7 +422,7 @@ void SessionReader::Impl::read_header() {
   }
 }
 
-/// Older files have no such group, and one that was cut short may have lost it.
+/// Older files have no such group, and a truncated file may have lost it.
 void SessionReader::Impl::read_loop() {
   LoopFields f;
   const auto read = [&](const char* name, hid_t type, auto& numbers) {
@@ -476,7 +476,7 @@ void SessionReader::Impl::read_result() {
   const auto names = read_texts(index, 0, kPictureText), titles = read_texts(index, 1, kPictureText);
   const auto offsets = read_numbers<std::uint64_t>(index, 2), sizes = read_numbers<std::uint64_t>(index, 3);
   std::vector<std::byte> cells;
-  std::uint64_t end = 0;  // of the picture before: no byte belongs to two of them
+  std::uint64_t end = 0;  // end of the previous picture; pictures must not overlap
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (offsets[i] < end || offsets[i] > bytes.rows() || sizes[i] > bytes.rows() - offsets[i]) {
       throw Error(file.string(), fmt::format("pictures, row {}", i), "bytes of another one or beyond the end",
@@ -491,7 +491,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // From the columns that tell, of all ticks; the rest of a tick is checked when it is read.
+  // Check the columns that show gaps for all ticks; other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -527,7 +527,7 @@ void SessionReader::Impl::find_gaps() {
       last_index = i, last_t = at, last_made = so_far;
     }
   }
-  // Cuts that are missing: in the gap of ticks that they were made in, or where only they were lost.
+  // Assign missing cuts to the gap of ticks that contains them, or to a gap of their own.
   const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
                            Nanos to) {
     const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
@@ -607,13 +607,13 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  // In this order: cut off at any moment, the file is whole or its journal is still there.
+  // In this order: if the process ends at any moment, either the file is complete or its journal still exists.
   if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
     throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // One that was closed by its writer, even without its end, is an ordinary file already.
+    // A file that its writer closed is an ordinary file, even without a result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

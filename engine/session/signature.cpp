@@ -26,7 +26,7 @@ namespace typodont::session {
 namespace {
 
 constexpr std::string_view kFormat = "typodont-signature-1 HMAC-SHA256";
-constexpr std::size_t kBlock = 1 << 20;  // bytes read at a time
+constexpr std::size_t kBlock = 1 << 20;  // number of bytes read at once
 
 std::string hex(std::span<const unsigned char> bytes) {
   std::string text;
@@ -49,7 +49,7 @@ std::optional<std::array<unsigned char, 32>> from_hex(std::string_view text) {
   return bytes;
 }
 
-/// HMAC-SHA256 of what is added piece by piece.
+/// HMAC-SHA256 of data that is added in pieces.
 class Mac {
  public:
   explicit Mac(std::span<const unsigned char> key)

@@ -1,4 +1,4 @@
-// Every text the reports show, in three languages, in one catalogue (strings.cpp).
+// The catalogue of all texts of the reports in three languages (strings.cpp).
 #pragma once
 
 #include <array>
@@ -12,29 +12,28 @@ namespace typodont::session {
 enum class Language { kEnglish, kGerman, kChinese };
 inline constexpr int kLanguageCount = 3;
 
-/// "en", "de", "zh"; also longer forms as in LANG ("de_AT.UTF-8"). Nothing for others.
+/// Language for a tag: "en", "de", "zh", or a longer form as in LANG ("de_AT.UTF-8"). Nothing for others.
 std::optional<Language> language_named(std::string_view tag) noexcept;
-/// BCP 47, for <html lang>.
+/// BCP 47 tag, for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 
-/// The text of a key, e.g. "title.report", "tissue.enamel". Unknown keys return the key itself.
+/// Text for a key, e.g. "title.report", "tissue.enamel". For an unknown key the key itself.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
-// Numbers as people read them, with the language's decimal sign: three digits that mean something, no power of ten, no
-// minus before a zero.
+// Formats numbers for people, with the language's decimal sign: three significant digits, no exponent, no minus sign
+// before zero.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// With its unit, not to be parted from it at the end of a line; without a unit it is a count. NaN, nothing to
-/// measure: a dash.
+/// A number with its unit and a no-break space; without a unit it is a count. NaN (nothing to measure) is shown as a
+/// dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
-/// "round_012" → "Round bur": what kind of tool it is, without the number at its end. Tools that are not shipped are
-/// called as they are.
+/// Converts "round_012" to "Round bur": the kind of tool without its number. Other tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// What the loop that feels may be granted by the system, and whether it was; the report and the operator's window tell
-/// the same.
+/// A right that the operating system may grant the servo loop, and whether it did. Used by the report and the
+/// operator's window.
 struct Granted {
-  std::string_view name;  // key of the catalogue
+  std::string_view name;  // key in the catalogue
   bool yes = false;
 };
 std::array<Granted, 3> granted(bool fifo, bool pinned, bool memory_locked);

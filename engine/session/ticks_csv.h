@@ -1,4 +1,4 @@
-// Ticks as a table that people open in a spreadsheet. Columns: docs/session_format.md, the same names as in a session.
+// Reads and writes ticks as a CSV table. Columns: docs/session_format.md, with the same names as in a session.
 #pragma once
 
 #include <cstdio>
@@ -12,8 +12,8 @@
 
 namespace typodont::session {
 
-/// Writes rows as they come, into a file that appears whole in finish() or not at all. Numbers are the shortest text
-/// that reads back as the same double: equal ticks, equal bytes. Throws Error when the disk refuses.
+/// Writes rows as they arrive into a file that finish() completes, or none at all. Numbers have the shortest text that
+/// reads back as the same double: equal ticks give equal bytes. Throws Error if the disk refuses.
 class TicksCsvWriter {
  public:
   explicit TicksCsvWriter(const std::filesystem::path& file);
@@ -31,11 +31,11 @@ class TicksCsvWriter {
   std::string buffer_;
 };
 
-/// Reads such a table back. What the table has no column for (orientation, patch, cuts) keeps its default; `index`
-/// counts rows. Throws Error naming line and column.
+/// Reads such a table. Fields without a column (orientation, patch, cuts) keep their defaults; `index` counts rows.
+/// Throws Error naming line and column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
 
-/// The names in the first line, in order.
+/// The column names of the first line, in order.
 std::vector<std::string> ticks_csv_columns();
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// What the surface costs and how true it is: work-precision rows for `typodont bench`.
+// Work–precision rows of the surface mesher for `typodont bench`: running time and accuracy.
 #pragma once
 
 #include <functional>
@@ -13,13 +13,13 @@ namespace typodont::surface {
 struct BenchOptions {
   int repeats = 9;
   std::vector<double> tolerances = {-1, 0, 0.05, 0.1, 0.2};  // voxels; negative: full resolution
-  double floor_32 = 6.5e-6;                                  // s, the floor of a 32³ dirty block (a mean of 5–8 µs)
+  double floor_32 = 6.5e-6;  // s, measured lower bound for a changed block of 32³ samples (mean of 5–8 µs)
 };
 
-/// A sphere of 50 voxels: N·ε/R in `error`, time per brick against the floor.
+/// A sphere with a radius of 50 voxels: N·ε/R in `error`, and the time per brick against the lower bound.
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
-/// Greatest |distance| over a fine net of points on every triangle.
+/// Largest |distance| over a fine grid of points on every triangle.
 double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance);
 
 }  // namespace typodont::surface

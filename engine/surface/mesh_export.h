@@ -1,4 +1,4 @@
-// The surface as one mesh in a file: what is seen, for other programs. Set-up time; throws Error.
+// Writes the drawn surface as one mesh file for other programs. Set-up time; throws Error.
 #pragma once
 
 #include <array>
@@ -14,12 +14,12 @@
 
 namespace typodont::surface {
 
-/// All bricks' triangles with the points they share joined. Voxels.
+/// The triangles of all bricks, with shared points joined. In voxels.
 struct WholeMesh {
   struct Vertex {
     glm::vec3 position{0};
     glm::vec3 normal{0};
-    Tissue tissue = Tissue::kAir;  // commonest around it
+    Tissue tissue = Tissue::kAir;  // the most frequent tissue around it
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
@@ -27,11 +27,11 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Throws Error, naming the file, unless its extension is one that write_mesh knows: to be asked before long work.
+/// Throws Error, naming the file, unless write_mesh supports the extension. Call it before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
-/// Writes the file whole or not at all, in millimetres of W; the format by its extension: .ply (binary, with normals,
-/// colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
+/// Writes the file completely or not at all, in millimetres of W. The extension selects the format: .ply (binary, with
+/// normals, colours and tissue labels), .stl (binary) or .obj (text, with normals and vertex colours).
 void write_mesh(const std::filesystem::path& file, const WholeMesh& mesh, const VoxelFrame& frame,
                 const MaterialTable& materials, Over over = Over::kNoInput);
 

@@ -35,23 +35,23 @@ constexpr std::uint32_t kNone = 0xffffffff;
 constexpr std::uint16_t kSeveral = 0xffff;
 constexpr int kCells = FieldBrick::kCells;
 
-// A corner of a polygon: a vertex of this brick (owner 0) or of a lower neighbour.
+// A polygon corner: a vertex of this brick (owner 0) or of a lower neighbour.
 struct Corner {
   std::uint32_t owner, vertex;
   const ContourVertex* data;
   bool operator==(const Corner& o) const { return owner == o.owner && vertex == o.vertex; }
 };
 
-// Builds one brick's mesh; the scratch memory lives on between bricks.
+// Builds one brick's mesh; its working memory is reused for the next brick.
 struct Weaver {
   struct Copy {
     std::uint32_t next;
     Tissue low, high;
     bool crease;
   };
-  std::vector<std::uint32_t> first_copy[8];  // per owner and vertex: its first copy in the mesh
-  std::vector<Copy> copies;                  // per vertex of the mesh
-  // Per own cell the surface passes through: its vertex, or kSeveral.
+  std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: the index of its first copy in the mesh
+  std::vector<Copy> copies;                  // for each vertex of the mesh
+  // For each own cell that contains surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void weave(const BrickContour* const around[8], BrickMesh& mesh);
@@ -67,8 +67,8 @@ glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
 }
 
-// Share of tissue t at a corner, by its two commonest.
-float share(const ContourVertex& v, Tissue t) {
+// Fraction of tissue t at a corner, from its two most frequent tissues.
+float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
@@ -81,7 +81,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
       if (copies[i].low == low && copies[i].high == high) return i;
     }
   } else {
-    // Sides of a crease differ by far more than this.
+    // The normals of the sides of a crease differ by far more than this.
     for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
       if (copies[i].low == low && copies[i].high == high && glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f) {
         return i;
@@ -93,7 +93,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
   out.normal = v.crease ? crease_normal : v.normal;
   out.tissue[0] = low;
   out.tissue[1] = high;
-  const float a = share(v, low), b = low == high ? 0 : share(v, high);
+  const float a = fraction(v, low), b = low == high ? 0 : fraction(v, high);
   const float second = a + b > 0 ? b / (a + b) : v.tissue[0] > low ? 1.f : 0.f;
   out.second = static_cast<std::uint8_t>(std::lround(255 * second));
   const auto number = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -107,7 +107,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
 
 void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh) {
   const Corner* corners[3] = {&a, &b, &c};
-  // The two tissues that all three corners are mixed of.
+  // The two tissues that occur at the three corners.
   Tissue low = a.data->tissue[0], high = low;
   bool several = false;
   for (const Corner* corner : corners) several |= corner->data->tissue[0] != low;
@@ -127,8 +127,9 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // On a crease a corner takes the normal of its side: of the smooth corners beside it, or the triangle's own. A gentle
-  // one (a fissure's floor, narrower than a cell) shades as if it were round, where triangles are as small as cells.
+  // A corner on a crease takes the normal of its side: that of the smooth corners beside it, or the triangle's own. A
+  // gentle crease (the floor of a fissure, narrower than a cell) is shaded as if it were round where triangles have the
+  // size of cells.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -148,7 +149,7 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
   }
 }
 
-// `around`[o]: this brick (0) and its lower neighbours (bit a of o: one lower along axis a); nullptr where there is
+// `around`[o]: this brick (0) and its lower neighbours (bit a of o: one brick lower along axis a); nullptr if there is
 // none.
 void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
@@ -169,15 +170,19 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
     }
   }
 
-  // A crossed edge is surrounded by four cells; their vertices are the corners of its polygon.
+  // Four cells surround a crossed edge; their vertices are the corners of its polygon.
   for (const BrickContour::Edge edge : own.edges) {
     const int axis = edge.axis, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const glm::ivec3 base(edge.cell >> 8, edge.cell >> 4 & 15, edge.cell & 15);
     static constexpr int kRing[4][2] = {
-        {1, 1}, {0, 1}, {0, 0}, {1, 0}};  // steps down along u and v: a turn about +axis
+        // offsets to the four cells along u and v, in counter-clockwise order about +axis
+        {1, 1},
+        {0, 1},
+        {0, 0},
+        {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Inside the brick, most polygons vanish where cells were merged.
+      // Inside the brick most polygons vanish because cells were merged.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
@@ -203,12 +208,12 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
       std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
       if (vertex == kSeveral) {
         const int found = contour ? contour->find(index) : -1;
-        if (found < 0) {  // a neighbour that was not put: the surface stays open here until it is
+        if (found < 0) {  // a neighbouring brick is missing: the surface stays open here until it is put
           whole = false;
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // The edge's number within that cell: its place along the two other axes, in the order of the axes.
+        // The edge's number within that cell: its position along the two other axes, in the order of the axes.
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }
@@ -224,7 +229,7 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
       triangle(corners[0], corners[1], corners[2], mesh);
       continue;
     }
-    // Split along the shorter diagonal, unless that folds the quad over.
+    // Split the quad along the shorter diagonal, unless that would fold it.
     const glm::vec3 n0 = area_normal(corners[0], corners[1], corners[2]),
                     n1 = area_normal(corners[0], corners[2], corners[3]);
     const glm::vec3 m0 = area_normal(corners[1], corners[2], corners[3]),
@@ -246,7 +251,7 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
     }
   }
 
-  // Bounds, for culling.
+  // Compute the bounds for culling.
   mesh.low = mesh.high = mesh.vertices.empty() ? glm::vec3(0) : mesh.vertices[0].position;
   for (const SurfaceVertex& vertex : mesh.vertices) {
     mesh.low = glm::min(mesh.low, vertex.position);
@@ -280,11 +285,12 @@ struct SurfaceMesher::State {
   Contourer contourer;
   Weaver weaver;
   std::unordered_map<glm::ivec3, Brick, KeyHash> bricks;
-  std::vector<glm::ivec3> queue;  // to be woven again
+  std::vector<glm::ivec3> queue;  // bricks to mesh again
   std::vector<glm::ivec3> changed;
 
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons join a brick's cells with those of its lower neighbours: its own and its upper neighbours' change.
+    // Polygons join a brick's cells with those of its lower neighbours. So a change affects the brick and its upper
+    // neighbours.
     for (int o = 0; o < 8; ++o) {
       const glm::ivec3 upper = key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
       const auto it = bricks.find(upper);
@@ -336,7 +342,7 @@ std::span<const glm::ivec3> SurfaceMesher::remesh() {
     s.weaver.weave(around, brick.mesh);
     if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
   }
-  // Bricks the surface has left are forgotten once nothing refers to them.
+  // Forget a brick without surface once no other brick refers to it.
   for (const glm::ivec3& key : s.queue) {
     const auto it = s.bricks.find(key);
     if (it->second.contour.empty() && it->second.mesh.indices.empty()) s.bricks.erase(it);

@@ -1,12 +1,13 @@
-// Bricks of distance field → triangles, only where bricks changed. One thread, the one that owns the bricks.
+// Converts bricks of distance field to triangles, and updates only the bricks that changed. One thread, which owns the
+// bricks.
 //
 //   SurfaceMesher mesher({.tolerance = 0.1f});
-//   for (brick that changed) mesher.put(brick);          // or remove(key) when the surface has left it
+//   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
 //   for (const glm::ivec3& key : mesher.remesh()) upload(*mesher.find(key));
 //
 // The triangles of all bricks together form a closed, oriented, 2-manifold surface without cracks: vertices on the
-// border of two bricks are the same bits in both. The result depends on the bricks alone, not on the order or number of
-// updates. Per-brick meshes are polygons of dual contouring: README.md says how.
+// border of two bricks have the same bits in both. The result depends only on the bricks, not on the order or number of
+// updates. The meshes are polygons of dual contouring (README.md).
 #pragma once
 
 #include <cstdint>
@@ -19,34 +20,35 @@
 
 namespace typodont::surface {
 
-/// 28 bytes, as a vertex buffer takes it. The frame is that of the bricks' voxels: p_W = frame.to_world(position).
+/// 28 bytes, the layout of the vertex buffer. The frame is that of the bricks' voxels: p_W = frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels
-  glm::vec3 normal{0};    // unit, out of the tissue; on a crease that of this triangle's side
-  // The same two tissues at all corners of a triangle; the boundary runs where the interpolated `second` passes 0.5, so
-  // that a shader that switches there draws it crisp.
+  glm::vec3 normal{0};    // unit, out of the tissue; on a crease the normal of this triangle's side
+  // All corners of a triangle name the same two tissues. The boundary lies where the interpolated `second` passes 0.5;
+  // a shader that switches there draws a sharp boundary.
   Tissue tissue[2]{};       // [0] <= [1]
-  std::uint8_t second = 0;  // 0..255: share of tissue[1]
+  std::uint8_t second = 0;  // 0..255: fraction of tissue[1]
   std::uint8_t unused = 0;
 };
 static_assert(sizeof(SurfaceVertex) == 28);
 
-/// The triangles of one brick. Counter-clockwise seen from outside the tissue.
+/// The triangles of one brick, counter-clockwise as seen from outside the tissue.
 struct BrickMesh {
   glm::ivec3 key{0};
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// Per vertex, the same number for copies of the same point, here and in other bricks (with `owner`): for welding.
+  /// For each vertex a number that is the same for all copies of a point, also in other bricks (with `owner`). For
+  /// joining vertices.
   std::vector<std::uint16_t> point;
-  std::vector<std::uint8_t> owner;  // bit a set: the point belongs to the brick one lower along axis a
-  glm::vec3 low{0}, high{0};        // voxels, bounds of the vertices
+  std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
+  glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
   glm::vec3 cone_axis{0};           // mean normal
-  float cone_cosine = -1;           // every triangle's normal lies within this of the axis; -1: all directions
+  float cone_cosine = -1;  // cosine of the largest angle between a triangle's normal and the axis; -1: all directions
 };
 
 struct MesherOptions {
-  /// Voxels. Cells are merged while the mesh stays within this of the surface; 0 merges only what is flat, negative
-  /// never merges.
+  /// Voxels. Cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are merged;
+  /// negative: none.
   float tolerance = 0.1f;
 };
 
@@ -57,25 +59,25 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// Of bricks put from now on. Bricks put with different tolerances join without cracks all the same.
+  /// Applies to bricks that are put from now on. Bricks with different tolerances still join without cracks.
   void set_tolerance(float tolerance);
 
-  /// Takes a brick whose samples are new or have changed. Every brick whose 17³ cell corners have both signs must be
-  /// put, and every brick whose 19³ samples changed must be put again, before remesh().
+  /// Adds a brick with new or changed samples. Before remesh(), put every brick whose 17³ cell corners have both signs,
+  /// and put again every brick of whose 19³ samples one has changed.
   void put(const FieldBrick& brick);
-  /// Forgets a brick: as if it had been put without any surface in it.
+  /// Removes a brick, as if it had been put without surface.
   void remove(const glm::ivec3& key);
 
-  /// Makes the triangles of all bricks touched since the last call. Returns their keys, sorted; a brick whose mesh is
-  /// now empty is among them when it was not empty before. Valid until the next call of anything here.
+  /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. A brick is
+  /// included if its mesh is now empty but was not before. Valid until the next call of any function here.
   std::span<const glm::ivec3> remesh();
 
-  /// nullptr where no surface passes. Valid until the next remesh().
+  /// nullptr if the brick contains no surface. Valid until the next remesh().
   const BrickMesh* find(const glm::ivec3& key) const;
   /// Keys of all bricks with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Of every vertex and triangle of every brick: equal exactly when the meshes are.
+  /// Hash of every vertex and triangle of every brick: two hashes are equal exactly if the meshes are.
   std::uint64_t hash() const;
 
  private:

@@ -1,4 +1,4 @@
-// Sweeps of a ball.
+// Sweeps of a spherical head.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -26,22 +26,22 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  int lo_x, lo_y, lo_z;  // from base
+  int lo_x, lo_y, lo_z;  // relative to the base
   int size_x, size_y, size_z;
 };
 
-/// The part of a sweep's work that is looked at together: groups of eight samples along z, and what their rows have in
-/// common.
+/// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
+/// share.
 struct Work {
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // samples of a row
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: samples of a row
   F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
-  I8 base[kRowBatches];                                                   // of the row's first sample
-  F8 z[kLongest];                 // heights of the eight samples from there on, from A
-  std::uint32_t groups[kGroups];  // first sample << 16 | row
+  I8 base[kRowBatches];                                                   // index of the row's first sample
+  F8 z[kLongest];                 // z of eight samples beginning at each index, relative to A
+  std::uint32_t groups[kGroups];  // packed as: first sample << 16 | row
   int batches = 0, count = 0;
 };
 
-/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), wherever that is above -kMargin.
+/// Raises the samples of some groups: new = max(old, min(radius - distance, kInner)), where that is above -kMargin.
 /// `narrow`: rows are shorter than a group.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& work, PerTissue* removed) {
@@ -52,7 +52,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   const auto* const all_u = reinterpret_cast<const float*>(work.u);
   const auto* const all_v = reinterpret_cast<const float*>(work.v);
   const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  I8 moved_taken[Work::kGroups];  // groups in which surface moved, and what they lost
+  I8 moved_taken[Work::kGroups];  // groups in which the surface moved, and their loss of volume
   std::int32_t moved_at[Work::kGroups];
   int moved = 0;
   I8 any_raised = {};
@@ -93,7 +93,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
       for (int i = 0; i < size_z; ++i) at[i] = now[i];
     }
     any_raised |= raised;
-    // Which groups count is not foreseeable: noted without a branch.
+    // Which groups changed is unpredictable, so they are stored without a branch.
     moved_taken[moved] = eight::share_taken(old, now);
     moved_at[moved] = first;
     moved += any_of(moved_taken[moved] > 0);
@@ -112,7 +112,7 @@ TYPODONT_KERNEL bool carve_groups(const Block& block, const Capsule& c, Work& wo
   return any_of(any_raised);
 }
 
-/// Appends the lanes of a mask.
+/// Appends the entries whose lanes are set in a mask.
 TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   const unsigned which = bits_of(mask);
   I8 first;
@@ -121,31 +121,33 @@ TYPODONT_KERNEL void append(const I8& entries, const I8& mask, Work& work) {
   work.count += __builtin_popcount(which);
 }
 
-/// Raises a block of samples to their depth in a capsule; `capsule` false: the sweep is so short that the ball at B,
-/// ahead of A, is all of it. Looks only at samples that can change: in the ball around the sweep; ahead of A and
-/// outside the empty ball there, when it continues another. Returns whether anything changed; volume taken is added to
-/// `removed`.
+/// Raises a block of samples to their depth in a capsule. `capsule` false: the sweep is so short that the ball at B
+/// covers everything ahead of A. Examines only samples that can change: those in the ball around the sweep; if it
+/// continues another sweep, only those ahead of A and outside the ball that is already empty. Returns whether anything
+/// changed; the removed volume is added to `removed`.
 template <bool capsule, bool narrow>
 TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue* removed) {
   const float outer = c.radius + Sweep::kMargin;
   const float length = std::sqrt(c.abx * c.abx + c.aby * c.aby + c.abz * c.abz);
-  // The ball that holds all that changes: around B when it is all, else around the middle.
+  // Bounding ball of all changes: around B if the ball at B covers everything, otherwise around the middle of the
+  // sweep.
   const float share = capsule ? 0.5f : 1.0f, reach = outer + (capsule ? 0.5f * length : 0.0f) + 1e-3f;
   const float mx = share * c.abx, my = share * c.aby, mz = share * c.abz, reach2 = reach * reach;
-  // Inside this ball around A all is empty already when the sweep continues another.
+  // If the sweep continues another one, everything in this ball around A is already empty.
   const float inner = c.radius - Sweep::kInner - 0.01f, inner2 = c.continues && inner > 0 ? inner * inner : -1.0f;
-  const float first = c.az - static_cast<float>(block.lo_z);  // A along the rows
+  const float first = c.az - static_cast<float>(block.lo_z);  // z of A relative to the row
   const float end = static_cast<float>(block.size_z);
   const bool rises = c.continues && c.abz > 1e-9f, falls = c.continues && c.abz < -1e-9f;
   const float slope = rises || falls ? 1 / c.abz : 0.0f;
-  const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);  // rounding of the plane ahead of A
+  // allowance for rounding of the plane ahead of A
+  const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
   const auto stride_y = static_cast<std::int32_t>(block.stride_y);
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  for (int start = 0; start <= last_start; ++start) {  // the same rounding wherever rows start
+  for (int start = 0; start <= last_start; ++start) {  // equal rounding, wherever rows start
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
   for (int x = 0; x < block.size_x; ++x) {
@@ -153,7 +155,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
     if (!(reach2 > (px - mx) * (px - mx))) continue;
     const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
-      // Of eight rows: what can change, as an interval [low, high), and the hole in it.
+      // For eight rows: the samples that can change, as an interval [low, high), and the hole in it.
       const I8 y = y0 + counts;
       const F8 py = static_cast<float>(block.lo_y + y0) + steps - c.ay, qy = py - my;
       F8 half = reach2 - (px - mx) * (px - mx) - qy * qy;
@@ -162,7 +164,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
       take_root(half);
       const F8 dot_xy = px * c.abx + py * c.aby;
       F8 low = first + (mz + 1.0f) - half,
-         high = first + (mz + 1.0f) + half;  // truncated later: up, as all is positive
+         high = first + (mz + 1.0f) + half;  // truncated later, which rounds up because all values are positive
       if (rises) {
         const F8 edge = first + (1.0f - slip) - dot_xy * slope;
         low = edge > low ? edge : low;
@@ -180,14 +182,14 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
       hole = hole > 0.0f ? hole : F8{};
       take_root(hole);
       F8 hole_from = first + 1.0f - hole, hole_to = first + 1.0f + hole;
-      const I8 leave = hole_to - hole_from > 8.0f;  // only worth leaving out when a whole group fits
+      const I8 leave = hole_to - hole_from > 8.0f;  // omit the hole only if a whole group fits into it
       hole_from = hole_from > 0.0f ? hole_from : F8{};
       hole_to = hole_to > low ? hole_to : low;
       hole_from = leave & (hole_from < high) ? hole_from : high;
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Most rows are one stretch of at most sixteen: two groups without a branch.
+      // Most rows have one interval of at most sixteen samples: two groups without a branch.
       const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
       const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
       const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
@@ -212,7 +214,7 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
           }
         }
       }
-      // Room for eight more rows of the longest kind.
+      // Ensure room for eight more rows of the longest kind.
       if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
         changed |= carve_groups<capsule, narrow>(block, c, work, removed);
       }
@@ -222,8 +224,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
   return changed;
 }
 
-// Compiled twice and chosen at run time. Every sample is computed by itself and FMA is off for the whole program, so
-// that every processor, and every way of cutting the work into rows, gives the same bits.
+// Compiled for several processors and chosen at run time. Each sample is computed independently, and FMA is off for the
+// whole program, so that every processor and every division of the work into rows gives the same bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_capsule(const Block* block, const Capsule* capsule, PerTissue* removed) {
   return block->size_z < 8 ? carve_block<true, true>(*block, *capsule, removed)
@@ -235,22 +237,22 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// What a look at all blocks before a ball needs besides.
+/// Additional data for processing all blocks in front of a ball.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // at the origin
   int stride_x, stride_y;
-  glm::ivec3 lo, hi;            // what the sweep may reach, and a voxel more
-  glm::ivec3 held_lo, held_hi;  // what the patch holds
+  glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
+  glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
   float* due;                   // of the block at the origin
   int due_x, due_y;
-  float way;               // of the head, by the end of this sweep
-  float ahead;             // … and how much farther the groups that are listed serve; 0: none are listed
-  float slip;              // how far a depth may be off by rounding
-  int lanes;               // of a group
-  int part, first_layer;   // which part's layers of blocks are looked at, and whose the first one is
-  CutFront::Found* found;  // the groups that were listed,
-  int listed, room;        // … so many: listed > room: more than there is room for
+  float way;               // path length of the head at the end of this sweep
+  float ahead;             // additional path length for which the listed groups stay valid; 0: none are listed
+  float slip;              // upper bound of the rounding error of a depth
+  int lanes;               // number of lanes of a group
+  int part, first_layer;   // layers of blocks belong to parts in turn: index of this part, and part of the first layer
+  CutFront::Found* found;  // the listed groups
+  int listed, room;        // number of listed groups, which may exceed the room
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -263,7 +265,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depth of eight samples of a row and what of it counts; rows as in carve_block().
+/// Depth of eight samples of a row, and the mask of those that count; rows as in carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -285,7 +287,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Eight rows: what their samples have in common.
+/// Data shared by the samples of eight rows.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -298,8 +300,8 @@ TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8&
   }
 }
 
-/// Whether a group lies ahead of a ball that moves as it does now, beside it or behind it. It only sorts: what is alike
-/// is done at once.
+/// Side of a group relative to a ball that continues its present motion: ahead, beside or behind. Used only for
+/// sorting, so that similar groups are processed together.
 inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   const float first = (static_cast<float>(group.x) - c.ax) * c.abx + (static_cast<float>(group.y) - c.ay) * c.aby +
                       (static_cast<float>(group.z) - c.az) * c.abz;
@@ -307,8 +309,8 @@ inline int side_of(const Capsule& c, const glm::ivec3& group, int lanes) {
   return first > 0 && last > 0 ? 0 : first > 0 || last > 0 ? 1 : 2;
 }
 
-/// Raises all blocks that are due, finds when they will be due again, and lists what may change until the head has come
-/// `ahead`.
+/// Raises all blocks that are due, computes when they are due again, and lists the groups that may change until the
+/// head has moved by `ahead`.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
   BallFront& f = b.f;
@@ -322,7 +324,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
   I8 any_raised = {};
   eight::Taken taken{removed};
   b.listed = 0;
-  // What lies in the shell before the head, in time: it was last looked at many cuts ago.
+  // Prefetch the shell in front of the head, which was last read many cuts ago.
   const auto fetch_column = [&](int x0, int y0) {
     const float* const due = b.due + (x0 / kRows) * b.due_x + (y0 / kRows) * b.due_y;
     const float bx = static_cast<float>(f.origin.x + x0) + 1.5f - c.ax - c.abx;
@@ -362,7 +364,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
           const bool whole = x0 >= b.held_lo.x && y0 >= b.held_lo.y && z0 >= b.held_lo.z &&
                              x0 + kRows - 1 <= b.held_hi.x && y0 + kRows - 1 <= b.held_hi.y &&
                              z0 + kDeep - 1 <= b.held_hi.z;
-          // Far out in the air: field and depth change by at most one per voxel each.
+          // Far from the surface: field and depth change by at most one per voxel.
           if (whole) {
             const float middle = f.distance[(x0 + 1) * b.stride_x + (y0 + 1) * b.stride_y + z0 + 3];
             const float least = middle - kHalf - b.slip, slack = least - (length - Sweep::kMargin - away);
@@ -399,7 +401,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
             any_raised |= raised;
             const I8 lost = eight::share_taken(old, now);
             if (any_of(lost > 0)) taken.add(lost, b.tissue + first);
-            // Where the head has come to its deepest nothing changes any more.
+            // Once the head has reached its deepest point at a sample, the sample does not change any more.
             F8 slack = (raised ? now : least) - depth;
             slack = now >= Sweep::kInner ? F8{} + kNever : slack;
             least_slack = slack < least_slack ? slack : least_slack;
@@ -475,7 +477,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   const glm::ivec3 origin = front.first_ * glm::ivec3(CutFront::kRows, CutFront::kRows, CutFront::kDeep);
   const glm::ivec3 held = patch_lo - origin;
   const std::ptrdiff_t at = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
-  // Groups reach beyond the sweep, and were listed when the head was up to a voxel away.
+  // Groups extend beyond the sweep, and were listed when the head was up to one voxel away.
   const int heights_from = std::max(((lo_.z - 1 - origin.z) & ~7) - 8, 0);
   const int heights_to = std::min(((hi_.z + 1 - origin.z) | 7) + 8, front.size_.z * CutFront::kDeep) + 16;
   BallBlocks b{.f = {.c = {a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_},
@@ -506,8 +508,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // What is listed serves longer when the head is slow; a fast one outruns any list. Where several parts are listed at
-  // once they are to last for different ways.
+  // A list is valid longer for a slow head; for a fast one none is made. If several parts are listed at once, they get
+  // different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   int anew = 0;
   bool changed = false;

@@ -1,4 +1,4 @@
-// Cuts and fillings in a patch, and how a fresh patch takes over what an older one holds.
+// Cuts and fillings in a patch, and the transfer of changes from an old patch to a new one.
 #include "haptics/cutting/carve.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// The greater of two, over a box of samples.
+/// The maximum of two fields over a box of samples.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t edge) {
   for (int x = 0; x < size[0]; ++x) {
@@ -38,7 +38,7 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
-/// Where distances changed in that box.
+/// Updates the labels of a box in which distances changed.
 bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
   const glm::ivec3 lo = glm::max(glm::max(changed_lo - 1, patch.filled_lo), patch.lo + 1);
   const glm::ivec3 hi = glm::min(glm::min(changed_hi + 1, patch.filled_hi), patch.lo + patch.n - 2);
@@ -48,7 +48,7 @@ bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3
   return restore_labels(hi - lo + 1, patch.distance.data() + at, patch.tissue.data() + at, edge * edge, edge);
 }
 
-/// Keeps the distances of a box of the patch, to tell afterwards what a cut took.
+/// Stores the distances of a box of the patch, to compute afterwards what a cut removed.
 void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
   float* to = patch.uncut.data();
   const int length = std::max(b.z - a.z + 1, 0);
@@ -57,8 +57,8 @@ void keep_uncut(SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) n
   }
 }
 
-/// What was taken since keep_uncut(), every voxel's share times its hardness. In whole units (share.h) times bytes, so
-/// that the order does not matter.
+/// Volume removed since keep_uncut(), each voxel's fraction times its hardness. Computed in integer units (share.h)
+/// times bytes, so that the order does not matter.
 PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const glm::ivec3& b) noexcept {
   std::array<std::int64_t, kTissueCount> sums{};
   const float* from = patch.uncut.data();
@@ -67,7 +67,8 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
     for (int y = a.y; y <= b.y; ++y, from += length) {
       const std::size_t row = patch.at(x, y, a.z);
       const float* const now = patch.distance.data() + row;
-      if (std::memcmp(from, now, sizeof(float) * static_cast<std::size_t>(length)) == 0) continue;  // most rows
+      // true for most rows
+      if (std::memcmp(from, now, sizeof(float) * static_cast<std::size_t>(length)) == 0) continue;
       for (int z = 0; z < length; ++z) {
         if (from[z] == now[z]) continue;
         const std::size_t at = row + static_cast<std::size_t>(z);
@@ -81,8 +82,8 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
   return hardened;
 }
 
-/// What both kinds of removal do to a patch. `spared`: voxels inside the removal's box that lose no volume. `make`
-/// writes the distances of the box a .. b and tells whether any changed.
+/// The common part of both kinds of removal. `spared`: voxels at the border of the removal's box that lose no volume.
+/// `make` writes the distances of the box a .. b and returns whether any changed.
 template <class Make>
 PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi, int spared, bool* changed,
                     CutFront* front, PerTissue* hardened, Make make) noexcept {
@@ -96,7 +97,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (graded) keep_uncut(patch, from, to);
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
-    if (graded) *hardened = hardened_since(patch, from, to);  // before labels of fillings go
+    if (graded) *hardened = hardened_since(patch, from, to);  // before the labels of fillings are removed
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
@@ -108,7 +109,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
 }  // namespace
 
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed, CutFront* front, PerTissue* hardened) noexcept {
-  // Only samples less than half a voxel outside the head lose volume; the sweep reaches kMargin beyond it.
+  // Only samples less than half a voxel outside the head lose volume; the sweep extends kMargin beyond the head.
   constexpr int kSpared = static_cast<int>(Sweep::kMargin - 0.5f);
   const std::size_t edge = static_cast<std::size_t>(patch.n);
   return carve_box(patch, sweep.lo(), sweep.hi(), kSpared, changed, front, hardened,
@@ -143,7 +144,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   if (!*changed) return added;
   patch.exact_outside = false;
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // A voxel that had its label before has a solid neighbour still: filling only lowers.
+  // A voxel that had its label before still has a solid neighbour, because filling only lowers distances.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

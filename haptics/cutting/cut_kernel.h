@@ -1,37 +1,37 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): what a cut does to samples, and the
-// volume that takes, by tissue.
+// Kernel text, included once in each namespace of lanes (lane_ops.h): the change of samples by a cut, and the removed
+// volume by tissue.
 
-/// What every cut does: where `ahead` holds, a sample rises to its depth in the head, kInner at most, if that is more
-/// than it is and than what is kept true (`least`).
+/// The rule of every cut: where `ahead` is set, a sample rises to its depth in the head (at most kInner), if that
+/// exceeds the old value and the limit `least` below which values are not kept.
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
   return pick(rises, depth, old);
 }
 
-/// What the share of each voxel inside the surface falls by, where distances rise; in units (haptics/share.h).
+/// Decrease of the fraction of each voxel inside the surface when distances rise; in units (haptics/share.h).
 TYPODONT_KERNEL Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
   return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
 }
 
-/// Volume taken, label by label: a running sum as long as the label stays the same.
+/// Sums the removed volume by label: a running sum while the label does not change.
 struct Taken {
   PerTissue* removed;
   Ints units = {};
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// Of as many samples that have this label.
+  /// Adds samples that all have this label.
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label) {
     if (group_label != label) {
       close();
       label = group_label;
     }
     units += taken;
-    if (++groups == 255) close();  // a voxel is 2^23 of them
+    if (++groups == 255) close();  // a voxel is 2^23 units
   }
-  /// Of samples that have these labels.
+  /// Adds samples with these labels.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
     std::uint64_t parts[kLanes / 8], differ = 0;
     std::memcpy(parts, labels, sizeof parts);

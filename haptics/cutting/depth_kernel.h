@@ -1,6 +1,7 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): how deep samples lie in a head, from
-// where they are in its half plane. The depth of a sample depends on its voxel and the pose alone: pieces that are left
-// out are not the closest, and where only one is left, between its ends, the same comes out in fewer steps.
+// Kernel text, included once in each namespace of lanes (lane_ops.h): the depth of samples in a head from their
+// positions in its half plane. The depth of a sample depends only on its voxel and the pose. Pieces may be omitted if
+// they are not the nearest; if one piece remains and the nearest point is between its ends, fewer steps give the same
+// result.
 
 TYPODONT_KERNEL Floats depth_below_line(const MeridianPiece& piece, Floats rho, Floats z) {
   return (all(piece.ax) - rho) * all(piece.nax) + (all(piece.az) - z) * all(piece.naz);
@@ -11,7 +12,7 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// How far samples are from some pieces, squared, and whether they lie outside any.
+/// Squared distance of samples to the nearest of some pieces, and whether they lie outside any piece.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -19,7 +20,7 @@ struct NearestPiece {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // Along the line, from its first end; beyond either end that is closest.
+    // Along the line from its first end; clamped to the ends.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);
@@ -27,7 +28,7 @@ struct NearestPiece {
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // Its end at b is its neighbour's as well; that at a may be the tip.
+    // Its end at b belongs to its neighbour, too; its end at a may be the tip.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -46,7 +47,7 @@ TYPODONT_KERNEL NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// Of several pieces, each a bit of `set`.
+/// For several pieces, each a bit of `set`.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

@@ -1,4 +1,4 @@
-// What a ball of filling makes of the samples around it, eight side by side.
+// Applies a ball of filling to the surrounding samples, eight in parallel.
 #include "haptics/cutting/fill_kernel.h"
 
 #include <algorithm>
@@ -25,13 +25,14 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-constexpr float kLabelled = 1;  // voxels outside the new surface that carry its label, so that it can be read there
-constexpr float kSlip = 1e-3f;  // by which rounding may shorten a chord
+// voxels outside the new surface that get its label, so that the label can be read at the surface
+constexpr float kLabelled = 1;
+constexpr float kSlip = 1e-3f;  // allowance for rounding of a chord
 
-/// Eight samples of a row; what lies outside the block is full: nothing lowers it.
+/// Eight samples of a row. Samples outside the block count as full, so that nothing lowers them.
 struct Lanes {
   float* at;
-  int from, to;  // those that lie in the block
+  int from, to;  // range of lanes in the block
 
   TYPODONT_KERNEL bool whole() const { return from == 0 && to == kLanes; }
   TYPODONT_KERNEL F8 load() const {
@@ -49,9 +50,9 @@ struct Lanes {
   }
 };
 
-/// Where the tool's limit is nearer than the ball, that holds: looked up for each of the samples that are meant, but
-/// where it is near to none of the eight. (Those lie as in the volume's leaves, so that this does not depend on the
-/// block.)
+/// Where the tool's limit is nearer than the ball, the limit determines the distance. It is evaluated for each sample
+/// in `meant`, unless it is far from all eight. (These are aligned like the volume's leaves, so that the result does
+/// not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));
@@ -65,8 +66,8 @@ void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, 
   }
 }
 
-// FMA is off for the whole program and every sample is computed by itself, so that every processor, and every block
-// that a sample is part of, gives the same bits.
+// FMA is off for the whole program and each sample is computed independently, so that every processor and every block
+// containing a sample gives the same bits.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* added, FreshLabels* fresh) {
   const FillBall& ball = *ball_at;
@@ -110,7 +111,7 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        const I8 filled = eight::share_taken(now, old);  // what the way back would take
+        const I8 filled = eight::share_taken(now, old);  // what the reverse change would remove
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;
              labelled &= labelled - 1) {

@@ -1,4 +1,4 @@
-// A ball of filling, plain, and what it makes of a block of samples. Private to the haptics.
+// A ball of filling as plain data, and its effect on a block of samples. Private to the haptics.
 #pragma once
 
 #include <cstddef>
@@ -12,18 +12,18 @@ namespace typodont::haptics {
 class Fill;
 class FreshLabels;
 
-/// Positions count from the head pose's base, in voxels.
+/// Positions are relative to the head pose's base, in voxels.
 struct FillBall {
   HeadPose head;
-  MeridianPiece pieces[HeadField::kMaxPieces];  // of the head and its way out
-  unsigned all_pieces;                          // a bit for each
+  MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head and its path out
+  unsigned all_pieces;                          // one bit for each
   float x, y, z, radius;
   Tissue label;
-  const Fill* filling;  // knows the tool's limit
+  const Fill* filling;  // provides the tool's limit
 };
 
 struct FillBlock {
-  glm::ivec3 first, size;  // its first sample, from the base
+  glm::ivec3 first, size;  // its first sample, relative to the base
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;

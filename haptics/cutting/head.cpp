@@ -26,16 +26,16 @@ namespace {
 namespace {
 
 constexpr int kStretch = 64;   // samples of a row that are listed together
-constexpr float kBent = 0.3f;  // more than a neighbour that is an arc may come nearer than a straight one
+constexpr float kBent = 0.3f;  // allowance for a neighbouring piece that is an arc instead of a line
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
-/// Eight blocks seen from a head: how far their centres are from it and from its pieces, and the way out.
+/// Eight blocks relative to a head: distances of their centres from the head and its pieces, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
   F8 x, y, z, rho, n_rho, n_z;  // centre and direction in T
 };
 
-/// `R`: from V to T, by columns; centres from the head's.
+/// `R`: rotation from V to T, column by column; centres are relative to the head's.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
@@ -79,7 +79,7 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // Where the centre lies on the surface the direction is of no use, nor needed: see bound below.
+  // If the centre lies on the surface, the direction is undefined but not needed: see bound below.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -87,31 +87,31 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
   seen->x = x, seen->y = y, seen->z = z, seen->rho = rho;
 }
 
-/// A block and the head beside it.
+/// A block, and the head relative to it.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // of its first sample, inside the array or not
-  int from[3], to[3];                     // the part of it that is meant
-  glm::ivec3 first;                       // its first sample, from the pose's base
-  // No sample is deeper than this plane says: the distance from a convex head is convex.
+  std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
+  int from[3], to[3];                     // the part of the block to process
+  glm::ivec3 first;                       // its first sample, relative to the pose's base
+  // This plane bounds the depth of every sample, because the distance from a convex head is convex.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  int kind;     // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;  // some samples may have been deeper on the way …
-  float slowest;  // … by less than the head comes nearer less than this, voxels
+  int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
+  bool beside;    // some samples may have been deeper during the motion
+  float slowest;  // those whose approach speed is below this, in voxels
 };
 
-/// What a look at a block found besides.
+/// Further results for a block.
 struct BlockSlack {
-  float ahead = 0;                // given: samples with less slack than this are live
-  float slack = kNoEnd;           // how far the head may come nearer before anything changes, in the part that is meant
-  std::uint64_t* live = nullptr;  // given, or not: of each row, y fastest, a bit for each sample …
-  int shift = 0;                  // … from this one on
+  float ahead = 0;                // input: samples with less slack than this are live
+  float slack = kNoEnd;           // smallest motion of the head after which a sample of the processed part may change
+  std::uint64_t* live = nullptr;  // optional output: for each row (y is the fast index) one bit for each live sample …
+  int shift = 0;                  // … from this sample on
 };
 
-/// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
-/// false: only looks. What may have been deeper on the way comes to `tops`.
+/// new = max(old, min(depth, kInner)), ignoring depths below -kMargin. Returns whether anything changed. `may_raise`
+/// false: only examines. Samples that may have been deeper during the motion are added to `tops`.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops,
                       PerTissue* removed, BlockSlack* found) {
@@ -141,7 +141,7 @@ bool carve_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool m
       F8 most = bound + (static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y);
       most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
       const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-      const I8 full = old >= Sweep::kInner;  // nothing more can come of these
+      const I8 full = old >= Sweep::kInner;  // these have reached the maximum
       F8 room = full ? F8{} + kNoEnd : least - most;
       if (any_of(room < looked_at)) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
@@ -215,7 +215,7 @@ TYPODONT_KERNEL F8 root(const F8& v) {
   return eight::root(v);
 }
 
-/// How far a point lies from the ends of a piece, along it, and how deep below it. Floats, or eight of them.
+/// Distance of a point beyond the ends of a piece along it, and its depth below it. For one float or eight.
 template <class T>
 TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& z, T& from_a, T& from_b, T& depth) {
   if (piece.radius == 0) {
@@ -229,15 +229,15 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// How fast the head comes nearer to samples within `reach` of a point of its half plane, at least and at most: n·w
-/// over the normals n of some neighbouring pieces. `w` in T.
+/// Range of the speed at which the head approaches samples within `reach` of a point of its half plane: n·w over the
+/// normals n of some neighbouring pieces. `w` in T.
 struct Advance {
   float slowest, fastest;
 };
 TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center,
                                        float rho, float reach, const glm::vec3& w) {
   const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  float most = across, least = -across;  // the part of w away from the axis
+  float most = across, least = -across;  // the component of w perpendicular to the axis
   if (rho > reach) {
     const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
                 cosine = std::sqrt(1 - sine * sine);
@@ -245,8 +245,8 @@ TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const Meridia
     if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
     if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
   }
-  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w
-  // itself when that lies between.
+  // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies
+  // between them, the maximum is at w itself.
   const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
   const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
   const auto greatest = [&](float away, float along) {
@@ -257,8 +257,9 @@ TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const Meridia
   return {-greatest(-least, -w.z), greatest(most, w.z)};
 }
 
-/// Which of two neighbouring pieces, a bit each, is the only one that can be the closest to any of `count` samples
-/// along z while the head comes `ahead`. `first`, `last`: those two, or one. `v`: the first sample from the head, in V.
+/// Finds which of two neighbouring pieces (one bit each) is the only one that can be nearest to any of `count` samples
+/// along z while the head moves by `ahead`. `first`, `last`: these two, or the same piece. `v`: the first sample
+/// relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -287,11 +288,11 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
   return alone;
 }
 
-/// One pose of a sweep, and the blocks beside it, eight by eight.
+/// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// At one end of its way; `after`: the head was cut out at the other. `ahead`: how far it may go on while what is
-  /// found here holds.
+  /// For one end of its motion; `after`: the head was already cut out at the other end. `ahead`: path length for which
+  /// the results must be valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -301,7 +302,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Takes in a block by its first voxel; true when there are eight.
+  /// Adds a block by its first voxel; true when there are eight.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -310,7 +311,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Looks at those taken in: what() then says what is to be done about each.
+  /// Evaluates the added blocks; what() then tells what to do with each.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -319,7 +320,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// A group of samples from that voxel on, which is known to be of a kind, is perhaps of one with a single piece.
+  /// A group of samples from this voxel on, known to have this kind, may have a kind with a single piece.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -329,15 +330,15 @@ class HeadPass {
     return alone != 0 ? std::countr_zero(alone) : kind;
   }
 
-  enum class Work { kNone, kLook, kRaise };  // of kLook it is known that the head recedes from all of it
-  /// `block` is filled unless nothing is to be done, not even `ahead`; then `slack` is how far the head may come nearer
-  /// before there is.
+  enum class Work { kNone, kLook, kRaise };  // kLook: the head recedes from the whole block
+  /// Fills `block` unless nothing has to be done within `ahead`. In that case, `slack` is the smallest motion of the
+  /// head after which something has to be done.
   Work what(int lane, const HeadTarget& target, HeadBlock& block, float& slack, bool& clipped) const {
     const float d = seen_.distance[lane];
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // Deep in the head at the pose before too: empty since then.
+    // Already deep in the head at the previous pose: empty since then.
     slack = kNoEnd;
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
@@ -350,7 +351,7 @@ class HeadPass {
       block.to[i] = std::min(target.size[i] - inside[i], extent[i]);
       clipped |= block.to[i] - block.from[i] != extent[i];
     }
-    // Far out in the air: field and depth change by at most one per voxel each.
+    // Far from the surface: field and depth change by at most one per voxel.
     if (!clipped) {
       slack = target.distance[block.at + block.stride_x + block.stride_y + 3] + d - 2 * kHalf;
       if (slack > 1 + way) return Work::kNone;
@@ -369,7 +370,7 @@ class HeadPass {
     bool recedes = false;
     block.beside = false;
     if (after_) {
-      // Where the head recedes from all of a block nothing is left to cut.
+      // If the head recedes from the whole block, nothing is left to cut.
       const float* const T = back_.turn;
       const float* const shift = back_.shift;
       const glm::vec3 w(T[0] * at.x + T[3] * at.y + (T[6] * at.z + shift[0]),
@@ -388,13 +389,13 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // in V
-    // Without a direction only the change by one per voxel is known.
+    // Without a direction, only the change of one per voxel is known.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
     block.pieces = pieces;
-    // One piece is enough where all samples lie between its ends and, inside the head, on its side of what halves the
-    // corners there.
+    // One piece suffices if all samples lie between its ends and, inside the head, on its side of the bisectors at its
+    // ends.
     int nearest = first;
     for (int i = first + 1; i <= last; ++i)
       nearest = seen_.to_piece[i][lane] < seen_.to_piece[nearest][lane] ? i : nearest;
@@ -416,12 +417,12 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // from the head
+  F8 center_[3];  // relative to the head
   Seen seen_;
   int lanes_ = 0;
 };
 
-/// What groups of two neighbouring blocks have in common.
+/// Kind of a group that spans two neighbouring blocks.
 int kind_of(int a, int b) {
   if (a == b) return a;
   const auto set = [](int kind) { return kind < kManyPieces ? 1u << kind : static_cast<unsigned>(kind - kManyPieces); };
@@ -474,8 +475,8 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   return changed;
 }
 
-/// Raises all blocks of a part that are due, finds when they will be due again, and lists what may change until the
-/// head has come `ahead`.
+/// Raises all due blocks of a part, computes when they are due again, and lists the groups that may change until the
+/// head has moved by `ahead`.
 bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
@@ -494,7 +495,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
       if (front.part_of(x) != part) continue;
       for (int y = first.y; y <= last.y; ++y) {
         float* const row = front.due(front.first_ + glm::ivec3(x, y, 0));
-        for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // a stretch
+        for (int z0 = first.z; z0 <= last.z; z0 += 8) {  // an interval of the row
           int lanes = 0, which[8];
           for (int z = z0; z <= std::min(last.z, z0 + 7); ++z) {
             if (row[z] >= way + ahead) continue;
@@ -516,10 +517,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
-              slack = clipped ? 0 : found.slack;  // of the rest of it nothing is known
+              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of it
               kinds[z - z0] = block.kind;
             }
-            // What the head at A leaves is looked at again at B.
+            // What the head at A leaves is examined again at B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0 || !(ahead > 0)) continue;
@@ -580,12 +581,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .tops = &tops};
   const int outdated = front.outdated();
   if (outdated < CutFront::kParts) {
-    // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
+    // Groups extend to the ends of their blocks, and were listed when the head was up to one voxel away.
     const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
               hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
     fill_heights(&f, lo, hi + 16);
   }
-  // Where several parts are listed at once they are to last for different ways.
+  // If several parts are listed at once, they get different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
   int anew = 0;
   bool changed = false;

@@ -1,6 +1,6 @@
-// What the textual kernels of this folder are written in: as many floats as a processor takes at once, eight by GCC's
-// vectors (as two halves where it has four lanes) or sixteen where there is AVX-512. Every operation is exact or rounds
-// as IEEE says, so all compute the same bits. Private to haptics/cutting.
+// Vector operations for the textual kernels of this folder: eight floats by GCC's vectors (as two halves on processors
+// with four lanes), or sixteen with AVX-512. Every operation is exact or rounds as IEEE requires, so that all
+// processors compute the same bits. Private to haptics/cutting.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 #include <immintrin.h>
 #endif
 
-// All of it is inlined: nothing is passed in registers that a plain processor has not got.
+// Everything is inlined, so no vector is passed in registers that a baseline processor lacks.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -82,8 +82,8 @@ TYPODONT_KERNEL bool every(Mask mask) {
 
 }  // namespace eight
 
-/// Eight floats as two halves, for processors that have four lanes: GCC takes comparisons of wider vectors apart to the
-/// last one.
+/// Eight floats as two halves, for processors with four lanes, because GCC splits comparisons of wider vectors into
+/// single elements.
 namespace halves {
 
 struct Floats {
@@ -207,8 +207,8 @@ TYPODONT_KERNEL unsigned bits(const Mask& mask) {
 #ifdef TYPODONT_SIXTEEN_LANES
 #pragma GCC push_options
 #pragma GCC target("arch=x86-64-v4")
-// A bit for each lane instead of a mask as wide as they are. `P`: how the intrinsics begin.
-// The masked forms of some: GCC 12 takes the plain ones' unused operand for one that was forgotten.
+// Masks with one bit per lane instead of full vectors. `P`: prefix of the intrinsics. Masked forms are used for some
+// operations, because GCC 12 warns wrongly about an unused operand of the plain ones.
 #define TYPODONT_MASKED_LANES(V, P, COUNT, M)                             \
   using Floats = V;                                                       \
   typedef int Ints __attribute__((vector_size(4 * COUNT)));               \
@@ -274,7 +274,7 @@ namespace sixteen {
 TYPODONT_MASKED_LANES(__m512, _mm512, 16, __mmask16)
 }  // namespace sixteen
 
-/// Eight, for groups that are no wider: half the work where a processor takes sixteen in two halves.
+/// Eight lanes for groups that are not wider: half the work on processors that process sixteen in two halves.
 namespace eight_masked {
 TYPODONT_MASKED_LANES(__m256, _mm256, 8, __mmask8)
 }  // namespace eight_masked

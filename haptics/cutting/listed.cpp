@@ -11,15 +11,15 @@
 
 namespace typodont::haptics {
 
-// Compiled for each width of lanes and chosen at run time. Every sample is computed by itself, volumes are counted in
-// whole units and FMA is off for the whole program, so that every processor gives the same bits.
+// Compiled for each vector width and chosen at run time. Each sample is computed independently, volumes are counted in
+// integer units, and FMA is off for the whole program, so that every processor gives the same bits.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the three above.
+// Uses the three headers above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
@@ -42,7 +42,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the three above.
+// Uses the three headers above.
 #include "haptics/cutting/listed_kernel.h"
 
 __attribute__((target("avx2"))) bool ball(const BallFront* f, PerTissue* removed) {
@@ -66,7 +66,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the three above.
+// Uses the three headers above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {
@@ -88,7 +88,7 @@ namespace {
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the three above.
+// Uses the three headers above.
 #include "haptics/cutting/listed_kernel.h"
 
 bool ball(const BallFront* f, PerTissue* removed) {

@@ -1,4 +1,4 @@
-// The groups of samples that are listed before a head (CutFront), raised: most cuts are just this. Private to
+// Cuts the groups of samples that are listed in front of a head (CutFront). Most cuts need nothing else. Private to
 // haptics/cutting.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace typodont::haptics {
 
-/// A ball on its way, plain. Voxels, from some voxel nearby.
+/// A moving ball as plain data. Voxels, relative to a nearby voxel.
 struct Capsule {
   float ax, ay, az;
   float abx, aby, abz;
@@ -24,17 +24,17 @@ struct Capsule {
   bool continues;
 };
 
-/// A cut before which stands a front, plain. Positions count from the first voxel of the front's first block.
+/// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  glm::ivec3 origin;  // of those positions, from the base of c
+  glm::ivec3 origin;  // origin of these positions, relative to the base of c
   float* distance;    // at the origin
-  struct {            // of each height …
-    float* apart;     // … from A, or, where the ball at B is all, its square from B,
-    float* ahead;     // … and × way
+  struct {            // tables, indexed by the height (z) …
+    float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
+    float* ahead;     // z distance from A times the motion's z component
   } heights;
   CutFront::Listed groups;
-  struct Ranges {  // of the groups that may have changed by now: ahead of the ball, beside it, behind it
+  struct Ranges {  // ranges of the groups that may have changed by now: ahead of the ball, beside it, behind it
     int count;
     struct {
       int from, to;
@@ -42,21 +42,21 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// The same before a head that is no ball.
+/// The same for a head that is not a ball.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // from the pose's base
+  glm::ivec3 origin;  // relative to the pose's base
   float* distance;
-  float* along[3];  // of each height: along x, y, z in T
+  float* along[3];  // table by height: coordinates along x, y, z in T
   CutFront::Listed groups;
   const CutFront::Run* runs;
   int run_count;
   Tops* tops;
 };
 
-/// How many of the samples of a group, `lanes` at most, have one label. Where no surface can ever be, any label will
-/// do.
+/// Number of samples of a group (at most `lanes`) that have the same label from its start. Samples that can never
+/// contain surface may have any label.
 inline int with_one_label(const Tissue* labels, const float* distance, int lanes, std::uint8_t& label) {
   label = static_cast<std::uint8_t>(shown(labels[0]));
   std::uint64_t differ = 0, part;
@@ -77,7 +77,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Return whether anything changed; volume taken is added to `removed`.
+/// Each returns whether anything changed; the removed volume is added to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
 

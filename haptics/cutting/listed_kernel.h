@@ -1,16 +1,17 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h): raises the groups that are listed before
-// a head.
+// Kernel text, included once in each namespace of lanes (lane_ops.h): cuts the groups that are listed in front of a
+// head.
 
-constexpr int kChunk = 128;  // groups
-constexpr int kAhead = 24;   // groups, fetched in time
+constexpr int kChunk = 128;  // number of groups
+constexpr int kAhead = 24;   // number of groups to prefetch
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
   __builtin_prefetch(group);
-  if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);  // mostly in two lines
+  // groups usually span two cache lines
+  if constexpr (kLanes * sizeof(float) >= 64) __builtin_prefetch(group + kLanes - 1);
 }
 
-/// Whether as many groups as there are lanes, from this one on, may all change in all of their samples.
+/// True if all samples may change in each of the groups from this one on (one group per lane).
 TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   constexpr std::uint64_t kWhole = kLanes * 0x0101010101010101u;
   std::uint64_t parts[kLanes / 8], differ = 0;
@@ -19,13 +20,13 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// What the samples of some groups' rows have in common.
+/// Data shared by the samples of some groups' rows.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// One group after the other. `ahead`: all of their samples lie ahead of A; `whole`: all of them may change. What is
-/// known of all is not asked of each.
+/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. These
+/// tests are then skipped per sample.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -61,7 +62,7 @@ TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const Ba
 
 template <bool capsule>
 TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from, int to, Mask& raised, Taken& taken) {
-  constexpr float kSlip = 1e-3f;  // voxels; more than rounding does to where the plane through A lies
+  constexpr float kSlip = 1e-3f;  // voxels; upper bound of the rounding error of the plane through A
   const float slip = kSlip * (std::abs(c.abx) + std::abs(c.aby) + std::abs(c.abz)), last = (kLanes - 1) * c.abz;
   const float low = std::min(last, 0.0f) - slip, high = std::max(last, 0.0f) + slip;
   BallRows rows;
@@ -109,8 +110,8 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* 
   return any(raised);
 }
 
-/// What makes the depth of samples of a head, the same for all groups of a run; and which of them may have been deeper
-/// on their way (may_be_deeper).
+/// Parameters of a head's depth that are constant for a run of groups; and the test for samples that may have been
+/// deeper during the motion (may_be_deeper).
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -123,7 +124,7 @@ struct BelowLine {
     return below;
   }
 };
-/// A line across the axis, as heads end in: how far from the axis is all the same.
+/// A line perpendicular to the axis, the end of many heads: the distance from the axis does not matter.
 struct BelowEnd : BelowLine {
   TYPODONT_KERNEL Floats depth_at(Floats z) const { return (all(piece.az) - z) * all(piece.naz); }
 };
@@ -173,18 +174,18 @@ struct BelowAny {
   }
 };
 
-/// What the samples of some groups have in common: where they are in the head, but for their heights' share, and how
-/// the first of them goes as the head goes back to where it came from.
+/// Data shared by the samples of some groups: their positions in the head without the contribution of the height, and
+/// the motion of the first sample as the head moves back to its previous pose.
 struct HeadRows {
   alignas(64) float x[kChunk], y[kChunk], z[kChunk];
   alignas(64) float way_x[kChunk], way_y[kChunk], way_z[kChunk];
 };
 
-/// How the head came to where it is beside groups, by their middles.
+/// Motion of the head relative to groups, evaluated at their middles.
 struct HeadSides {
-  float half, off;        // from a group's middle to its ends, and how far from the axis that may be, voxels
-  float across;           // the part of any way away from the axis, at most
-  float bend[3], turned;  // how a group's way differs from sample to sample, and at most
+  float half, off;  // voxels: from a group's middle to its ends, and upper bound of the same perpendicular to the axis
+  float across;     // upper bound of the motion's component perpendicular to the axis
+  float bend[3], turned;  // difference of the motion from sample to sample in a group, and its upper bound
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
     const Straight& back = f.tops->back;
@@ -200,7 +201,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// As many groups as there are lanes, from that one on: a bit for each of which some samples may have been deeper.
+  /// For one group per lane from this one on: one bit if some samples may have been deeper.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -212,7 +213,7 @@ struct HeadSides {
     const Floats way_z = all(T[2]) * x + all(T[5]) * y + (all(T[8]) * z + all(back.shift[2]));
     store(rows.way_x + g, way_x - all(half * bend[0])), store(rows.way_y + g, way_y - all(half * bend[1]));
     store(rows.way_z + g, way_z - all(half * bend[2]));
-    // From the axis each sample is seen in a direction of its own.
+    // The direction from the axis differs from sample to sample.
     const Floats inverse = all(1.0f) / greater(rho, all(1e-3f)), seen = all(off) * inverse;
     const Floats err = all(across) * pick(more(all(0.75f), seen), all(1.14f) * seen, all(2.0f));
     const Mask tip = more(all(first.ax == 0.0f ? off + Sweep::kMargin : 0.0f), rho);
@@ -222,7 +223,7 @@ struct HeadSides {
   }
 };
 
-/// One group after the other. `beside`: some of their samples may have been deeper on the way.
+/// Processes groups one by one. `beside`: some of their samples may have been deeper during the motion.
 template <bool beside, class Below>
 TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const HeadRows& rows, const float* bend,
                                   int g0, int from, int to, Mask& raised, Taken& taken) {
@@ -263,7 +264,7 @@ TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Groups that have the same closest pieces.
+/// Groups with the same nearest pieces.
 template <class Below>
 TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {

@@ -1,4 +1,4 @@
-// A head that is no ball as its kernels see it: the pieces of its meridian, in floats, and a pose. Private to
+// A head that is not a ball, for the kernels: the pieces of its meridian as floats, and a pose. Private to
 // haptics/cutting.
 #pragma once
 
@@ -11,25 +11,26 @@
 
 namespace typodont::haptics {
 
-/// A piece of the meridian in floats: HeadField::Piece with its outward normals at either end; of a line its length.
+/// A piece of the meridian as floats: HeadField::Piece with its outward normals at both ends; for a line also its
+/// length.
 struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
   float ux, uz, wx, wz;      // from an arc's centre to its ends
-  float corner_a, corner_b;  // tan(φ/2) where its outward normal turns by φ to its neighbour's
+  float corner_a, corner_b;  // tan(φ/2), where the outward normal rotates by φ to the neighbour's
 };
 inline constexpr int kManyPieces =
-    HeadField::kMaxPieces;  // kinds of groups: one smooth piece, or from here on a set of them
+    HeadField::kMaxPieces;  // kinds of groups: below this a single smooth piece, from here on a set of pieces
 
-/// A pose of the head in voxels, counted from a voxel nearby, so that floats keep their digits.
+/// A pose of the head in voxels relative to a nearby voxel, so that floats have enough digits.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // the head from there
-  float R[9];  // from V to T, by columns
+  float p[3];  // position of the head relative to that voxel
+  float R[9];  // rotation from V to T, column by column
 };
 
-/// A box of samples that a head is cut out of.
+/// A box of samples from which a head is cut.
 struct HeadTarget {
   glm::ivec3 lo, size;
   float* distance;
@@ -37,7 +38,7 @@ struct HeadTarget {
   const Tissue* tissue;
 };
 
-inline constexpr float kNoEnd = 1e9f;  // a slack that never ends
+inline constexpr float kNoEnd = 1e9f;  // an infinite slack
 
 void flatten(const HeadField& head, MeridianPiece* pieces);
 HeadPose head_pose(const Pose& X_VT);

@@ -9,7 +9,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr float kLabelled = 1;  // voxels outside the body that carry its label, so that it can be read at its surface
+// voxels outside the body that get its label, so that the label can be read at the surface
+constexpr float kLabelled = 1;
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// A body in the shape of a tool's head that stays in the tissue, e.g. an implant.
+// Adds a body with the shape of a tool's head to the tissue, e.g. an implant.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ class PlacedHead {
  public:
   PlacedHead(const Tool& tool, Tissue label, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Voxels, inclusive, that lie within Sweep::kMargin voxels of the head.
+  /// Inclusive range of voxels within Sweep::kMargin voxels of the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 

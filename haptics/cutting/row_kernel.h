@@ -1,19 +1,19 @@
-// Text of a kernel, included after cut_kernel.h where lanes are eight: rows of blocks, whole or in part.
+// Kernel text, included after cut_kernel.h where lanes are eight: rows of blocks, complete or partial.
 
-/// A row of as many samples as there are lanes, of which only those from..to are meant.
+/// A row with one sample per lane, of which only from..to are processed.
 struct Row {
   float* distance;
   int from, to;
-  bool whole;  // all are
+  bool whole;  // all samples are processed
 
-  /// What is not meant is never raised.
+  /// Samples that are not processed get a value that is never raised.
   TYPODONT_KERNEL Floats read() const {
     if (whole) return load(distance);
     Floats old = all(1e9f);
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  /// `labels`: of the samples, where volume is counted.
+  /// `labels`: of the samples, if volume is counted.
   TYPODONT_KERNEL void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);

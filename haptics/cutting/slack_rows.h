@@ -1,5 +1,5 @@
-// How far the samples of a column of blocks are from changing, and when a group of them may. Private to
-// haptics/cutting.
+// Slack of the samples in a column of blocks: the motion of the head before they can change, and the stage of a group
+// of them. Private to haptics/cutting.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +11,16 @@
 
 namespace typodont::haptics {
 
-/// Of 16 rows; voxels that the head may still come nearer.
+/// Slack of 16 rows, in voxels of the head's approach.
 class SlackRows {
  public:
   static constexpr int kStretch = 64;  // samples of a row that are listed together
 
-  /// Of eight samples of a row.
+  /// Stores the slack of eight samples of a row.
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {
     std::memcpy(rows_ + row * kRow + z, &slack, sizeof slack);
   }
-  /// The least of sixteen from there on, of those that are told by a bit each: the others may never have been put.
+  /// The smallest slack of sixteen samples from z on that are marked in `which`; the others may not have been stored.
   TYPODONT_KERNEL float least(int row, int z, std::uint64_t which) const {
     const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
     F8 low, high;
@@ -36,13 +36,13 @@ class SlackRows {
   }
 
  private:
-  static constexpr int kRow = kStretch + 16;  // a group may reach beyond the stretch
+  static constexpr int kRow = kStretch + 16;  // a group may extend beyond the interval
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];
 };
 
-/// The stage before which nothing changes that has so much slack, of a list that lasts for `ahead`.
+/// The stage before which a group with this slack cannot change, in a list that is valid for `ahead`.
 inline int stage_of(float slack, float ahead) {
   const float stage = slack / ahead * CutFront::kStages;
   return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);

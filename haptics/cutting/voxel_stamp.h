@@ -1,4 +1,4 @@
-// Removal of whole voxels: every voxel whose centre lies in the head becomes air. The yardstick beside Sweep.
+// Removes whole voxels: every voxel whose centre lies in the head becomes air. Reference for comparison with Sweep.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,18 @@
 
 namespace typodont::haptics {
 
-/// What a head at one pose takes. Servo's patch and carver's volume both use carve(), so that they hold the same bits.
+/// The removal by a head at one pose. The servo's patch and the carver's volume both use carve(), so that they contain
+/// the same bits.
 class VoxelStamp {
  public:
   VoxelStamp(const Tool& tool, const Pose& X_WT, const VoxelFrame& frame);
 
-  /// Voxels, inclusive, around the head.
+  /// Inclusive range of voxels around the head.
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// Clears a block of voxels, lo .. lo+size-1, z fastest; strides in samples. Adds to `removed`, where given, the
-  /// volume per tissue in voxels³. Returns whether any voxel changed. Any thread.
+  /// Clears a block of voxels, lo .. lo+size-1, z is the fastest index; strides in samples. Adds the volume per tissue
+  /// in voxels³ to `removed` if given. Returns whether any voxel changed. Any thread.
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 

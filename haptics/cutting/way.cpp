@@ -1,7 +1,7 @@
-// Heads that are no balls, on their way. A head is convex, so how deep a sample lies in it is a concave function of
-// where it is there; and on a short turn a sample goes straight through the head, as that sees it. So how deep it ever
-// lies is the one top of a curve, and is searched for, sample by sample: on long ways of all, on short ones of those
-// that came near it.
+// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position;
+// and for a short motion a sample moves along a straight line in the head's frame. So the largest depth of a sample is
+// the single maximum of a concave curve, which is searched for each sample: for a long motion for all samples, for a
+// short one for those near the maximum.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -30,14 +30,14 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;           // of a search; hardly any takes ten
-constexpr float kBesideSlip = 0.5f;  // voxels; more than anything known of a block's centre errs
+constexpr int kSteps = 24;           // limit for the steps of a search; almost none needs ten
+constexpr float kBesideSlip = 0.5f;  // voxels; upper bound of the error when a block is evaluated at its centre
 
-/// Narrows `lowest` .. `highest` (heights of blocks' first samples) to those within `far` of an axis, of blocks whose
-/// centres lie `off` aside from a point of the axis; `height`: of that point. False where none does.
+/// Reduces `lowest` .. `highest` (heights of blocks' first samples) to those within `far` of an axis, for blocks whose
+/// centres have the horizontal offset `off` from a point on the axis at height `height`. False if none is.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
-  // |d|² - (d·a)² <= far² with d = (off, z), a quadratic in z
+  // |d|² - (d·a)² <= far² with d = (off, z) is a quadratic in z
   const float along = off.x * axis.x + off.y * axis.y;
   const float a = 1 - axis.z * axis.z, b = -along * axis.z, c = glm::dot(off, off) - along * along - far * far;
   if (a < 1e-3f) return true;
@@ -51,7 +51,7 @@ bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, 
   return lowest <= highest;
 }
 
-/// Eight points in the head.
+/// Eight points in the head's frame.
 struct Points {
   F8 x, y, z;
 };
@@ -63,18 +63,19 @@ TYPODONT_KERNEL Points in_head(const HeadPose& pose, const F8& x, const F8& y, c
           (R[2] * vx + R[5] * vy) + R[8] * vz};
 }
 
-/// How deep samples lie at a point of their way, and how that changes along it.
+/// Depth of samples at a point of their path, and its derivative along the path.
 struct Depth {
   F8 depth, slope;
 };
 
-/// How deep eight samples ever lie in the head, to kTop; of those that come no deeper than `needed`, or deeper than
-/// `most`, only that. No curve lies above its tangents, so where those on either side of its top meet is how high it
-/// can be. It is looked for there, where a corner would have it, and by turns where a round curve would be level.
+/// Searches the largest depth of eight samples, up to kTop. For samples that get no deeper than `needed`, or deeper
+/// than `most`, only that is determined. A concave curve lies below its tangents, so the intersection of the tangents
+/// on both sides of the maximum is an upper bound. The search point alternates between this intersection (exact for a
+/// corner) and the point where a parabola would be level.
 struct Search {
-  unsigned set;      // a bit for each piece that can be the nearest to one of the samples on this way
-  Points from, way;  // in the head
-  F8 a, b, s;        // shares of the way: the top lies between a and b, and is looked for at s
+  unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
+  Points from, way;  // in the head's frame
+  F8 a, b, s;        // fractions of the path: the maximum lies between a and b, and is searched at s
   Depth at_a, at_b;
   F8 best, top, needed;
   I8 open;
@@ -91,7 +92,7 @@ struct Search {
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, way.x, way.y, way.z)};
   }
-  /// The way out there, in the head.
+  /// Outward normal at that fraction, in the head's frame.
   TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
     const Points p = place(share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -99,7 +100,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins at that share of the way. Positions count from the first pose's base.
+  /// Begins at that fraction of the path. Positions are relative to the first pose's base.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
     const float* const T = head.turn;
@@ -120,8 +121,8 @@ struct Search {
   TYPODONT_KERNEL void step(const Straight& head, int number, float most) {
     const Depth now = at(head, s);
     best = open ? eight::greater(best, now.depth) : best;
-    // What has been found of one does not depend on what the others need; an end towards which the curve rises is its
-    // top.
+    // The result for one sample does not depend on the others. If the curve rises towards an end, the maximum is at
+    // that end.
     const I8 rises = (now.slope > 0.0f) & (s < 1.0f), before = open & (rises | (s <= 0.0f)), after = open & ~before;
     a = before ? s : a, at_a.depth = before ? now.depth : at_a.depth, at_a.slope = before ? now.slope : at_a.slope;
     b = after ? s : b, at_b.depth = after ? now.depth : at_b.depth, at_b.slope = after ? now.slope : at_b.slope;
@@ -135,15 +136,17 @@ struct Search {
   }
 };
 
-/// Centres of eight blocks, and how deep they ever lie in the head. That is concave in space, too: no sample lies
-/// deeper than the plane says.
+/// Centres of eight blocks, and their largest depths in the head. Depth is concave in space, too, so a plane bounds the
+/// depth of every sample.
 struct Centres {
-  unsigned set;            // given: the pieces that can be the nearest to any of them on the way
-  float outside, emptied;  // given: of samples beside them, where they are no deeper, or are deeper, all are so
-  F8 x, y, z;              // from the first pose's base
-  F8 best, top;            // as deep at least, and at most
-  F8 n_x, n_y, n_z;        // of the plane, out of the head
-  F8 share;                // of the way, where they lie deepest
+  unsigned set;  // input: pieces that can be nearest to any of them on the path
+  // input: limits for the samples of the block: if none is deeper than the first, or all are deeper than the second,
+  // all are treated alike
+  float outside, emptied;
+  F8 x, y, z;        // relative to the first pose's base
+  F8 best, top;      // lower and upper bound of the depth
+  F8 n_x, n_y, n_z;  // normal of the plane, out of the head
+  F8 share;          // fraction of the path at which they are deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -153,7 +156,7 @@ void look_at(const Straight* way_at, Centres* centres) {
   search.begin(way, centres->set, centres->x, centres->y, centres->z, eight::all(centres->outside), 0.5f,
                centres->emptied);
   for (int step = 0; step < kSteps && any_of(search.open); ++step) search.step(way, step, centres->emptied);
-  // The tangents that hold the curve down, as much of each as makes a level one.
+  // Combine the two tangents that bound the curve so that the result is level.
   const F8 up = search.at_a.slope, down = search.at_b.slope;
   const I8 at_a = up <= 0.0f, at_b = ~at_a & (down >= 0.0f);
   const F8 part = at_a ? eight::all(1) : at_b ? F8{} : down / (down - up);
@@ -167,11 +170,11 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// How deep the centres lie in the head where the way begins, and how far they are from each of its pieces.
+/// Depth of the centres in the head at the beginning of the path, and their distance from each of its pieces.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
 
-  /// The pieces, a bit each, that can be the nearest to a sample within `reach` of where that centre begins.
+  /// The pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
     unsigned set = 0;
     for (int i = 0; i < count; ++i) {
@@ -188,27 +191,27 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   const F8 rho = eight::root(p.x * p.x + p.y * p.y);
   found->depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, rho, p.z);
   for (int i = 0; i < way.count; ++i) {
-    // The kernel leaves an arc's second end to the next piece.
+    // The kernel assigns an arc's second end to the next piece.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, rho, p.z), off_rho = rho - way.pieces[i].bx,
              off_z = p.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
 }
 
-/// A block, the part of it that is meant, and what is known by its centre.
+/// A block, the part of it to process, and the bounds computed at its centre.
 struct WayBlock {
   float* distance;
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // from the first pose's base
+  glm::ivec3 first;  // relative to the first pose's base
   float top, n[3], share;
-  float bent;    // more than what is known of the centre errs beside it
-  unsigned set;  // the pieces that can be the nearest to any sample on the way
+  float bent;    // upper bound of the error of the centre's values for its samples
+  unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
 };
 
-/// Begins to load the rows of a block, which carve_way_block reads soon.
+/// Prefetches the rows of a block that carve_way_block will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
@@ -217,14 +220,14 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed.
+/// new = max(old, min(depth, kInner)), ignoring depths below -kMargin. Returns whether anything changed.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
   const F8 z = static_cast<float>(block.first.z) + steps;
-  // Step by step all rows together, so that what one waits for the others can fill.
+  // Process all rows step by step together, so that latencies overlap.
   constexpr int kAll = kRows * kRows;
   const bool whole = block.from[2] == 0 && block.to[2] == kDeep;
   Search searches[kAll];
@@ -234,7 +237,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // nothing more can come of these
+      const I8 full = old >= Sweep::kInner;  // these have reached the maximum
       const float off =
           block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
@@ -275,7 +278,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   return changed;
 }
 
-/// Eight of them.
+/// Searches eight samples.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(Tops* tops_at, int first) {
   Tops& tops = *tops_at;
@@ -288,7 +291,7 @@ bool carve_tops(Tops* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // First where the way began: what was deepest there was cut there, to the last bit.
+  // Begin where the path began: a maximum there was already cut there, with the same bits.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -313,7 +316,7 @@ void Tops::carve() noexcept {
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach) {
   const glm::dmat3 R_AV = glm::transpose(glm::dmat3(X_VA.R)), R_BV = glm::transpose(glm::dmat3(X_VB.R));
   const dvec3 moved = R_BV * (X_VA.p - X_VB.p);
-  // A rotation less the identity, without what that leaves of the digits.
+  // The rotation minus the identity, without loss of digits.
   const glm::dmat3 turn = (R_BV - R_AV) * glm::transpose(R_AV);
   Straight way{.from = head_pose(X_VA),
                .shift = {},
@@ -328,12 +331,12 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
     way.shift[i] = static_cast<float>(moved[i]);
     for (int j = 0; j < 3; ++j) way.turn[3 * i + j] = static_cast<float>(turn[i][j]), turned += turn[i][j] * turn[i][j];
   }
-  // Of a rotation by an angle the squares add up to twice that of its chord.
+  // For a rotation, the sum of squares is twice the squared chord of its angle.
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // A tangent errs by rounding; near a corner by twice the distance to it, or all along the way by what rounding turns
-  // it.
+  // Error of a tangent: rounding; near a corner twice the distance to it; or along the path the rounding of its
+  // direction.
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -343,7 +346,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const double radius = static_cast<double>(radius_);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
-  // Voxels beside the head, with what a straight way errs.
+  // Voxels around the head, plus the error of a straight path.
   const double beside = static_cast<double>(kMargin) + 1;
   const auto extent = [&](const Pose& X) {
     const dvec3 axis = axis_of(X), across = glm::sqrt(glm::max(dvec3(1) - axis * axis, dvec3(0)));
@@ -373,7 +376,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Blocks farther than this from the head's axis at A stay beside the head all along the way.
+    // Blocks farther than this from the head's axis at A stay outside the head on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));
@@ -405,8 +408,8 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
       }
       lanes = 0;
     };
-    // Leaves out what lies too far from the head all along the way, and what was emptied where the way begins: there
-    // the head was cut out before.
+    // Omits blocks that are too far from the head on the whole path, and blocks that are empty because the head was cut
+    // out at the beginning of the path.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);

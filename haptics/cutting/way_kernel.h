@@ -1,7 +1,7 @@
-// Text of a kernel, included after depth_kernel.h within namespaces of lanes: how the depth of samples changes on their
-// way.
+// Kernel text, included after depth_kernel.h in namespaces of lanes: the change of the depth of samples along their
+// path.
 
-/// The closest piece to some samples, as NearestPiece finds it, with how they lie from it and its normal there.
+/// The nearest piece to some samples, as in NearestPiece, with their positions relative to it and its normal there.
 struct NearestWithNormal {
   NearestPiece nearest;
   Floats out_rho, out_z, n_rho, n_z;
@@ -30,13 +30,13 @@ struct NearestWithNormal {
     take(before, pick(between, vx * off, rho - all(piece.ax)), pick(between, vz * off, z - all(piece.az)),
          pick(between, vx * inverse, all(piece.nax)), pick(between, vz * inverse, all(piece.naz)));
   }
-  /// The way out; at a corner any normal there will do.
+  /// Outward normal; at a corner any normal between the neighbours' is valid.
   TYPODONT_KERNEL void normal(Floats& rho, Floats& z) const {
     const Floats away = root(nearest.square), inverse = all(1.0f) / greater(away, all(kNear));
     const Mask beside = nearest.outside & more(away, all(kNear));
     rho = pick(beside, out_rho * inverse, n_rho), z = pick(beside, out_z * inverse, n_z);
   }
-  /// How fast samples at x, y, z come deeper where the head sees them go that way.
+  /// Rate at which the depth of samples at x, y, z increases along the given direction in the head's frame.
   TYPODONT_KERNEL Floats slope(Floats x, Floats y, Floats rho, Floats way_x, Floats way_y, Floats way_z) const {
     Floats m_rho, m_z;
     normal(m_rho, m_z);
@@ -44,7 +44,7 @@ struct NearestWithNormal {
   }
 };
 
-/// Of several pieces, each a bit of `set`.
+/// For several pieces, each a bit of `set`.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -55,18 +55,18 @@ TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* piece
   return found;
 }
 
-/// Which samples may have been deeper than they are, by more than counts and than `least`, when the head came along a
-/// way that leads them back. Their depth grows there by `growth` / `scale` at first, and never faster.
+/// Mask of the samples that may have been deeper, by a relevant amount and more than `least`, on a path that leads
+/// back. Their depth initially grows by `growth` / `scale`, and never faster.
 TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Floats scale) {
   return more_where(more(growth, all(0.5f * kTop) * scale), growth + (depth - least + all(0.5f * kTop)) * scale,
                     all(0.0f));
 }
 
-/// The closest piece to some samples, and how a way of theirs lies to where they lie from it, without another root. The
-/// way is given by its parts away from the axis and along it, × rho.
+/// The nearest piece to some samples, and the component of a direction towards it, without another square root. The
+/// direction is given by its components perpendicular to the axis and along it, × rho.
 struct NearestOnWay {
   NearestPiece nearest;
-  Floats away;  // how much it leads away from that place, × how far that is × rho
+  Floats away;  // component of the direction away from that point, times the distance to it, × rho
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
@@ -92,7 +92,7 @@ struct NearestOnWay {
   }
 };
 
-/// Of several pieces, each a bit of `set`.
+/// For several pieces, each a bit of `set`.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -104,13 +104,13 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// No less than how fast the head comes nearer to samples whose nearest place on it is on some neighbouring pieces:
-/// than n·w for any of their normals n, for a part of w away from the axis and one along it. `tip`: where the nearest
-/// place may be a tip.
+/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces: of
+/// n·w for all their normals n, with the components of w perpendicular to the axis and along it. `tip`: the nearest
+/// point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
-  // Normals turn from the first piece's to the last one's, about a tip from straight down on; the greatest is at w
-  // itself when that lies between.
+  // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies
+  // between them, the maximum is at w itself.
   const Floats none = all(0.0f), first_x = pick(tip, none, all(first.nax)),
                first_z = pick(tip, all(-1.0f), all(first.naz));
   const Mask between = no_less(first_x * along, first_z * away) & no_less(away * all(last.nbz), along * all(last.nbx));

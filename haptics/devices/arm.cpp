@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// acos that a linkage at the end of its reach, or a garbled count, cannot turn into NaN.
+/// acos with its argument limited to [-1, 1], so that a linkage at the end of its range or a wrong count does not give
+/// NaN.
 double angle_of(double cosine) {
   return std::acos(std::clamp(cosine, -1.0, 1.0));
 }
@@ -18,7 +19,7 @@ double angle_of(double cosine) {
 struct FiveBar {
   double rho, z, lambda;
 };
-/// Polhem's linkage: motors B and C drive two cranks, λ is the angle of the fore-arm.
+/// Polhem's linkage: motors B and C drive two cranks; λ is the angle of the forearm.
 FiveBar five_bar(const Arm& arm, double t2, double t3) {
   const auto& L = arm.L;
   const double px = L[0] + L[1] * std::cos(t2), py = L[1] * std::sin(t2);
@@ -180,7 +181,8 @@ Pose stylus_pose(const Arm& arm, const Counts& counts) {
 
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta) {
   if (arm.linkage == Arm::Linkage::kFiveBar) {
-    // Central differences: the closed form of the five-bar is long, and 1e-6 rad leaves nine good digits.
+    // Central differences, because the closed form for the five-bar linkage is long; a step of 1e-6 rad gives nine
+    // correct digits.
     constexpr double kStep = 1e-6;
     glm::dmat3 J;
     for (int i = 0; i < 3; ++i) {
@@ -200,7 +202,7 @@ double position_step(const Arm& arm) {
   const glm::dmat3 J = jacobian(arm, body_angles(arm, arm.home));
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
-    const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);  // rad
+    const double count = 2 * kPi / arm.counts[static_cast<std::size_t>(i)] * arm.ratio(i);  // rad per count
     sum += glm::dot(J[i], J[i]) * count * count;
   }
   return std::sqrt(sum);

@@ -1,7 +1,5 @@
-// The open-hardware arms (WoodenHaptics, Polhem): geometry from a preset file, and what follows from it. Pure
-// functions.
-//
-// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z, B and C absolute, from
+// Kinematics of the open-hardware arms (WoodenHaptics, Polhem), with geometry from a preset file. Pure functions.
+// Frame H, the arm's base: x toward the user, y right, z up. Angles of the bodies: A about z; B and C absolute, from
 // the vertical.
 #pragma once
 
@@ -15,57 +13,58 @@
 
 namespace typodont::haptics {
 
-/// SI. One preset file, read whole: published sources differ in signs and constants and must not be mixed.
+/// SI units. All values come from one preset file, because published sources differ in signs and constants and must not
+/// be mixed.
 struct Arm {
   std::string name;
   enum class Linkage { kSerial, kFiveBar } linkage = Linkage::kSerial;
-  dvec3 capstan{0}, body{0};                              // m, diameters of A, B, C
-  double La = 0, Lb = 0, Lc = 0;                          // m, serial linkage
-  std::array<double, 6> L{};                              // m, five-bar linkage
-  dvec3 origin{0};                                        // m, of the workspace in the base
-  dvec3 torque_constant{0};                               // N·m/A
-  std::array<double, 6> counts{};                         // per encoder turn, A…F; 0 for D…F: no stylus encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};           // -1 where motor and body are "aligned"
-  std::array<std::int64_t, 6> home{};                     // counts in the home position
-  double current_limit = 3;                               // A, each motor: the firmware does not clamp
+  dvec3 capstan{0}, body{0};                     // m, diameters of A, B, C
+  double La = 0, Lb = 0, Lc = 0;                 // m, serial linkage
+  std::array<double, 6> L{};                     // m, five-bar linkage
+  dvec3 origin{0};                               // m, origin of the workspace in the base
+  dvec3 torque_constant{0};                      // N·m/A
+  std::array<double, 6> counts{};                // counts per encoder turn, A…F; 0 for D…F: no stylus encoders
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1 if motor and body are "aligned"
+  std::array<std::int64_t, 6> home{};            // counts in the home position
+  double current_limit = 3;                      // A for each motor; the firmware has no limit
   double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
   double continuous_force = 0;                            // N
   double vibration_band = 0;                              // Hz
-  double silence = 0;                                     // s, patience of the watchdog; 0: the usual 1.8 ms
-  double joint_speed = 30;                                // rad/s, of the bodies: faster is no hand
-  // Gravity of bodies B and C: masses and distances of their centres from the joint.
+  double silence = 0;                                     // s, timeout of the watchdog; 0: the default of 1.8 ms
+  double joint_speed = 30;  // rad/s of the bodies; a faster motion is treated as a sensor error
+  // Gravity compensation of bodies B and C: masses, and distances of their centres from the joint.
   double mass_b = 0, mass_c = 0, center_b = 0, center_c = 0;  // kg, m
 
   bool has_stylus() const { return counts[3] > 0 && counts[4] > 0 && counts[5] > 0; }
   double ratio(int i) const { return capstan[i] / body[i]; }
-  /// Most counts that encoder i turns in dt seconds.
+  /// Largest number of counts that encoder i can turn in dt seconds.
   std::int64_t reach(int i, double dt) const;
 };
 
-/// assets/devices/NAME.json. Throws Error.
+/// Reads assets/devices/NAME.json. Throws Error.
 Arm read_arm(const std::filesystem::path& file);
 
 using Counts = std::array<std::int64_t, 6>;
 
 /// Body angles A, B, C, rad.
 dvec3 body_angles(const Arm& arm, const Counts& counts);
-/// Angles of the stylus' joints D, E, F, rad; meaningless where there are no stylus encoders.
+/// Angles of the stylus joints D, E, F, rad; invalid without stylus encoders.
 dvec3 stylus_angles(const Arm& arm, const Counts& counts);
-/// Stylus tip in H. The orientation of the stylus is not verified on hardware (nor published with certainty).
+/// Pose of the stylus tip in H. The orientation is not verified on hardware, and published sources disagree.
 Pose stylus_pose(const Arm& arm, const Counts& counts);
 dvec3 stylus_position(const Arm& arm, const dvec3& theta);
-/// Columns: ∂p/∂A, ∂p/∂B, ∂p/∂C.
+/// The columns are ∂p/∂A, ∂p/∂B, ∂p/∂C.
 glm::dmat3 jacobian(const Arm& arm, const dvec3& theta);
-/// m that the tip moves by a count of each of the three encoders together, in the home position.
+/// m, motion of the tip for one count of each of the three encoders together, in the home position.
 double position_step(const Arm& arm);
-/// N·m on the bodies that hold the arm up; zero where no masses are given.
+/// N·m on the bodies to compensate the arm's weight; zero if no masses are given.
 dvec3 gravity_torque(const Arm& arm, const dvec3& theta);
 
 struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force in H (and `holding` N·m on the bodies), shortened together where one exceeds its limit,
+/// Motor currents for a force in H (plus `holding` N·m on the bodies). If one exceeds its limit, all are scaled down,
 /// so that the force keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 

@@ -18,7 +18,8 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A second-generation board that answers at once and moves a little to and fro, a report every period of its own time.
+/// A second-generation board that answers at once, moves slightly to and fro, and sends one report per period of
+/// simulated time.
 class MemoryBoard : public Link {
  public:
   explicit MemoryBoard(double rate) : period_(from_seconds(1 / rate)) {}
@@ -40,8 +41,7 @@ class MemoryBoard : public Link {
   unsigned sum_ = 0;
 };
 
-/// ns from each sample to its force written: kept one by one, for a histogram's finest bin is coarser than the bare
-/// loop.
+/// ns from each sample to its written force; stored individually, because the histogram's bins are too coarse here.
 using Times = std::vector<double>;
 
 Times bare_loop(int ticks) {
@@ -58,7 +58,7 @@ Times bare_loop(int ticks) {
   return times;
 }
 
-/// `contact`: the servo between read and write, on a block under the arm's tip; else a fixed force.
+/// `contact`: the servo computes contact with a block under the arm's tip; otherwise the force is constant.
 Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   auto link = std::make_unique<MemoryBoard>(rate);
   Link& clock = *link;
@@ -73,7 +73,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   HandSample sample;
   hand.read(sample);
 
-  // The tip's whole way, to and fro, is inside the block's face by a little.
+  // The tip's whole path is slightly inside the block's face.
   const dvec3 tip = sample.X_WT.p;
   const DenseTissue block =
       read_solids(Json::parse(fmt::format(R"({{"voxel_mm": 0.2, "solids": [{{"tissue": "enamel", "solid": {{"box": {{
@@ -96,7 +96,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   Cut cut;
   for (int i = 0; i < ticks; ++i) {
     hand.read(sample);
-    const Nanos woke = now();  // the sample is there: what follows is what a hand waits for
+    const Nanos woke = now();  // time at which the sample was available
     dvec3 f = hand.armed() ? dvec3(0.1, 0.2, 0.3) : dvec3(0);
     if (contact) {
       steps.servo().tick(sample, tick, cut);
@@ -108,7 +108,7 @@ Times arm_loop(const Arm& arm, double rate, int ticks, bool contact) {
   return times;
 }
 
-/// Velocity error of a path, m/s rms: against the truth now, and against the truth of the lag that is stated.
+/// Velocity error of a path, m/s rms: relative to the present velocity, and to the velocity at the stated lag.
 struct VelocityError {
   double now = 0, at_lag = 0, lag = 0, difference = 0;
 };
@@ -166,7 +166,7 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
         arm_loop(woody, rate, options.ticks, true));
   }
 
-  // At an encoder's step of 0.055 mm; the estimator is told of it.
+  // With an encoder step of 0.055 mm, which the estimator knows.
   constexpr double kStep = 0.055e-3;
   struct Motion {
     const char* name;

@@ -1,4 +1,4 @@
-// Incremental encoders sent as 16-bit counts: made whole again, and watched for jumps.
+// Extends incremental encoders with 16-bit counts to full counts, and detects jumps.
 #pragma once
 
 #include <algorithm>
@@ -7,26 +7,26 @@
 
 namespace typodont::haptics {
 
-/// One encoder. Good while it turns less than half its range between two reports, which the arms here cannot exceed in
-/// their whole workspace.
+/// One encoder. Valid if it turns less than half its range between two reports, which the supported arms cannot exceed
+/// in their whole workspace.
 class Encoder {
  public:
-  /// Sets the count that the present reading stands for.
+  /// Defines the count of the present reading.
   void home(std::int64_t count) noexcept {
     offset_ += count - value();
     slipped_ = false;
   }
   std::int64_t value() const noexcept { return total_ + offset_; }
 
-  /// How a reading was taken.
+  /// Result of a reading.
   enum class Step {
     kGood,
-    kRejected,  // too far from the last one: a broken report, the count stays
-    kSlipped,   // it stays too far: counts were lost, and the position is wrong until the arm is homed
+    kRejected,  // too far from the last reading: the report is wrong, and the count is kept
+    kSlipped,   // the reading stays too far away: counts were lost, and the position is wrong until the arm is homed
   };
-  /// `reach`: the most counts it can have turned since the last good reading; `nearby`: between two readings.
+  /// `reach`: largest change in counts since the last good reading; `nearby`: largest change between two readings.
   Step read16(std::int16_t reading, std::int64_t reach, std::int64_t nearby) noexcept {
-    // int16 difference of int16 readings: the shorter way round
+    // The int16 difference of int16 readings selects the shorter direction.
     return take(static_cast<std::int16_t>(static_cast<std::uint16_t>(reading) - static_cast<std::uint16_t>(total_)),
                 reach, nearby);
   }
@@ -34,7 +34,8 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  static constexpr int kBelieved = 8;  // far readings in a row that agree, before they are believed
+  // number of consecutive distant readings that agree with each other, after which they are accepted
+  static constexpr int kBelieved = 8;
 
  private:
   Step take(std::int64_t step, std::int64_t reach, std::int64_t nearby) noexcept {
@@ -48,8 +49,7 @@ class Encoder {
       rejected_ = 0;
       return slipped_ ? Step::kSlipped : Step::kGood;
     }
-    // Readings that agree with one another but not with us: the encoder has jumped, not the report. Garbage does not
-    // agree.
+    // If distant readings agree with each other, the encoder has jumped; wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
     if (rejected_ < kBelieved) return Step::kRejected;

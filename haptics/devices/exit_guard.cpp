@@ -19,18 +19,19 @@ constexpr std::size_t kMost = 8;
 std::array<std::atomic<HapticDevice*>, kMost> guarded{};
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free, "read inside signal handlers");
 
-// All that end a process which does not handle them, SIGKILL aside.
+// All signals that end a process which does not handle them, except SIGKILL.
 constexpr std::array kSignals{SIGINT,  SIGTERM,   SIGHUP,  SIGQUIT,   SIGSEGV, SIGBUS,  SIGFPE, SIGILL,
                               SIGABRT, SIGPIPE,   SIGALRM, SIGUSR1,   SIGUSR2, SIGTRAP, SIGSYS, SIGXCPU,
                               SIGXFSZ, SIGVTALRM, SIGPROF, SIGSTKFLT, SIGIO,   SIGPWR};
 std::array<struct sigaction, kSignals.size()> before{};
 std::atomic<bool> forbidden{false};
 
-/// A thread that has overflown its stack has nowhere else to run its handler.
+/// An alternative stack, because after a stack overflow the handler has no other memory.
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;  // a sanitizer's, or a debugger's
+  // a sanitizer or debugger has already set one
+  if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);
 }
@@ -63,7 +64,8 @@ void install_exit_guard() {
       action.sa_flags = SA_SIGINFO | SA_ONSTACK;
       ::sigemptyset(&action.sa_mask);
       ::sigaction(kSignals[i], nullptr, &before[i]);
-      if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;  // does not end the program
+      // an ignored signal does not end the program
+      if (!(before[i].sa_flags & SA_SIGINFO) && before[i].sa_handler == SIG_IGN) continue;
       ::sigaction(kSignals[i], &action, nullptr);
     }
   });
@@ -94,8 +96,8 @@ void release_all_devices() noexcept {
       device->release();
       any = true;
     }
-    // A servo that was just sending has sent by then, has seen the flag and sent zero itself; unless it was stopped in
-    // between, hence the second round.
+    // A servo that was sending has finished by then, has seen the flag and has sent zero itself. A second round covers
+    // a servo that was interrupted in between.
     const timespec pause{0, 2'000'000};
     if (any && round == 0) ::nanosleep(&pause, nullptr);
   }

@@ -1,4 +1,4 @@
-// Links over file descriptors: serial ports, TCP, and the lock that keeps a second program away from a device.
+// Links over file descriptors (serial ports, TCP), and the lock that excludes a second program from a device.
 #pragma once
 
 #include <filesystem>
@@ -23,22 +23,22 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// Opens a device node for reading and writing and locks it (flock) for as long as it stays open. Throws Error naming
-/// the node: absent, no permission (with the command that mends it), or in use by another program.
+/// Opens a device node for reading and writing, and locks it (flock) while it is open. Throws Error naming the node:
+/// missing, no permission (with the command that fixes it), or in use by another program.
 Descriptor open_exclusively(const std::filesystem::path& node);
 
-/// The same for a device that has no node, only a service: a name that one program on this computer can hold at a time,
-/// for as long as the descriptor is open. Throws Error naming `where`.
+/// A lock for a device without a node of its own, for example behind a service: only one program on this computer can
+/// hold the name at a time, until the descriptor is closed. Throws Error naming `where`.
 Descriptor claim(const std::string& name, const std::string& where);
 
 /// A serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// For protocols whose every message is one write(). Throws Error when nobody listens.
+/// For protocols that send each message by one write(). Throws Error if nobody listens.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
-/// Takes over any stream descriptor (a pseudo terminal's end, a socket).
+/// Takes ownership of a stream descriptor (a pseudo-terminal or a socket).
 std::unique_ptr<Link> link_over(Descriptor fd);
 
-/// The command that mends a missing permission.
+/// The command that fixes a missing permission.
 inline constexpr const char* kMendPermission = "sudo typodont devices --install-udev, then plug the device in again";
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// Haply Inverse3 through its local WebSocket service.
+// Driver for Haply Inverse3 through its local WebSocket service.
 #pragma once
 
 #include <array>
@@ -13,16 +13,16 @@
 namespace typodont::haptics {
 
 struct HaplyState {
-  std::array<char, 40> id{};      // of the Inverse3, zero-terminated
+  std::array<char, 40> id{};      // identifier of the Inverse3, zero-terminated
   dvec3 position{0};              // m
-  dquat orientation{1, 0, 0, 0};  // of the Verse Grip, where there is one
+  dquat orientation{1, 0, 0, 0};  // orientation of the Verse Grip, if there is one
   bool button = false;
 };
-/// One message of the service; nothing for other messages and for garbage. Never allocates.
+/// Parses one message of the service; nothing for other or invalid messages. Never allocates.
 std::optional<HaplyState> parse_haply(std::string_view message) noexcept;
 
-/// Over a link that is connected to the service. Throws Error when it does not answer with a device. `claimed`: kept as
-/// long.
+/// `link` is connected to the service. Throws Error if it does not answer with a device. `claimed` is kept open as long
+/// as the device.
 std::unique_ptr<HapticDevice> make_haply(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity,
                                          Descriptor claimed = {});
 

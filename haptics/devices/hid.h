@@ -1,4 +1,4 @@
-// HID devices through hidapi; built without it, none is ever found and opening says so.
+// HID devices through hidapi. A build without hidapi finds no devices, and opening one throws an Error that says so.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,12 @@ struct HidNode {
   std::string maker, name, serial;
 };
 
-/// What is plugged in, whether or not it may be opened. Set-up time.
+/// The connected devices, including those that may not be opened. Set-up time.
 std::vector<HidNode> enumerate_hid();
-/// Opens a node, locked against other programs. Throws Error.
+/// Opens a node and locks it against other programs. Throws Error.
 std::unique_ptr<Link> open_hid(const std::string& path);
-/// The report descriptor of a hidraw node, from `sysfs` (hidapi 0.13 has no call for it); empty when there is none.
+/// The report descriptor of a hidraw node, read from `sysfs` (hidapi 0.13 has no function for it); empty if there is
+/// none.
 std::vector<std::uint8_t> report_descriptor(const std::string& path, const std::string& sysfs = "/sys");
 
 }  // namespace typodont::haptics

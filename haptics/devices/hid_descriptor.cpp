@@ -33,11 +33,11 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
   std::vector<std::uint32_t> usages;
   std::uint32_t usage_minimum = 0, usage_maximum = 0;
   bool has_range = false;
-  std::vector<std::uint32_t> next_bit(256, 0);  // by report id
+  std::vector<std::uint32_t> next_bit(256, 0);  // for each report id
 
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t head = descriptor[at];
-    if (head == 0xfe) {  // long item: skipped
+    if (head == 0xfe) {  // long items are skipped
       if (at + 1 >= descriptor.size()) break;
       at += 3u + descriptor[at + 1];
       continue;
@@ -95,7 +95,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
           } else if (!usages.empty()) {
             usage = usages[std::min<std::size_t>(i, usages.size() - 1)];
           }
-          // A maximum that reads as negative under a minimum of zero or more is meant unsigned (0xff for 255).
+          // If the minimum is not negative, a maximum that reads as negative is meant as unsigned (0xff for 255).
           const std::int32_t maximum = now.minimum >= 0 ? static_cast<std::int32_t>(now.maximum_raw & 0x7fffffff)
                                                         : sign_extend(now.maximum_raw, now.maximum_bytes);
           fields.push_back({usage, now.report_id, bit + i * now.size, now.size, now.minimum, maximum});
@@ -106,7 +106,7 @@ std::vector<HidField> parse_descriptor(std::span<const std::uint8_t> descriptor)
       case 0x90:
       case 0xb0:
       case 0xa0:
-      case 0xc0:  // Output, Feature, Collection, End: local items end here
+      case 0xc0:  // Output, Feature, Collection, End: reset the local items
         usages.clear();
         has_range = false;
         usage_minimum = usage_maximum = 0;

@@ -14,14 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-/// Device strings are for people; anything outside ASCII becomes '?'.
+/// Converts device strings for messages; characters outside ASCII become '?'.
 std::string narrow(const wchar_t* text) {
   std::string out;
   for (; text && *text; ++text) out += *text >= 32 && *text < 127 ? static_cast<char>(*text) : '?';
   return out;
 }
 
-std::mutex hidapi_mutex;  // devices that come back are opened on threads of their own
+std::mutex hidapi_mutex;  // needed because devices are reopened on separate threads
 
 struct Closer {
   void operator()(hid_device* device) const { hid_close(device); }
@@ -32,7 +32,7 @@ class HidLink : public Link {
   HidLink(Descriptor own, hid_device* device) : own_(std::move(own)), device_(device) {}
 
   int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept override {
-    const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;  // hidapi waits whole milliseconds only
+    const Nanos whole = timeout / 1'000'000, rest = timeout % 1'000'000;  // hidapi waits only whole milliseconds
     int n = hid_read_timeout(device_.get(), buffer.data(), buffer.size(), static_cast<int>(whole));
     if (n == 0 && rest > 0) {
       const timespec pause{0, rest};
@@ -41,8 +41,8 @@ class HidLink : public Link {
     }
     return n;
   }
-  // Through our own descriptor of the same node: hid_write() keeps an error text on the heap, and this may be called by
-  // the watchdog while the servo is inside hid_read_timeout(), or by a signal handler.
+  // Uses our own descriptor of the same node. hid_write() would store an error text on the heap, and this function may
+  // be called by the watchdog while the servo is in hid_read_timeout(), or by a signal handler.
   bool write(std::span<const std::uint8_t> bytes) noexcept override {
     const int kept = errno;
     const ssize_t n = ::write(own_.get(), bytes.data(), bytes.size());

@@ -1,4 +1,4 @@
-// Reading a few numbers out of JSON text inside a real-time loop: no tree, no allocation, any garbage survived.
+// Reads a few numbers from JSON text in a real-time loop: no tree, no allocation, safe for any input.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::haptics {
 
-/// A value's text inside a larger one. Everything returns "nothing" for what is absent or malformed.
+/// Text of a value inside a larger text. All functions return nothing if the value is missing or malformed.
 class JsonText {
  public:
   explicit JsonText(std::string_view text) : text_(text) {}
@@ -51,7 +51,7 @@ class JsonText {
     if (error != std::errc() || at != end || !std::isfinite(value)) return std::nullopt;
     return value;
   }
-  /// Without quotes; escapes stay as they are.
+  /// The string without quotes; escapes are not decoded.
   std::optional<std::string_view> string() const noexcept {
     if (text_.size() < 2 || text_.front() != '"') return std::nullopt;
     return text_.substr(1, text_.size() - 2);

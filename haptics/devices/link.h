@@ -1,4 +1,5 @@
-// Bytes to and from a device: the seam between protocols and hardware. Tests put their emulators behind it.
+// A connection to a device that transfers bytes: the interface between protocols and hardware. Tests connect emulators
+// to it.
 #pragma once
 
 #include <algorithm>
@@ -9,37 +10,36 @@
 
 namespace typodont::haptics {
 
-/// A HID link carries whole reports, one per call; a serial port or socket carries a stream. A link brings its clock,
-/// so that an emulated one can live in simulated time.
+/// A HID link transfers complete reports, one per call; a serial port or socket transfers a stream. A link has a clock,
+/// so that an emulated link can use simulated time.
 class Link {
  public:
   virtual ~Link() = default;
-  /// Waits up to `timeout`. Bytes read, 0 when none came, -1 when the link is gone. Servo thread.
+  /// Waits up to `timeout`. Returns the number of bytes, 0 if none came, -1 if the link is lost. Servo thread.
   virtual int read(std::span<std::uint8_t> buffer, Nanos timeout) noexcept = 0;
-  /// All bytes or false. Any thread, also a signal handler: one system call, no state.
+  /// Writes all bytes or returns false. Any thread or signal handler: one system call, no state.
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   virtual Nanos now() noexcept { return typodont::now(); }
-  /// What stands behind it, for a keeper (keeper.h) that writes when this process no longer can; -1: nothing that
-  /// could.
+  /// The file descriptor, for a watchdog process (watchdog_process.h) that writes when this process cannot; -1: none.
   virtual int descriptor() const noexcept { return -1; }
 };
 
-/// Keeps a device that sends without being asked from driving the servo faster than it was made for: two samples are at
-/// least half a period apart. Servo thread.
+/// Limits the rate of a device that sends without request: two samples are at least half a period apart. Servo thread.
 class SampleSpacing {
  public:
   /// `rate` in Hz: DeviceInfo::rate.
   explicit SampleSpacing(double rate) : least_(from_seconds(0.5 / rate)) {}
-  /// ns until the next sample may be handed over; 0 or less: now. A clock that was set back makes nobody wait.
+  /// ns until the next sample may be used; 0 or less: now. If the clock was set back, there is no wait.
   Nanos left(Nanos t) const noexcept { return started_ && t >= last_ ? last_ + least_ - t : 0; }
-  /// A sample was handed over.
+  /// Records that a sample was used.
   void taken(Nanos t) noexcept { last_ = t, started_ = true; }
 
  private:
   Nanos least_, last_ = 0;
   bool started_ = false;
 };
-/// While more is queued than this, the rest waits for the next sample: a device that floods its link delays no tick.
+/// Largest number of queued messages that are processed at once; the rest waits for the next sample, so that a device
+/// that floods its link does not delay a tick.
 inline constexpr int kMostQueued = 64;
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// A device where the rig has put it, holding the tool: poses from its base to the workbench, forces back.
+// Converts between a device's frames and the workbench: poses from its base to W, forces back.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// X_WH: the device's base in the workbench. X_ST: the tool's head as seen from the stylus.
+/// X_WH: pose of the device's base in the workbench. X_ST: pose of the tool's head relative to the stylus.
 std::unique_ptr<HapticDevice> mount(std::unique_ptr<HapticDevice> device, const Pose& X_WH, const Pose& X_ST);
 
 }  // namespace typodont::haptics

@@ -15,7 +15,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Accelerator, brake and clutch-like usages of simulation controls first, then the generic axes.
+// Prefer usages of simulation controls such as accelerator, brake and clutch, then the generic axes.
 constexpr std::array<std::uint32_t, 11> kAxes{0x0200c4, 0x0200c5, 0x0200bb, 0x010030, 0x010031, 0x010032,
                                               0x010033, 0x010034, 0x010035, 0x010036, 0x010037};
 constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 5> kKeyboards{
@@ -45,7 +45,7 @@ class PedalHand : public HapticDevice {
 
  private:
   std::unique_ptr<HapticDevice> hand_;
-  std::unique_ptr<Pedal> pedal_;  // none while it is pulled out
+  std::unique_ptr<Pedal> pedal_;  // null while it is disconnected
   std::optional<Reopener<Pedal>> reopener_;
 };
 
@@ -57,8 +57,8 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
     if (id == std::pair{vendor, product}) return PedalKind{PedalKind::Type::kKeyboard, {}};
   }
   if (vendor == 0x05f3 && product == 0x00ff) return PedalKind{PedalKind::Type::kInfinity, {}};
-  // A rheostat has an axis of the simulation page; a joystick's or mouse's generic axes alone make no pedal unless the
-  // whole device has no more than three of them.
+  // A rheostat has an axis of the simulation page. Generic axes alone make a pedal only if the whole device has at most
+  // three of them, which excludes joysticks and mice.
   const std::vector<HidField> fields = parse_descriptor(descriptor);
   std::size_t axes = 0;
   for (const HidField& f : fields) axes += std::count(kAxes.begin(), kAxes.end(), f.usage);
@@ -75,7 +75,7 @@ std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report) {
   switch (kind.type) {
     case PedalKind::Type::kKeyboard:
-      // Boot keyboard report: modifiers, reserved, up to six keys; any key at all is the foot.
+      // Boot keyboard report: modifiers, reserved, up to six keys; any key counts as the pedal.
       if (report.size() < 3) return std::nullopt;
       return report[0] || std::any_of(report.begin() + 2, report.end(), [](std::uint8_t k) { return k != 0; }) ? 1 : 0;
     case PedalKind::Type::kInfinity:
@@ -93,13 +93,13 @@ std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::ui
 }
 
 double Pedal::value() noexcept {
-  for (int i = 0; i < 16 && !lost_; ++i) {  // the newest of what has come
+  for (int i = 0; i < 16 && !lost_; ++i) {  // use the newest report
     std::uint8_t buffer[64];
     const int n = link_->read(buffer, 0);
     if (n == 0) break;
     if (n < 0) {
       lost_ = true;
-      value_ = 0;  // nobody's foot is on a pedal that is gone
+      value_ = 0;  // a disconnected pedal counts as released
       break;
     }
     if (const auto v = pedal_value(kind_, {buffer, static_cast<std::size_t>(n)})) value_ = *v;
@@ -129,7 +129,7 @@ std::unique_ptr<Pedal> open_pedal(const std::string& which) {
     try {
       return std::make_unique<Pedal>(open_hid(node.path), *kind);
     } catch (const Error&) {
-      if (!any) throw;  // asked for by name; otherwise the next one may be ours
+      if (!any) throw;  // requested by name; otherwise try the next one
     }
   }
   if (any) return nullptr;

@@ -1,4 +1,4 @@
-// Foot pedals over HID: switches and rheostats start and modulate the drill.
+// Foot pedals over HID: switches and rheostats that start the drill and control its speed.
 #pragma once
 
 #include <functional>
@@ -14,23 +14,23 @@
 
 namespace typodont::haptics {
 
-/// How a pedal's reports are read.
+/// Interpretation of a pedal's reports.
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
   HidField axis;            // of kAxis
-  double dead_band = 0.04;  // of the axis's range, at each end
+  double dead_band = 0.04;  // fraction of the axis's range at each end
 };
-/// A known foot switch, or a rheostat by its report descriptor; nothing for other devices.
+/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nothing for other devices.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
-/// 0..1; nothing when the report does not speak of the pedal.
+/// 0..1; nothing if the report does not concern the pedal.
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report);
 
-/// Servo thread after set-up.
+/// Used by the servo thread after set-up.
 class Pedal {
  public:
   Pedal(std::unique_ptr<Link> link, PedalKind kind) : link_(std::move(link)), kind_(kind) {}
-  /// The newest value, without waiting. 0 once the pedal is gone.
+  /// The newest value, without waiting. 0 if the pedal is disconnected.
   double value() noexcept;
   bool lost() const noexcept { return lost_; }
 
@@ -42,10 +42,10 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// "auto" or "": the first that may be opened, or nothing; otherwise by path or serial. Throws Error.
+/// "auto" or "": the first pedal that can be opened, or nothing; otherwise by path or serial number. Throws Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
-/// A hand whose pedal is the foot's, or its own button where that is pressed further. `open_again`: looks for a pedal
-/// that was pulled out; empty: it stays out.
+/// Combines a hand with a foot pedal: the value is the larger of the pedal's and the hand's own button. `open_again`
+/// reopens a pedal that was disconnected; empty: it stays disconnected.
 std::unique_ptr<HapticDevice> with_pedal(std::unique_ptr<HapticDevice> hand, std::unique_ptr<Pedal> pedal,
                                          std::function<std::unique_ptr<Pedal>()> open_again = {});
 

@@ -11,7 +11,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStill = 1e-4;  // m, a count or two: an arm at rest moves less, a hand that holds it trembles more
+// m, a few encoder counts: an arm at rest moves less, a hand that holds it trembles more
+constexpr double kStill = 1e-4;
 
 }  // namespace
 
@@ -26,14 +27,15 @@ ReconnectingDevice::ReconnectingDevice(std::unique_ptr<HapticDevice> first,
   if (!options_.sleep_until) options_.sleep_until = [](Nanos t) { typodont::sleep_until(t); };
 }
 
-/// The reopener's thread. Throws while the device is not there.
+/// Runs on the reopener's thread. Throws while the device is missing.
 std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
   std::unique_ptr<HapticDevice> device = open_();
   if (!info_.serial.empty() && device->info().serial != info_.serial) {
-    throw Error(info_.address, "", device->info().serial, info_.serial);  // somebody else's
+    throw Error(info_.address, "", device->info().serial, info_.serial);  // another device
   }
   if (!info_.counts_from_rest) return device;
-  // It counts from where it was opened, which must be its home. A hand that holds it is never this still.
+  // The device counts from the pose in which it was opened, which must be its home position. If a hand holds it, it is
+  // not this still.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;
@@ -51,7 +53,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
   if (device_) {
     HandSample raw;
     if (device_->read(raw)) {
-      if (fresh_) {  // its own clock may have begun anew
+      if (fresh_) {  // its clock may have restarted
         fresh_ = false;
         const Nanos t = options_.clock();
         if (!started_) began_ = t;
@@ -67,7 +69,7 @@ bool ReconnectingDevice::read(HandSample& sample) noexcept {
     due_ = options_.clock();
     reopener_.want(std::move(device_));
   }
-  // Gone: time goes on, the hand stays where it was last seen.
+  // Disconnected: time continues, and the hand stays at its last pose.
   due_ += from_seconds(1 / info_.rate);
   options_.sleep_until(due_);
   faults_ = bits(Fault::kDeviceLost);

@@ -1,8 +1,7 @@
-// A hand that may be unplugged and plugged in again within a session.
-//
-// While it is gone, samples go on at its rate: the last pose, the pedal up, Fault::kDeviceLost. What comes back has
-// gone through open_hand() like the first one, so its safety layer gives no force until the hand is free of contact.
-// Time counts from the first sample, and goes on across the gap.
+// A hand that may be disconnected and connected again during a session.
+// While it is disconnected, samples continue at its rate with the last pose, the pedal released and Fault::kDeviceLost.
+// A reconnected device goes through open_hand() like the first one, so its safety layer gives no force until the hand
+// is free of contact. Time counts from the first sample and continues across the gap.
 #pragma once
 
 #include <functional>
@@ -19,9 +18,9 @@ class ReconnectingDevice : public HapticDevice {
     std::function<Nanos()> clock;            // empty: now()
     std::function<void(Nanos)> sleep_until;  // empty: sleep_until()
     std::chrono::milliseconds retry{500};
-    Nanos rest = 2 * kNanosPerSecond;  // a device that counts from where it rests must lie still for so long
+    Nanos rest = 2 * kNanosPerSecond;  // ns for which a device must rest if its encoders count from the rest position
   };
-  /// `open` throws while the device is not there.
+  /// `open` throws while the device is missing.
   ReconnectingDevice(std::unique_ptr<HapticDevice> first, std::function<std::unique_ptr<HapticDevice>()> open,
                      Options options);
 
@@ -34,7 +33,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// The servo thread's only: other threads and signal handlers reach the safety layer inside by themselves.
+  /// Only for the servo thread: other threads and signal handlers reach the inner safety layer directly.
   void release() noexcept override {
     if (device_) device_->release();
   }
@@ -44,14 +43,14 @@ class ReconnectingDevice : public HapticDevice {
 
   Options options_;
   std::function<std::unique_ptr<HapticDevice>()> open_;
-  std::unique_ptr<HapticDevice> device_;  // none while it is gone
+  std::unique_ptr<HapticDevice> device_;  // null while it is disconnected
   DeviceInfo info_;
   HandSample last_;
   Nanos began_ = 0, offset_ = 0, due_ = 0;
   bool started_ = false, fresh_ = true;
   std::uint32_t faults_ = 0;
   std::uint32_t lost_events_ = 0;
-  Reopener<HapticDevice> reopener_;  // the last member: its thread uses the others
+  Reopener<HapticDevice> reopener_;  // declared last: its thread uses the other members
 };
 
 }  // namespace typodont::haptics

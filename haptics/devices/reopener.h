@@ -1,4 +1,4 @@
-// Opens again what was lost, on a thread of its own: the servo never waits for a device, and never allocates for one.
+// Reopens a lost device on a separate thread, so that the servo never waits or allocates for it.
 #pragma once
 
 #include <atomic>
@@ -11,11 +11,11 @@
 
 namespace typodont::haptics {
 
-/// Used by one thread (the servo): hand in the dead one with want(), ask take() for a new one until there is one.
+/// Used by one thread (the servo): pass the lost object to want(), then call take() until it returns a new one.
 template <class T>
 class Reopener {
  public:
-  /// `open` returns nothing, or throws, while the thing is not there; it is tried twice a second.
+  /// `open` returns null or throws while the device is missing; it is tried twice per second.
   explicit Reopener(std::function<std::unique_ptr<T>()> open,
                     std::chrono::milliseconds pause = std::chrono::milliseconds(500))
       : open_(std::move(open)), pause_(pause), thread_([this] { work(); }) {}
@@ -30,11 +30,12 @@ class Reopener {
   Reopener(const Reopener&) = delete;
   Reopener& operator=(const Reopener&) = delete;
 
-  /// Takes over the dead one: closing it may wait, so that happens on the thread. Never blocks, never allocates.
+  /// Takes ownership of the lost object, because closing it may block; the other thread closes it. Never blocks, never
+  /// allocates.
   void want(std::unique_ptr<T> dead) noexcept {
-    delete dead_.exchange(dead.release());  // there is none: a second want() comes after a take()
+    delete dead_.exchange(dead.release());  // normally null, because a second want() comes only after a take()
     wanted_.store(true);
-    wake_.notify_all();  // at worst unheard; then the thread looks by itself
+    wake_.notify_all();  // if the notification is lost, the thread checks periodically anyway
   }
   std::unique_ptr<T> take() noexcept { return std::unique_ptr<T>(fresh_.exchange(nullptr)); }
 
@@ -50,7 +51,7 @@ class Reopener {
         if (!fresh) continue;
         wanted_.store(false);
         delete fresh_.exchange(fresh.release());
-      } catch (const std::exception&) {  // not there yet
+      } catch (const std::exception&) {  // still missing
       }
     }
   }
@@ -61,7 +62,7 @@ class Reopener {
   std::condition_variable wake_;
   std::atomic<T*> dead_{nullptr}, fresh_{nullptr};
   std::atomic<bool> wanted_{false}, ending_{false};
-  std::thread thread_;  // the last member: it uses the others
+  std::thread thread_;  // declared last: it uses the other members
 };
 
 }  // namespace typodont::haptics

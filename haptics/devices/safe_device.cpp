@@ -14,13 +14,14 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kLongestGap = 0.1;         // s between two samples; more is a leap of the clock, or a loop that hung
-constexpr double kNoise = 5e-4;             // m that a still hand may seem to move between two samples
-constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two looks while no force is out
+// s between two samples; a longer gap means that the clock jumped or that the loop did not run
+constexpr double kLongestGap = 0.1;
+constexpr double kNoise = 5e-4;             // m, apparent motion of a still hand between two samples
+constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two checks while there is no force
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // also those that are opened meanwhile
+std::atomic<bool> all_stopped{false};  // also affects devices that are opened later
 
 }  // namespace
 
@@ -45,10 +46,11 @@ SafeDevice::SafeDevice(std::unique_ptr<HapticDevice> device, Options options)
     install_exit_guard();
     if (options_.watchdog_thread) {
       watchdog_ = std::thread([this] {
-        enter_realtime({.priority = 85, .core = -1, .lock_memory = false});  // above the servo, asleep nearly always
+        // priority above the servo; it sleeps nearly always
+        enter_realtime({.priority = 85, .core = -1, .lock_memory = false});
         while (!ending_.load()) {
           const Nanos t = options_.clock(), wake = watch(t);
-          // Never longer than it was told, whatever the clock does meanwhile.
+          // Limit the sleep to the planned time, whatever the clock does.
           const Nanos rest = std::clamp<Nanos>(wake - options_.clock(), 0, wake - t);
           std::this_thread::sleep_for(std::chrono::nanoseconds(rest));
         }
@@ -102,13 +104,14 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  if (tripped_.load()) {  // until the servo has seen it, so that a force it was about to send cannot stay
+  // repeat until the servo has seen the trip, so that a force that it was just sending cannot stay
+  if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;
   }
   if (!force_out_.load()) return t + kWatchdogRest;
   const Nanos deadline = last_write_.load() + from_seconds(options_.limits.silence);
-  // A look before the last write (the clock stepped back) is as suspect as one long after it.
+  // A check time before the last write (the clock was set back) is as suspicious as one long after it.
   if (t < deadline && deadline - t <= 2 * from_seconds(options_.limits.silence)) return deadline;
   tripped_.store(true);
   note(SafetyEvent::kWatchdog);
@@ -144,7 +147,7 @@ bool SafeDevice::read(HandSample& sample) noexcept {
   if (!sound) {
     trip(SafetyEvent::kNotFinite);
     faults_ |= typodont::bits(Fault::kBadInput);
-    raw.X_WT = last_.X_WT;  // where the hand was last known to be
+    raw.X_WT = last_.X_WT;  // last known pose of the hand
     raw.pedal = 0;
   } else if (glm::length(raw.X_WT.p - last_.X_WT.p) > options_.limits.speed * std::max(dt_, 1 / info_.rate) + kNoise) {
     trip(SafetyEvent::kJump);
@@ -173,18 +176,18 @@ void SafeDevice::gate_pedal(HandSample& sample, double dt) noexcept {
 }
 
 void SafeDevice::send(const dvec3& f, const dvec3& tau) noexcept {
-  // Told to the watchdog before the force goes out: should this thread stop in between, the watchdog knows already.
+  // Set before the force is sent, so that the watchdog knows of it even if this thread is stopped in between.
   last_write_.store(options_.clock());
   force_out_.store(true);
   device_->write(f, tau);
-  if (tripped_.load() || forces_forbidden()) device_->release();  // it fired while we were sending
+  if (tripped_.load() || forces_forbidden()) device_->release();  // the watchdog tripped while we were sending
 }
 
 void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   if (!gives_force_) return;
   const SafetyLimits& limits = options_.limits;
 
-  // Did the servo fall silent? The watchdog may have seen it, or sleep as we did.
+  // Check if the servo was late; the watchdog may have noticed it, or may have slept, too.
   const Nanos t = options_.clock();
   wrote_ = t;
   const Nanos since = t - last_write_.load();
@@ -199,13 +202,13 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
 
   if (forces_forbidden()) return send_zero();
 
-  // Armed, once the hand has been free of contact for a while.
+  // Enable force after the hand was free of contact for a while.
   const bool stop = emergency_.load();
   if (stop) note(SafetyEvent::kEmergency);
   if (!armed_) {
     const bool free =
         !touching_ && glm::length(f_T_W) < limits.free_force && glm::length(tau_T_W) < limits.free_force * 0.1;
-    const double seen = std::min(dt_, 2 / info_.rate);  // what the hand did in a longer gap nobody saw
+    const double seen = std::min(dt_, 2 / info_.rate);  // motion in a longer gap was not observed
     free_for_ = free && faults_ == 0 ? free_for_ + seen : 0;
     armed_ = free_for_ >= limits.free_time && !stop;
     thermal_.add(0, dt_, limits);
@@ -219,7 +222,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
     gain_ = std::min(1.0, gain_ + dt_ / limits.ramp_in);
   }
 
-  // Peak, warmth, slew. Each only shortens, so none undoes another.
+  // Limits for peak force, heat and slew rate. Each only reduces the force, so they do not conflict.
   dvec3 f = f_T_W;
   dvec3 tau = tau_T_W;
   if (glm::length(f) > limits.force || glm::length(tau) > limits.torque) {
@@ -238,7 +241,7 @@ void SafeDevice::write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept {
   }
   f *= gain_;
   tau *= gain_;
-  const double dt = std::min(dt_, 5e-3);  // a late tick is no leave for a jerk
+  const double dt = std::min(dt_, 5e-3);  // a late tick does not allow a larger step
   const dvec3 slewed = limit_slew(last_f_, f, limits.slew * dt);
   if (slewed != f && glm::length(slewed - f) > 1e-9) {
     note(SafetyEvent::kSlewLimit);

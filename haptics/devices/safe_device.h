@@ -1,12 +1,12 @@
-// The layer between the servo and every motor: whatever goes wrong, the hand feels nothing.
+// The safety layer between the servo and every device with motors. On every fault it sends zero force.
 //
-//   servo ─ write ─▶ finite? armed? ─▶ limits (peak, warmth, slew, ramp) ─▶ device
+//   servo ─ write ─▶ finite? armed? ─▶ limits (peak, heat, slew, ramp)   ─▶ device
 //                        ▲                                                    ▲
 //   servo ─ read ─▶ jump? clock? device fault? ─ trip                         │ zero
 //   watchdog thread: no write for 1.8 ms ─ trip ──────────────────────────────┘
 //
-// A trip sends zero at once. Force returns only after the hand has been free of contact for a while (the servo says so,
-// and asks for none) and then rises slowly. The drill stays off as long, and until the pedal has been let go once.
+// A trip sends zero at once. The force returns only after the hand was free of contact for a while (the servo then
+// requests no force), and rises slowly. The drill stays off until then, and until the pedal was released once.
 #pragma once
 
 #include <atomic>
@@ -23,10 +23,10 @@ class SafeDevice : public HapticDevice {
  public:
   struct Options {
     SafetyLimits limits;
-    bool watchdog_thread = true;   // tests in simulated time call watch() themselves
+    bool watchdog_thread = true;   // false in tests with simulated time, which call watch() themselves
     std::function<Nanos()> clock;  // empty: now()
   };
-  /// Limits as the device states them. Guards against exits too (device_safety.h).
+  /// Limits stated by the device. Also installs the exit guards (device_safety.h).
   static Options options_for(const DeviceInfo& info);
 
   SafeDevice(std::unique_ptr<HapticDevice> device, Options options);
@@ -34,7 +34,7 @@ class SafeDevice : public HapticDevice {
   SafeDevice(const SafeDevice&) = delete;
   SafeDevice& operator=(const SafeDevice&) = delete;
 
-  // Servo thread.
+  // Functions for the servo thread:
   const DeviceInfo& info() const noexcept override { return info_; }
   bool read(HandSample& sample) noexcept override;
   void contact(bool touching) noexcept override { touching_ = touching; }
@@ -45,20 +45,21 @@ class SafeDevice : public HapticDevice {
   bool armed() const noexcept { return armed_; }
   double heat() const noexcept { return thermal_.heat; }
 
-  // Any thread.
+  // Functions for any thread:
   void release() noexcept override;
-  /// The emergency key. Force ramps to zero within 15 ms and stays there, and the drill off, until cleared.
+  /// The emergency key. The force ramps to zero within 15 ms and stays zero, and the drill stays off, until it is
+  /// cleared.
   void emergency_stop() noexcept { emergency_.store(true); }
   void clear_emergency() noexcept { emergency_.store(false); }
-  /// Every event since the last call, SafetyEvent bits.
+  /// All events since the last call, as SafetyEvent bits.
   std::uint32_t take_events() noexcept { return events_.exchange(0); }
 
-  /// The watchdog's look at the servo; when it wants to look again. Its thread, or a test.
+  /// Checks the servo at time t; returns the time of the next check. Called by the watchdog thread or a test.
   Nanos watch(Nanos t) noexcept;
 
  private:
   void disarm(SafetyEvent event) noexcept;
-  void trip(SafetyEvent event) noexcept;  // and zero at once
+  void trip(SafetyEvent event) noexcept;  // also sends zero force at once
   void note(SafetyEvent event) noexcept { events_.fetch_or(bits(event)); }
   void send(const dvec3& f, const dvec3& tau) noexcept;
   void send_zero() noexcept;
@@ -69,7 +70,7 @@ class SafeDevice : public HapticDevice {
   DeviceInfo info_;
   bool gives_force_;
 
-  // Servo thread.
+  // used only by the servo thread
   std::uint32_t faults_ = 0;
   bool started_ = false;
   bool read_once_ = false;
@@ -85,11 +86,11 @@ class SafeDevice : public HapticDevice {
   bool pedal_locked_ = true;
   double pedal_held_ = 0;
 
-  // Shared with the watchdog.
+  // shared with the watchdog thread
   std::atomic<bool> emergency_{false};
   std::atomic<std::uint32_t> events_{0};
-  std::atomic<bool> force_out_{false};  // the device may hold a force
-  std::atomic<bool> tripped_{false};    // by the watchdog; the servo has not seen it yet
+  std::atomic<bool> force_out_{false};  // the device may be applying a force
+  std::atomic<bool> tripped_{false};    // the watchdog tripped, and the servo has not yet seen it
   std::atomic<Nanos> last_write_{0};
   std::atomic<bool> ending_{false};
   std::thread watchdog_;

@@ -17,7 +17,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A tool by its name or by its place among them; NaN for neither. Without names any place is taken.
+/// Index of a tool by its name or number; NaN if neither fits. Without names any index is accepted.
 double tool_index(std::string_view cell, const std::vector<std::string>& tools) {
   const auto named = std::find(tools.begin(), tools.end(), cell);
   if (named != tools.end()) return static_cast<double>(named - tools.begin());
@@ -75,7 +75,7 @@ HandPath read_hand_path(const std::filesystem::path& csv, const std::vector<std:
     for (int axis = 0; axis < 3; ++axis) {
       if (push[axis] < 0) continue;
       const double f = value(push[axis]);
-      out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell is no push
+      out.push[axis] = std::isfinite(f) ? f : 0;  // an empty cell means no push
     }
     if (tool >= 0) out.tool = static_cast<std::uint32_t>(value(tool));
     path.rows.push_back(out);
@@ -127,7 +127,7 @@ class ScriptedHand : public HapticDevice {
   DeviceInfo info_;
 };
 
-/// The path that HAND.json names, relative to where it lies.
+/// The file of the path that HAND.json names, relative to HAND.json.
 std::filesystem::path path_of_hand(const std::filesystem::path& file, const Json& json) {
   const std::filesystem::path path = json["path"].string();
   return path.is_relative() ? file.parent_path() / path : path;
@@ -149,9 +149,9 @@ class SimulatedHand : public HapticDevice {
     if (s > path_.end() + 1e-9) return false;
     const HandPath::Row row = path_.at(s);
     if (started_) {
-      // Four substeps, the coupling to the path implicit: stable for every stiffness and rate. The way is the mean of
-      // old and new speed, exact for a held force, so that the hand is as stable against a wall as theory has it, no
-      // more.
+      // Four substeps with an implicit coupling to the path: stable for every stiffness and rate. The displacement uses
+      // the mean of old and new velocity, which is exact for a constant force; so the hand's stability limit against a
+      // wall equals the theoretical one.
       constexpr int kSubsteps = 4;
       const double dt = 1 / rate_ / kSubsteps;
       const dvec3 v_path = (row.X_WT.p - last_path_) * rate_;

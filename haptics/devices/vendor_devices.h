@@ -1,6 +1,6 @@
-// Devices behind a vendor's library say who they are only while they are open. For a list they are opened for a moment,
-// one after the other, and remembered; never while this process works with a device of the same library, which then
-// knows itself.
+// Lists devices that need a vendor's library. They identify themselves only while they are open, so each is opened
+// briefly, one after the other, and its description is cached. They are never opened while this process uses a device
+// of the same library; that device reports its own description.
 #pragma once
 
 #include <functional>
@@ -15,18 +15,18 @@ namespace typodont::haptics {
 
 class VendorDevices {
  public:
-  /// `plain`: what is known without opening. `ask` opens the i-th of them, describes it and closes it again; where that
-  /// fails it says that it is not permitted, and is asked again next time. Throws what `ask` throws.
+  /// `plain`: the data known without opening. `ask` opens device i, describes it and closes it again. If that fails,
+  /// the entry says that access is not permitted, and it is tried again next time. Throws what `ask` throws.
   std::vector<FoundDevice> list(std::vector<FoundDevice> plain, const std::function<FoundDevice(std::size_t)>& ask);
 
-  /// While this lives, a device of the library is open here.
+  /// Exists while a device of the library is open in this process.
   class Use {
    public:
     explicit Use(VendorDevices& devices);
     ~Use();
     Use(const Use&) = delete;
     Use& operator=(const Use&) = delete;
-    /// What it said when it was opened.
+    /// Stores the description that the device gave when it was opened.
     void is(const FoundDevice& device);
 
    private:
@@ -36,7 +36,8 @@ class VendorDevices {
  private:
   std::mutex mutex_;
   int in_use_ = 0;
-  std::size_t plugged_in_ = 0;                // at the last look: another number, and the addresses may mean others
+  // number of devices at the last search; if it changes, addresses may refer to other devices
+  std::size_t plugged_in_ = 0;
   std::map<std::string, FoundDevice> known_;  // by address
 };
 

@@ -1,4 +1,4 @@
-// A vendor's library, opened at run time when its owner has installed it; never linked, never shipped.
+// A vendor's library, loaded at run time if the user has installed it; never linked or shipped.
 #pragma once
 
 #include <initializer_list>
@@ -8,7 +8,7 @@ namespace typodont::haptics {
 
 class VendorLibrary {
  public:
-  /// Opens the first that is there. Throws Error that says what to install.
+  /// Opens the first library that exists. Throws Error that says what to install.
   VendorLibrary(std::initializer_list<const char*> names, const std::string& what_to_install);
   VendorLibrary(const VendorLibrary&) = delete;
   VendorLibrary& operator=(const VendorLibrary&) = delete;
@@ -16,12 +16,12 @@ class VendorLibrary {
 
   static bool present(std::initializer_list<const char*> names);
 
-  /// Throws Error naming the library when it lacks the function.
+  /// Throws Error naming the library if it lacks the function.
   template <class F>
   void get(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, true));
   }
-  /// nullptr when it lacks it.
+  /// nullptr if the library lacks the function.
   template <class F>
   void find(F*& function, const char* name) const {
     function = reinterpret_cast<F*>(symbol(name, false));

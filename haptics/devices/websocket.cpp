@@ -64,8 +64,8 @@ WebSocket::Frame WebSocket::frame(std::uint8_t opcode, std::string_view payload)
     frame[n++] = static_cast<std::uint8_t>(payload.size() >> 8);
     frame[n++] = static_cast<std::uint8_t>(payload.size() & 0xff);
   }
-  // Clients must mask (RFC 6455, 5.3) so that web proxies are not fooled; there is none on this host, the clock will
-  // do.
+  // Clients must mask (RFC 6455, 5.3) to protect web proxies; on this computer there is none, so the clock is random
+  // enough.
   const auto mask = static_cast<std::uint32_t>(link_->now());
   for (int i = 0; i < 4; ++i) frame[n++] = static_cast<std::uint8_t>(mask >> (8 * i));
   for (std::size_t i = 0; i < payload.size(); ++i) {
@@ -95,7 +95,7 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
     if (have < 2) return Parsed::kMore;
     const bool last = p[0] & 0x80;
     const std::uint8_t opcode = p[0] & 0x0f;
-    if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;  // extensions we did not ask for; servers never mask
+    if (p[0] & 0x70 || p[1] & 0x80) return Parsed::kBroken;  // extensions were not requested, and servers never mask
     std::uint64_t size = p[1] & 0x7f;
     std::size_t head = 2;
     if (size >= 126) {
@@ -131,7 +131,7 @@ WebSocket::Parsed WebSocket::parse(std::string_view& message) noexcept {
       case 0xA:
         break;
       default:
-        return Parsed::kBroken;  // close, or nonsense
+        return Parsed::kBroken;  // a close frame or an invalid one
     }
   }
 }
@@ -160,7 +160,7 @@ WebSocket::Got WebSocket::receive(std::string_view& message, Nanos timeout) noex
       end_ -= begin_;
       begin_ = 0;
     }
-    // Twice the longest message fits, so a frame that fills the buffer was refused above.
+    // The buffer holds twice the longest message, so a frame that fills it was refused above.
     if (broken_.load()) return Got::kLost;
     const Nanos left = std::min(until - link_->now(), timeout);
     if (read && left <= 0) return Got::kNothing;

@@ -1,4 +1,4 @@
-// A WebSocket client (RFC 6455) as small as a local service needs: text messages, no extensions, fixed buffers.
+// A small WebSocket client (RFC 6455) for local services: text messages, no extensions, fixed buffers.
 #pragma once
 
 #include <array>
@@ -17,20 +17,20 @@ class WebSocket {
  public:
   static constexpr std::size_t kLongestMessage = 1 << 16;
 
-  /// Shakes hands; throws Error naming `host`.
+  /// Does the handshake; throws Error naming `host`.
   WebSocket(std::unique_ptr<Link> link, const std::string& host, const std::string& path);
 
   enum class Got { kMessage, kNothing, kLost };
-  /// The next whole text message, valid until the next call; kNothing where none came within `timeout` (0: of what is
-  /// already there), however much else arrives. Answers the newest ping of what it read, once (RFC 6455, 5.5.3). A
-  /// close, an overlong message or a broken frame is a loss. Servo thread, never allocates.
+  /// Gets the next complete text message, valid until the next call; kNothing if none came within `timeout` (0: only
+  /// what has already arrived). Answers the newest ping once (RFC 6455, 5.5.3). A close, an overlong message or an
+  /// invalid frame counts as a lost connection. Servo thread; never allocates.
   Got receive(std::string_view& message, Nanos timeout) noexcept;
   static constexpr std::size_t kLongestSent = 1000;
-  /// One frame in one call. Any thread, also a signal handler; at most kLongestSent bytes. A frame that does not go out
-  /// whole is a loss, and so is all that would follow it.
+  /// Sends one frame in one call. Any thread or signal handler; at most kLongestSent bytes. If a frame cannot be sent
+  /// completely, the connection counts as lost.
   bool send(std::string_view text) noexcept { return send_frame(0x1, text); }
   Nanos now() noexcept { return link_->now(); }
-  /// For a keeper (keeper.h): what to write, and into what.
+  /// A complete frame for a watchdog process (watchdog_process.h).
   std::vector<std::uint8_t> frame_of(std::string_view text);
   int descriptor() const noexcept { return link_->descriptor(); }
 
@@ -46,15 +46,15 @@ class WebSocket {
   void answer_ping() noexcept;
 
   std::unique_ptr<Link> link_;
-  std::vector<std::uint8_t> in_;  // received, not yet parsed: [begin_, end_)
+  std::vector<std::uint8_t> in_;  // received bytes that are not yet parsed: [begin_, end_)
   std::size_t begin_ = 0, end_ = 0;
-  std::vector<char> message_;  // fragments put together
+  std::vector<char> message_;  // the fragments of a message, joined
   std::size_t length_ = 0;
   bool in_message_ = false;
   static constexpr std::size_t kLongestPing = 125;
-  std::array<char, kLongestPing> ping_{};  // the newest that was not answered …
+  std::array<char, kLongestPing> ping_{};  // content of the newest ping without an answer
   std::size_t ping_size_ = 0;
-  bool pinged_ = false;  // … if there is one
+  bool pinged_ = false;  // whether there is such a ping
   std::atomic<bool> broken_{false};
 };
 

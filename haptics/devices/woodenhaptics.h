@@ -1,4 +1,4 @@
-// WoodenHaptics and Polhem arms over any link. The safety layer goes around it (open_hand does that).
+// WoodenHaptics and Polhem arms over any link. open_hand() adds the safety layer.
 #pragma once
 
 #include <memory>
@@ -10,15 +10,16 @@
 
 namespace typodont::haptics {
 
-/// Wakes the board and learns from its first reports how it speaks: by report length for HID, lines for a serial link.
+/// Result of the first contact with a board: its protocol, recognised by report length for HID, or by lines for a
+/// serial link.
 struct ArmHello {
   ArmProtocol protocol = ArmProtocol::kHidV1;
-  int model = 0;  // as the board says; 0: it does not say
+  int model = 0;  // as the board reports it; 0: it reports none
 };
-/// Throws Error naming `where` when nothing sensible is heard for a second.
+/// Wakes the board. Throws Error naming `where` if there is no valid answer for a second.
 ArmHello greet_arm(Link& link, bool serial, const std::string& where);
 
-/// The arm must rest in its home position: that is where its encoders start. Its calibration button homes it again.
+/// The arm must rest in its home position, where its encoders start. The calibration button homes it again.
 std::unique_ptr<HapticDevice> make_arm_device(std::unique_ptr<Link> link, ArmProtocol protocol, Arm arm,
                                               DeviceInfo identity);
 

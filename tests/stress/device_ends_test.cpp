@@ -1,7 +1,7 @@
 // Processes that press with an arm and end: a thousand are killed, and as many end in each other way there is (a few of
 // each in every test run, a thousand of each in ./run stress), each at a random moment of its force. The arms are
 // emulated boards on pseudo terminals whose firmware never lets go, so that whatever does was the process itself, or
-// its keeper.
+// its watchdog.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -50,8 +50,8 @@ namespace {
 constexpr int kTimes = 1000;
 constexpr std::size_t kAtOnce = 10;
 
-/// A process on each core that only wants to wake every millisecond, with a keeper's priority. How late one wakes is
-/// what this machine adds to the times measured here.
+/// A process on each core that only wants to wake every millisecond, with a watchdog process's priority. How late one
+/// wakes is what this machine adds to the times measured here.
 class Witness {
  public:
   Witness() {
@@ -120,7 +120,7 @@ class Witness {
   std::vector<Core> cores_;
 };
 
-/// The arm without what a keeper would need: the process is on its own.
+/// The arm without what a watchdog process would need: the process is on its own.
 class Unkept : public Link {
  public:
   explicit Unkept(std::unique_ptr<Link> link) : link_(std::move(link)) {}
@@ -147,7 +147,7 @@ int overflow_the_stack(int depth) {
 struct Way {
   std::string_view name;
   int signal = 0;
-  bool kept = false;    // the process can do nothing about it; its keeper can
+  bool kept = false;    // the process can do nothing about it; its watchdog process can
   double usual_ms = 2;  // from its beginning to zero, in the median
 };
 constexpr Way kKilled{"SIGKILL", SIGKILL, true};
@@ -158,7 +158,7 @@ constexpr std::array kOtherWays{Way{"exit"},
                                 Way{"exception"},
                                 Way{"check"},
                                 Way{"stack overflow", 0, false, 20},  // filling eight megabytes takes its time
-                                Way{"SIGSTOP", SIGSTOP, true, 20},    // ten of them are the keeper's patience
+                                Way{"SIGSTOP", SIGSTOP, true, 20},    // ten of them are the watchdog process's patience
                                 Way{"SIGTERM", SIGTERM},
                                 Way{"SIGINT", SIGINT},
                                 Way{"SIGHUP", SIGHUP},
@@ -411,8 +411,8 @@ TEST_F(Ends, ProcessesThatEndInEveryOtherWaySendZeroLastAndSoon) {
     const bool ending = *v.ends_at != 0;
     if (v.way.signal == SIGSTOP && ending && v.current == 0 && now() - *v.ends_at > 50'000'000 && !v.gone)
       ::kill(v.pid, SIGKILL);
-    const bool waits_for_its_keeper = v.way.kept && ending && v.current != 0;
-    if (!v.gone || waits_for_its_keeper) {
+    const bool waits_for_its_watchdog = v.way.kept && ending && v.current != 0;
+    if (!v.gone || waits_for_its_watchdog) {
       if (v.begun + 60 * kNanosPerSecond > now()) return Outcome::kNotYet;
       ADD_FAILURE() << v.way.name << (v.gone ? " left a force" : " did not end it");
       if (!v.gone) ::kill(v.pid, SIGKILL), ::waitpid(v.pid, &status, 0);

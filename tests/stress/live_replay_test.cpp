@@ -162,7 +162,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
     if (random.chance(s.wiring.held ? 0.1 : 0.001)) s.wiring.held = !s.wiring.held;
     if (random.chance(0.005)) {
       SessionSettings settings;
-      settings.speed_share = random.in(0.4, 1), settings.force_share = random.in(0, 1);
+      settings.speed_fraction = random.in(0.4, 1), settings.force_fraction = random.in(0, 1);
       settings.stiffness[2] = random.in(0.2, 2);
       s.wiring.settings.publish(settings);
     }

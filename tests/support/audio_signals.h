@@ -1,4 +1,4 @@
-// Sounds and models for tests of audio/.
+// Sounds and models for the tests of audio/.
 #pragma once
 
 #include <cmath>
@@ -45,7 +45,7 @@ inline std::vector<double> white(std::size_t count, std::uint64_t seed) {
   return {noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
-/// The model's sound, after its start-up.
+/// The model's output after its start-up transient.
 inline std::vector<double> sound_of(const audio::ArModel& model, std::size_t count, std::uint64_t seed) {
   const std::size_t before = 20000;
   const auto noise = white(count + before, seed);
@@ -60,7 +60,7 @@ inline double power_of_samples(const auto& x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// A folder that goes away with its test.
+/// A temporary folder that is removed with its test.
 class ScratchFolder {
  public:
   ScratchFolder() {

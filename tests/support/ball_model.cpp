@@ -1,5 +1,5 @@
-// An example of a contact method from outside the library: one file, registered by name. Springs against an analytic
-// ball about the origin; it removes nothing. Link this file into a program, and a scene may say "model": {"ball": {…}}.
+// An example of a contact method outside the library: one file, registered by name. Springs against an analytic ball at
+// the origin; it removes nothing. After linking this file into a program, a scene may contain "model": {"ball": {…}}.
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -61,7 +61,7 @@ class BallMethod final : public ContactMethod {
     return std::make_unique<BallModel>(settings, radius_);
   }
   std::unique_ptr<TissueBody> make_body(TissueVolume tissue, std::span<const Tool> tools) const override {
-    return default_contact_method()->make_body(std::move(tissue), tools);  // nothing is cut: any body serves
+    return default_contact_method()->make_body(std::move(tissue), tools);  // nothing is cut, so any body is suitable
   }
 
  private:

@@ -5,7 +5,7 @@
 
 namespace typodont::test {
 
-/// n, or as many times that as ./run stress asks for.
+/// n repetitions, multiplied by the factor that ./run stress sets.
 inline int campaign(int n) {
   const char* factor = std::getenv("TYPODONT_STRESS");
   return factor ? static_cast<int>(n * std::atof(factor)) : n;

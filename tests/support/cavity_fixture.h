@@ -1,4 +1,4 @@
-// Analytic cavities for tests of scores: a block whose top is the plane z = top, and something taken out of it.
+// Analytic cavities for tests of scores: a block with its top at z = top, from which a shape is removed.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ DenseField sampled(const glm::ivec3& size, Distance distance) {
   return field;
 }
 
-/// 8 × 8 × 4 mm; W has its origin at sample (0,0,0). All dentin. `removed`: signed distance of what is taken away.
+/// 8 × 8 × 4 mm; the origin of W is sample (0,0,0). All dentin. `removed`: signed distance of the removed shape.
 inline const glm::ivec3 kBlock{81, 81, 41};
 inline const dvec3 kMiddle{4e-3, 4e-3, kTop};
 inline double block(const dvec3& p) {
@@ -48,7 +48,7 @@ inline Preparation a_block() {
   return in;
 }
 
-/// Axis +z, its floor `depth` below the top, as wide as 2·half there, walls leaning outward by `lean` (rad).
+/// Axis +z, floor `depth` below the top, width 2·half at the floor, walls inclined outward by `lean` (rad).
 inline auto tapered_box(const glm::dvec2& half, double depth, double lean, dvec3 middle = kMiddle) {
   return [=](const dvec3& p) {
     const double up = p.z - (middle.z - depth);

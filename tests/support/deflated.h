@@ -1,4 +1,4 @@
-// Bytes compressed by zlib, as scans and archives have them.
+// Compresses bytes with zlib, as in scans and archives.
 #pragma once
 
 #include <zlib.h>
@@ -7,7 +7,7 @@
 
 namespace typodont::test {
 
-/// `window`: 15 with zlib's own header, 31 with gzip's, -15 without any.
+/// `window`: 15 with a zlib header, 31 with a gzip header, -15 without header.
 inline std::string deflated(const std::string& bytes, int window) {
   z_stream z{};
   deflateInit2(&z, 9, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY);

@@ -1,4 +1,5 @@
-// A desktop in memory (Xvfb) for tests of real windows: what is on the screen, and keys and pointer through xdotool.
+// A desktop in memory (Xvfb) for tests of real windows: reads the screen, and sends keys and pointer motion through
+// xdotool.
 #pragma once
 
 #include <fcntl.h>
@@ -20,12 +21,11 @@
 
 namespace typodont::test {
 
-/// An X server, DISPLAY its name, gone with this object.
+/// An X server; sets DISPLAY to its name. Ends with this object.
 struct XServer {
   pid_t process = -1;
 
-  /// `command`: the program and its arguments, without the display's number. What it says goes to the file, where one
-  /// is named.
+  /// `command`: the program and its arguments, without the display number. Its messages go to the file if one is named.
   explicit XServer(std::vector<std::string> command, const std::string& said = "") {
     int fds[2];
     if (pipe(fds) != 0) return;
@@ -46,7 +46,7 @@ struct XServer {
       _exit(127);
     }
     close(fds[1]);
-    // It says its number in several writes, the last a new line, once it takes connections.
+    // The server writes its number in several parts, ended by a new line, when it accepts connections.
     std::string number;
     for (char c = 0; read(fds[0], &c, 1) == 1 && c != '\n';) number += c;
     close(fds[0]);
@@ -62,7 +62,7 @@ struct XServer {
   XServer& operator=(const XServer&) = delete;
 };
 
-/// A folder of its own for the framebuffer, gone with this object.
+/// A folder for the framebuffer, removed with this object.
 struct FramebufferFolder {
   std::filesystem::path path;
   FramebufferFolder() {
@@ -74,7 +74,7 @@ struct FramebufferFolder {
   FramebufferFolder& operator=(const FramebufferFolder&) = delete;
 };
 
-/// Xvfb with its framebuffer in a file (XWD format).
+/// An Xvfb server with its framebuffer in a file (XWD format).
 struct Desktop {
   FramebufferFolder folder;
   XServer server;
@@ -82,7 +82,7 @@ struct Desktop {
   explicit Desktop(glm::ivec2 size = {800, 600})
       : server({"Xvfb", "-screen", "0", fmt::format("{}x{}x24", size.x, size.y), "-fbdir", folder.path.string()}) {}
 
-  /// The upper left part of the screen.
+  /// The upper left part of the screen, as a picture.
   render::Picture screen(glm::ivec2 size) const {
     std::ifstream in(folder.path / "Xvfb_screen0", std::ios::binary);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(in)), {});
@@ -102,7 +102,7 @@ struct Desktop {
     return p;
   }
 
-  /// xdotool with these arguments; its output. DISPLAY is this desktop's since it was made.
+  /// Runs xdotool with these arguments and returns its output. DISPLAY is this desktop's.
   static std::string xdotool(const std::string& arguments) {
     std::FILE* pipe = popen(fmt::format("xdotool {} 2>/dev/null", arguments).c_str(), "r");
     std::string out;

@@ -1,5 +1,5 @@
-// DICOM files of phantoms, written byte by byte: part 10 files in four plain syntaxes, with a person's data in them
-// that must come out nowhere.
+// Writes DICOM files of phantoms byte by byte: part 10 files in four uncompressed syntaxes. They contain personal data
+// that must not appear in any output.
 #pragma once
 
 #include <zlib.h>
@@ -25,18 +25,18 @@ inline constexpr const char* kBirthDate = "19010203";
 
 enum class Syntax { kExplicit, kImplicit, kBigEndian, kDeflated };
 
-/// One file: the values that differ between files, everything else is usual.
+/// One file: the values that differ between files; all others have defaults.
 struct DicomImage {
   int columns = 0, rows = 0, frames = 1;
   std::vector<std::uint16_t> pixels;
   std::string series = "1.2.3.4", instance = "1.2.3.4.1";
   int series_number = 1, order = 1, acquisition = 1;
   std::optional<glm::dvec3> position;
-  std::optional<std::pair<glm::dvec3, glm::dvec3>> orientation;  // along a row, down a column
+  std::optional<std::pair<glm::dvec3, glm::dvec3>> orientation;  // direction along a row, direction down a column
   glm::dvec2 spacing{1};                                         // across, down
   double gap = 0, slope = 1, intercept = 0, tilt = 0;
   std::string image_type = "ORIGINAL\\PRIMARY\\AXIAL";
-  std::vector<glm::dvec3> frame_positions;  // of an enhanced image with many frames
+  std::vector<glm::dvec3> frame_positions;  // for an enhanced image with many frames
 };
 
 class DicomWriter {
@@ -62,7 +62,7 @@ class DicomWriter {
   }
   const std::string& bytes() const { return bytes_; }
 
-  /// With preamble and meta information.
+  /// Complete file with preamble and meta information.
   std::string file() const {
     DicomWriter meta(Syntax::kExplicit);
     static const std::map<Syntax, const char*> kUids = {{Syntax::kExplicit, "1.2.840.10008.1.2.1"},
@@ -136,7 +136,7 @@ inline std::string dicom_bytes(const DicomImage& image, Syntax syntax = Syntax::
   w.text(0x0008, 0x0016, "UI", "1.2.840.10008.5.1.4.1.1.2");
   w.text(0x0008, 0x0018, "UI", image.instance);
   w.text(0x0008, 0x0060, "CS", "CT");
-  w.text(0x0008, 0x103e, "LO", kPatient);  // what some clinics write there
+  w.text(0x0008, 0x103e, "LO", kPatient);  // some clinics write names into this field
   w.text(0x0010, 0x0010, "PN", kPatient);
   w.text(0x0010, 0x0020, "LO", kPatientId);
   w.text(0x0010, 0x0030, "DA", kBirthDate);
@@ -177,12 +177,13 @@ inline std::string dicom_bytes(const DicomImage& image, Syntax syntax = Syntax::
   return w.file();
 }
 
-/// How a scan's arrays lie in the patient: the directions of x, y and z (unit vectors) and the place of voxel (0,0,0).
+/// Position of a scan's array in the patient: the directions of x, y and z (unit vectors) and the position of voxel
+/// (0,0,0).
 struct Placed {
   glm::dvec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin{0};
 };
 
-/// The slices of a scan, x fastest, as files of a folder.
+/// The slices of a scan (x is the fastest index) as files of a folder.
 inline std::vector<DicomImage> slices_of(const std::vector<double>& greys, const glm::ivec3& size,
                                          const glm::dvec3& spacing, const Placed& placed = {}) {
   std::vector<DicomImage> images;
@@ -202,7 +203,7 @@ inline std::vector<DicomImage> slices_of(const std::vector<double>& greys, const
   return images;
 }
 
-/// Writes them under names that do not tell their order.
+/// Writes the files with names that do not show their order.
 inline std::filesystem::path write_series(const std::string& folder, const std::vector<DicomImage>& images,
                                           Syntax syntax = Syntax::kExplicit) {
   std::filesystem::create_directories(scratch(folder));

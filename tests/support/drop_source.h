@@ -1,4 +1,4 @@
-// What a file manager does when files are dragged from it onto another program's window: the XDND protocol, version 5.
+// Acts like a file manager when files are dragged onto another program's window: the XDND protocol, version 5.
 #pragma once
 
 #include <X11/Xatom.h>
@@ -14,7 +14,7 @@
 
 namespace typodont::test {
 
-/// Lets the files fall on the window. False where it does not take them within ten seconds.
+/// Drops the files on the window. False if it does not accept them within ten seconds.
 inline bool drop_on(Window target, const std::vector<std::string>& files) {
   Display* const display = XOpenDisplay(nullptr);
   if (!display) return false;

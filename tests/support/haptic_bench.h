@@ -1,4 +1,4 @@
-// A scene without files: solids in, servo and carver in lock-step, for tests of the haptics alone.
+// A scene without files: solids with servo and carver in lock-step, for tests of the haptics alone.
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ inline MaterialTable plain_materials() {
   return table;
 }
 
-/// A round tool of 1.2 mm that does not cut, felt by its spring alone. `model`: a contact model's name, or
-/// {"NAME": {parameters}} as in a scene.
+/// A round tool of 1.2 mm that does not cut, with a spring only. `model`: a contact model's name, or {"NAME":
+/// {parameters}} as in a scene.
 inline haptics::ServoSettings probe_settings(std::string_view model) {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2e-3;
@@ -40,7 +40,7 @@ inline haptics::ServoSettings drill_settings(std::string_view model) {
   return settings;
 }
 
-/// The lock-step with a plain table of materials, and its parts by name.
+/// The lock-step with a simple table of materials, and access to its parts.
 struct HapticBench {
   haptics::LockStep steps;
   const haptics::ServoSettings& settings = steps.settings();
@@ -65,7 +65,7 @@ struct HapticBench {
     return s;
   }
 
-  /// The servo's patch, of a field model.
+  /// The servo's patch, for a field model.
   const haptics::SurfacePatch& patch() const { return dynamic_cast<const haptics::SurfacePatch&>(servo.snapshot()); }
   /// An empty patch of the right size.
   haptics::SurfacePatch empty_patch() const {

@@ -1,4 +1,4 @@
-// The head shapes that laws are held against. A new shape is among them by itself.
+// The head shapes for property tests. New shapes are included automatically.
 #pragma once
 
 #include <vector>

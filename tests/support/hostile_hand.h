@@ -1,5 +1,5 @@
-// Hands that no human has, for the hostile tests of all contact models: how they move, what nonsense they send, and
-// what must hold in every tick.
+// Hands that no human has, for the hostile tests of all contact models: their motion, their invalid input, and the
+// conditions that must hold in every tick.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,19 +14,19 @@
 
 namespace typodont::test {
 
-/// A hostile test sets these limits and makes the tissue anew after so many ticks, before all of it is cut away.
+/// Limits of force and torque for the hostile tests.
 constexpr double kHostileForceLimit = 8, kHostileTorqueLimit = 0.5;  // N, N·m
 constexpr int kHostileRound = 4000;
 
 using haptics::bench::Wanderer;
 
-/// What a broken device or clock sends now and then.
+/// Invalid input as a broken device or clock would send it.
 class Nonsense {
  public:
-  /// `undoes`: strokes, too.
+  /// `undoes`: also undo strokes.
   Nonsense(std::uint64_t seed, dvec3 home, bool undoes) : random_(seed), home_(home), undoes_(undoes) {}
   double pedal() { return uniform_(random_); }
-  /// Spoils one tick of 50: the hand, its pose, the pedal or the clock.
+  /// Corrupts one tick in 50: the hand, its pose, the pedal or the clock.
   void spoil(HapticBench& bench, Wanderer& hand, Pose& X, double& pedal) {
     switch (random_() % 450) {
       case 0:
@@ -48,7 +48,7 @@ class Nonsense {
         pedal = std::numeric_limits<double>::quiet_NaN();
         break;
       case 6:
-        bench.t -= 5'000'000;  // the clock goes back
+        bench.t -= 5'000'000;  // the clock goes backwards
         break;
       case 7:
         bench.t += 3'000'000'000;
@@ -81,7 +81,7 @@ inline haptics::ServoSettings hostile_settings(const haptics::Tool& tool) {
   return s;
 }
 
-/// What holds in every tick, whatever the hand does.
+/// Checks the conditions that must hold in every tick.
 inline void expect_sense(const ServoTick& tick) {
   ASSERT_TRUE(is_finite(tick.f_T_W) && is_finite(tick.tau_T_W) && is_finite(tick.X_WG.p));
   ASSERT_TRUE(std::isfinite(tick.energy) && std::isfinite(tick.depth) && std::isfinite(tick.contact_area));

@@ -18,7 +18,7 @@ namespace typodont::test {
 
 using haptics::Tool;
 
-/// The tools by which these tests call them, in this order.
+/// Indices of the tools, in this order.
 enum ImplantTools : std::uint32_t {
   kPilot,
   kTwist28,
@@ -63,7 +63,7 @@ inline std::vector<Tool> implant_tools() {
                        "sphere")};
 }
 
-/// Bone whose flat top lies at z = 0: `cortical_mm` of cortical bone over cancellous bone down to `thick_mm`.
+/// Bone with a flat top at z = 0: `cortical_mm` of cortical bone over cancellous bone down to `thick_mm`.
 inline haptics::TissueVolume bone_block(double cortical_mm = 1.5, double hardness = 0.5, double thick_mm = 12,
                                         double voxel_mm = 0.15) {
   return haptics::TissueVolume(haptics::read_solids(
@@ -81,7 +81,7 @@ inline haptics::ServoSettings implant_settings(const std::string& model = R"("im
   s.tool = s.tools.front();
   s.stiffness = 3000;
   s.damping = 0;
-  s.passivity = false;  // these hands leap after the tool, which a ledger answers with less force
+  s.passivity = false;  // these hands jump after the tool, and an energy ledger would reduce the force
   s.torque_limit = 2;
   s.spindle.free_speed = 0.8 * kKrpm;
   for (Material& m : s.materials) m.stiffness = 1000, m.specific_energy = 0.1e9;
@@ -90,7 +90,7 @@ inline haptics::ServoSettings implant_settings(const std::string& model = R"("im
   return s;
 }
 
-/// Servo and carver in lock-step, with a hand that knows where the tool is.
+/// Servo and carver in lock-step, with a hand that knows the tool's pose.
 struct ImplantSession {
   haptics::LockStep steps;
   ServoTick tick;
@@ -105,7 +105,7 @@ struct ImplantSession {
       : steps(std::move(tissue), s), stiffness(s.stiffness), tools(s.tools) {}
 
   double half() const { return tools[tool].half(); }
-  /// m below the bone's top, of the tool as held.
+  /// m, depth of the proxy's tip below the bone's top.
   double depth() const { return -(tick.X_WG * dvec3(0, 0, -half())).z; }
   bool step(const Pose& X_WT, double pedal = 0) {
     haptics::HandSample hand;
@@ -115,11 +115,11 @@ struct ImplantSession {
     hand.tool = tool;
     return steps.tick(hand, tick, cut);
   }
-  /// The hand's tip at `p`, upright or as turned.
+  /// Moves the hand's tip to `p`, upright or with rotation R.
   bool tip_at(const dvec3& p_mm, double pedal = 0, const dquat& R = {1, 0, 0, 0}) {
     return step({p_mm * kMillimetre + R * dvec3(0, 0, half()), R}, pedal);
   }
-  /// Pushes straight down with about that force, wherever the tool is held. At most `mm` below it.
+  /// Pushes straight down with about this force from the tool's pose, at most `mm` below it.
   bool push(double newton, double pedal = 0) {
     return step({tick.X_WG.p - dvec3(0, 0, newton / stiffness), {1, 0, 0, 0}}, pedal);
   }
@@ -128,20 +128,20 @@ struct ImplantSession {
     tool = which;
     for (int i = 0; i < 600 && (i < 20 || tick.tool != which); ++i) tip_at({0, 0, 8});
   }
-  /// Down to the bone, from above.
+  /// Lowers the tool onto the bone.
   void land(double x_mm = 0, double y_mm = 0) {
     for (int i = 0; i <= 400; ++i) tip_at({x_mm, y_mm, 3.0 - 3.0 * i / 400});
   }
-  /// Drills until the tip is `mm` deep, pushing with `newton`; false where it does not get there.
+  /// Drills until the tip is `mm` deep, pushing with `newton`; false if it does not get there.
   bool drill(double mm, double newton = 3, int most = 60000) {
     for (int i = 0; i < most && depth() < mm * kMillimetre; ++i) {
-      // The last tenth is approached with less.
+      // The last tenth is drilled with less force.
       const double left = mm * kMillimetre - depth();
       step({tick.X_WG.p - dvec3(0, 0, std::min(newton / stiffness, left + 1e-6)), {1, 0, 0, 0}}, 1);
     }
     return depth() >= mm * kMillimetre - 2e-6;
   }
-  /// Pulls the tool out and up at 20 mm/s.
+  /// Withdraws the tool upwards at 20 mm/s.
   void withdraw() {
     const double from = -depth() / kMillimetre;
     for (double z = from; z < 8; z += 0.02) tip_at({0, 0, z});

@@ -1,4 +1,4 @@
-// What importing a broken file says.
+// Gets the error message for importing a broken file.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace typodont::test {
 
-/// The error's message; empty where the file was imported.
+/// The error's message; empty if the file was imported.
 inline std::string message_of(const std::filesystem::path& file, const haptics::ImportOptions& options = {}) {
   try {
     haptics::import_tissue(file, options);

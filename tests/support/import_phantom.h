@@ -1,4 +1,4 @@
-// Scans of bodies that are known exactly: sampled with partial volume, blurred, with noise, written as files.
+// Scans of exactly known bodies: sampled with partial volume, blur and noise, and written as files.
 #pragma once
 
 #include <fmt/format.h>
@@ -20,12 +20,12 @@ namespace typodont::test {
 struct Phantom {
   glm::ivec3 size{64};
   glm::dvec3 spacing{0.15};                       // mm
-  std::function<double(const glm::dvec3&)> grey;  // at a place in mm
-  double blur = 0;                                // mm, standard deviation of the edge response
-  double noise = 0;                               // greys, standard deviation
-  int fine = 8;                                   // samples per voxel and axis where tissues meet in it
+  std::function<double(const glm::dvec3&)> grey;  // grey value at a position in mm
+  double blur = 0;                                // mm, standard deviation of the blur
+  double noise = 0;                               // standard deviation of the grey values
+  int fine = 8;                                   // subsamples per voxel and axis at tissue boundaries
 
-  /// x runs fastest, as in the files.
+  /// x is the fastest index, as in the files.
   std::vector<double> scan(unsigned seed = 1) const {
     std::vector<double> v(static_cast<std::size_t>(size.x) * size.y * static_cast<std::size_t>(size.z));
     std::size_t i = 0;
@@ -77,7 +77,7 @@ struct Phantom {
   }
 };
 
-/// A file of this process's own, so that tests can run beside each other.
+/// A file name with the process number, so that tests can run in parallel.
 inline std::filesystem::path scratch(const std::string& name) {
   static const auto folder = [] {
     const auto f = std::filesystem::temp_directory_path() / fmt::format("typodont_import_{}", getpid());
@@ -116,7 +116,7 @@ inline std::string nrrd_header(const Phantom& p, const std::string& type, const 
                      p.size.y, p.size.z, p.spacing.x, p.spacing.y, p.spacing.z, more);
 }
 
-/// An attached NRRD.
+/// Writes an NRRD file with attached data.
 inline std::filesystem::path write_nrrd(const std::string& name, const Phantom& p, const std::string& data,
                                         const std::string& type = "unsigned short",
                                         const std::string& more = "endian: little\nencoding: raw\n") {

@@ -1,4 +1,4 @@
-// Meshes of known shape, and what must hold of any mesh, by brute force.
+// Meshes of known shape, and brute-force checks for any mesh.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace typodont::test {
 
-/// A square about the origin in the plane z = 0, its outside upwards. Rows are shifted by half an edge, so that the
-/// triangles are nearly equilateral.
+/// A square about the origin in the plane z = 0, facing up. Rows are shifted by half an edge, so that the triangles are
+/// nearly equilateral.
 inline haptics::TissueMesh square(double size, double edge, Tissue tissue = Tissue::kEnamel) {
   haptics::TissueMesh mesh;
   const int n = static_cast<int>(std::ceil(size / edge));
@@ -43,8 +43,8 @@ inline haptics::TissueMesh square(double size, double edge, Tissue tissue = Tiss
   return mesh;
 }
 
-/// A closed ball about `center`, from an octahedron split until its edges are no longer than `edge`; or, with half
-/// sizes, an ellipsoid.
+/// A closed ball about `center`, from an octahedron that is divided until its edges are at most `edge` long; or an
+/// ellipsoid with half axes `half`.
 inline haptics::TissueMesh ball(const dvec3& half, double edge, const dvec3& center = dvec3(0),
                                 Tissue tissue = Tissue::kEnamel) {
   std::vector<dvec3> v{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -75,7 +75,7 @@ inline haptics::TissueMesh ball(const dvec3& half, double edge, const dvec3& cen
   return mesh;
 }
 
-/// Volume between the faces and the origin, m³: of a closed mesh its volume.
+/// Volume between the faces and the origin, m³; for a closed mesh its volume.
 inline double volume(const haptics::mesh::EditableMesh& mesh) {
   double sum = 0;
   for (haptics::mesh::Index f = 0; f < mesh.face_range(); ++f) {
@@ -84,8 +84,8 @@ inline double volume(const haptics::mesh::EditableMesh& mesh) {
   return sum;
 }
 
-/// What is wrong with the neighbours; empty: nothing. Every edge of a face is known to the face beyond it, every vertex
-/// to one of its faces, and the counts are right.
+/// Checks the neighbour links; empty: correct. Every edge of a face links to the face beyond it, every vertex to one of
+/// its faces, and the counts are right.
 inline std::string broken(const haptics::mesh::EditableMesh& mesh) {
   using haptics::mesh::Index;
   using haptics::mesh::kNone;
@@ -115,7 +115,7 @@ inline std::string broken(const haptics::mesh::EditableMesh& mesh) {
   return "";
 }
 
-/// How many pairs of faces cross, every face against all near it.
+/// Number of pairs of intersecting faces; tests every face against all near it.
 inline int crossings(const haptics::mesh::EditableMesh& mesh) {
   using haptics::mesh::Index;
   std::vector<std::pair<double, Index>> by_x;

@@ -12,28 +12,29 @@ namespace typodont::test {
 
 namespace {
 
-constexpr double kRate = 1000;                              // Hz, rate of the servo
-constexpr int kTicksATurn = 33;                             // ticks of the servo between two movements of the mouse
-constexpr double kTurn = kTicksATurn / kRate;               // s
-constexpr double kCutPace = 6e-3, kTravelPace = 20e-3;      // m/s
-constexpr double kLead = 0.20e-3;                           // m that the hand goes before the tool
-constexpr double kPatience = 0.8;                           // s that it waits for a tool that does not follow
-constexpr double kPressing = 0.08e-3, kMostPress = 1.6e-3;  // m: of the hand beyond its aim, more every turn
-constexpr double kGain = 4;                                 // of that over how far the tool is off
-constexpr double kThere = 0.05e-3;                          // m: so near is good enough
-constexpr double kHeldBack = 0.06e-3;                       // m of the tool behind the hand
-constexpr double kRow = 0.35e-3;                            // m between rows and layers
-constexpr double kInto = 0;                                 // m that a stroke goes into what should stay
-constexpr double kJoined = 0.8e-3;                          // m: nearer strokes are joined without lifting
-constexpr double kOver = 1.0e-3;                            // m over everything, to travel
+constexpr double kRate = 1000;                          // Hz, rate of the servo
+constexpr int kTicksATurn = 33;                         // ticks of the servo between two movements of the mouse
+constexpr double kTurn = kTicksATurn / kRate;           // s
+constexpr double kCutPace = 6e-3, kTravelPace = 20e-3;  // m/s, speed of the hand while cutting, and between cuts
+constexpr double kLead = 0.20e-3;                       // m by which the hand is ahead of the tool
+constexpr double kPatience = 0.8;                       // s to wait for a tool that does not follow
+// m, displacement of the hand beyond its goal: increase per turn, and limit
+constexpr double kPressing = 0.08e-3, kMostPress = 1.6e-3;
+constexpr double kGain = 4;            // ratio of that displacement to the tool's distance from the goal
+constexpr double kThere = 0.05e-3;     // m, distance at which a goal counts as reached
+constexpr double kHeldBack = 0.06e-3;  // m by which the tool lags behind the hand when it is blocked
+constexpr double kRow = 0.35e-3;       // m between rows and layers
+constexpr double kInto = 0;            // m that a stroke may enter the ideal
+constexpr double kJoined = 0.8e-3;     // m; strokes that are closer are connected without lifting
+constexpr double kOver = 1.0e-3;       // m above everything, height of travel
 
-/// Where to go, and whether the drill is pressed on there.
+/// A point to reach, and whether the drill is on along the way.
 struct Goal {
   dvec3 p;
   bool cut;
 };
 
-/// From the tissue as it is to the ideal, above which all is free from `top` (m, W) on.
+/// Plans from the present tissue to the ideal. `top`: m, W, height above which there is no obstacle.
 std::vector<Goal> goals_of(const TaskJudge& judge, const haptics::TissueVolume& tissue, const Scene& scene,
                            double top) {
   const haptics::Tool& tool = haptics::tool_set(scene.servo)[0];
@@ -52,7 +53,7 @@ std::vector<Goal> goals_of(const TaskJudge& judge, const haptics::TissueVolume& 
   return goals;
 }
 
-/// The mouse's place in the window, and turns of its wheel.
+/// Position of the mouse in the window, and turns of its wheel.
 class Mouse {
  public:
   Mouse(const display::DisplayRig& rig, double wheel_step)
@@ -62,7 +63,7 @@ class Mouse {
     middle_ = screen_.lower_left + right_ + up_;
     normal_ = glm::normalize(glm::cross(right_, up_));
   }
-  /// Goes as near to p as pixels and notches allow, from a tool that is held at depth `now`.
+  /// Moves as near to p as pixels and wheel notches allow, from a tool at depth `now`.
   void go(const dvec3& p, double now, MouseStep& step) const {
     const double depth = glm::dot(p - middle_, normal_), all = glm::dot(eye_ - middle_, normal_);
     const dvec3 on_screen = eye_ + (p - eye_) * (all / (all - depth));
@@ -70,7 +71,8 @@ class Mouse {
                         glm::dot(on_screen - middle_, up_) / glm::dot(up_, up_));
     const glm::dvec2 size(screen_.pixels);
     step.pixel = glm::ivec2(glm::round(glm::dvec2(at.x + 1, 1 - at.y) / 2.0 * size));
-    step.wheel = std::clamp(static_cast<int>(std::lround((depth - now) / step_)), -6, 6);  // a finger's pace
+    // notches per step that a finger can turn
+    step.wheel = std::clamp(static_cast<int>(std::lround((depth - now) / step_)), -6, 6);
   }
   double depth_of(const dvec3& p) const { return glm::dot(p - middle_, normal_); }
   display::UserInput input(const MouseStep& step) const {
@@ -112,10 +114,10 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   Cut cut;
   Nanos ticks = 0;
   std::size_t next = 0;
-  dvec3 aim = wanted.X_WT.p;  // where the hand wants to be
+  dvec3 aim = wanted.X_WT.p;  // desired position of the hand
   double waited = 0, press = 0;
   while (session.seconds < most_seconds) {
-    if (next == goals.size()) {  // he looks at what is left
+    if (next == goals.size()) {  // plan again for the remaining tissue
       goals = goals_of(judge, loop.carver().volume(), scene, top);
       next = 0;
       if (goals.empty()) break;
@@ -123,7 +125,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
     MouseStep step;
     step.t = session.seconds;
     step.left = true;
-    step.middle = session.steps.size() == 2;  // the bur upright, once
+    step.middle = session.steps.size() == 2;  // set the bur upright once
     const bool held_back = glm::length(tick.X_WT.p - tick.X_WG.p) > kHeldBack;
     const bool follows = !held_back || glm::length(tick.X_WG.p - aim) < kLead;
     waited = follows ? 0 : waited + kTurn;
@@ -137,11 +139,11 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
         }
         aim = goals[next].p;
         way -= far;
-        // A corner is turned once the tool is there.
+        // Turn a corner only when the tool has reached it.
         if (goals[next].cut && glm::length(tick.X_WG.p - aim) > 0.5 * kLead && waited <= kPatience) break;
       }
     }
-    // Held back, he presses on, harder and harder; free, he lets go.
+    // If the tool is blocked, the user presses harder and harder; when it is free, the user releases.
     const dvec3 off = aim - tick.X_WG.p;
     const bool presses = held_back && goals[next].cut && glm::length(off) > kThere;
     press = presses ? std::min({press + kPressing, kMostPress, kGain * glm::length(off)}) : 0.5 * press;

@@ -1,5 +1,5 @@
-// A user who drills with the mouse alone: moves it over the picture, turns its wheel, presses its buttons. He looks
-// where the tool is and goes on once it has followed.
+// Simulates a user who drills with the mouse alone: moves it over the picture, turns its wheel, presses its buttons.
+// The user watches the tool and continues when it has followed.
 #pragma once
 
 #include <vector>
@@ -10,23 +10,23 @@
 
 namespace typodont::test {
 
-/// What the mouse does at one moment.
+/// State of the mouse at one moment.
 struct MouseStep {
   double t = 0;         // s
-  glm::ivec2 pixel{0};  // of the window, from its upper left
+  glm::ivec2 pixel{0};  // position in the window, from its upper left corner
   int wheel = 0;        // notches, towards the user positive
-  bool left = false;    // held
+  bool left = false;    // pressed
   bool middle = false;  // clicked
 };
 
 struct MouseSession {
-  std::vector<MouseStep> steps;  // thirty a second
+  std::vector<MouseStep> steps;  // thirty per second
   double seconds = 0;
-  haptics::TissueVolume tissue;  // as it was left
+  haptics::TissueVolume tissue;  // the final tissue
 };
 
-/// Drills the ideal of the scene's task with the tool that is first in its tray, in a window of the rig's size, with
-/// the real pointer, smoothing, servo and carver, in simulated time. `wheel_step`: m a notch.
+/// Drills the ideal of the scene's task with the first tool of its set, in a window of the rig's size, with the real
+/// pointer, smoothing, servo and carver, in simulated time. `wheel_step`: m per notch.
 MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig, double wheel_step,
                               double most_seconds);
 

@@ -1,4 +1,4 @@
-// A guard for tests of real-time loops: while it lives, any heap allocation or release by this thread is counted.
+// A guard for tests of real-time loops: counts every heap allocation or release of this thread during its lifetime.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ class NoAlloc {
   ~NoAlloc();
   NoAlloc(const NoAlloc&) = delete;
   NoAlloc& operator=(const NoAlloc&) = delete;
-  /// Allocations and releases by this thread since construction.
+  /// Number of allocations and releases by this thread since construction.
   std::size_t count() const noexcept;
 };
 

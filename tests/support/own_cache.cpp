@@ -1,6 +1,6 @@
-// What tests make and keep for later (sampled meshes, compiled shaders) lies in the build folder and is shared by all
-// tests of a build, warm after the first: never in the cache of whoever runs them. In every test program, before its
-// main(); programs it starts inherit it.
+// Sets the cache folder of tests (sampled meshes, compiled shaders) to the build folder, where all tests of a build
+// share it; the user's cache is never used. Linked into every test program; runs before main(), and child processes
+// inherit it.
 #include <cstdlib>
 
 namespace {

@@ -1,4 +1,4 @@
-// The error of an estimated pose, as the solvers' covariances state it.
+// The error of an estimated pose in the form of the solvers' covariances.
 #pragma once
 
 #include <Eigen/Dense>

@@ -1,4 +1,4 @@
-// The program as a user runs it: arguments in, exit status, standard output and standard error out.
+// Runs the program as a user does: arguments in; exit status, standard output and standard error out.
 #pragma once
 
 #include <fmt/format.h>
@@ -26,7 +26,7 @@ struct Ran {
   std::string out, err;
 };
 
-/// A folder of its own for one test, and `typodont` run with its output kept. Removed at the end.
+/// A temporary folder for one test; runs `typodont` and captures its output. Removed at the end.
 class ProgramFolder {
  public:
   explicit ProgramFolder(std::string program) : program_(std::move(program)) {
@@ -43,7 +43,7 @@ class ProgramFolder {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return (path_ / name).string();
   }
-  /// The shipped assets with one device more, `preset` under devices/NAME.json: from now on the program looks there.
+  /// Copies the shipped assets and adds `preset` as devices/NAME.json. Programs started later use this copy.
   std::string add_device(const std::string& name, const std::string& preset) const {
     const std::filesystem::path assets = path_ / "assets";
     std::filesystem::create_directories(assets / "devices");
@@ -55,13 +55,13 @@ class ProgramFolder {
     ::setenv("TYPODONT_ASSETS", assets.c_str(), 1);
     return write("assets/devices/" + name + ".json", preset);
   }
-  /// `before`: put in front of the program, e.g. "timeout 5" or an environment.
+  /// `before`: text in front of the command, e.g. "timeout 5" or environment variables.
   Ran run(const std::string& arguments, const std::string& before = "") const {
     const std::string out = *this / ".stdout", err = *this / ".stderr";
     const int status = std::system(fmt::format("{} {} {} >{} 2>{}", before, program_, arguments, out, err).c_str());
     return {WEXITSTATUS(status), read_text(out), read_text(err)};
   }
-  /// The same in the background, without a desktop; `environment` as "NAME=VALUE …". It does not outlive the test.
+  /// The same in the background without a desktop; `environment` as "NAME=VALUE …". Killed when the test ends.
   pid_t start(const std::string& arguments, const std::string& environment = "") const {
     const std::string out = *this / ".started_out", err = *this / ".started_err";
     const std::string command = fmt::format("exec env -u DISPLAY -u WAYLAND_DISPLAY {} {} {} <&- >{} 2>{}", environment,
@@ -70,13 +70,13 @@ class ProgramFolder {
     if (child != 0) return child;
     const rlimit none{0, 0};
     ::setrlimit(RLIMIT_CORE, &none);
-    ::setsid();                          // so that stopping it concerns no terminal
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a test that is killed leaves nothing running
+    ::setsid();                          // so that signals of a terminal do not reach it
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // killed when the test is killed
     ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
     ::_exit(127);
   }
   std::string said() const { return read_text(*this / ".started_err"); }
-  /// Asks it to end. The status is -1 where it did not exit by itself.
+  /// Asks it to end and waits. The status is -1 if it did not exit by itself.
   Ran finish(pid_t child, int signal = SIGINT) const {
     ::kill(child, signal);
     int status = 0;

@@ -10,7 +10,7 @@ namespace typodont::test {
 
 namespace {
 gpu::Device create_device(bool validation) {
-  // The driver stays loaded, so that LeakSanitizer can still name what is below it when the program ends.
+  // The driver stays loaded so that LeakSanitizer can name its functions when the program ends.
   dlopen("libvulkan_lvp.so", RTLD_NOW | RTLD_NODELETE);
   return gpu::Device::create({.validation = validation});
 }

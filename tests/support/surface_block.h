@@ -1,4 +1,4 @@
-// A block of tissue that balls are cut out of, and its mesher kept up to date as the carver does.
+// A block of tissue from which balls are cut, with a mesher that is updated as by the carver.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace typodont::test {
 
-// A cube of samples that spheres are cut out of, as the carver does: distance = max(distance, r − |p − c|).
+// A cube of samples from which spheres are cut as by the carver: distance = max(distance, r − |p − c|).
 class CutBlock {
  public:
   explicit CutBlock(int bricks)
@@ -98,8 +98,9 @@ inline void put(surface::SurfaceMesher& mesher, const FieldBrick& brick) {
   }
 }
 
-/// Cuts `cuts` random balls near the surface, meshing after each one. Empty when the mesh, at several moments, is that
-/// of the whole block meshed afresh and a closed manifold; otherwise what was wrong.
+/// Cuts `cuts` random balls near the surface, and updates the mesh after each. At several moments the mesh must equal
+/// that of the whole block meshed from scratch, and be a closed manifold. Returns an empty text if so, otherwise a
+/// description of the error.
 inline std::string cut_and_compare(int cuts) {
   CutBlock block(4);
   surface::SurfaceMesher mesher({.tolerance = 0.1f});

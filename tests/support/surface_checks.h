@@ -1,4 +1,4 @@
-// For tests of the surface: bricks sampled from formulas, and what a mesh must be.
+// For tests of the surface: bricks sampled from formulas, and checks of meshes.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@ namespace typodont::test {
 using Field = std::function<double(const glm::dvec3&)>;  // distance in voxels at a point in voxels
 using Labels = std::function<Tissue(const glm::dvec3&)>;
 
-/// The samples of one brick; distances clamped to ±band as a narrow band has them.
+/// The samples of one brick, with distances limited to ±band as in a narrow band.
 FieldBrick sample_brick(const glm::ivec3& key, const Field& field, const Labels& labels = {}, double band = 4);
 /// All bricks within [low, high] voxels whose cell corners have both signs.
 std::vector<FieldBrick> sample_bricks(const glm::dvec3& low, const glm::dvec3& high, const Field& field,
@@ -26,16 +26,16 @@ surface::SurfaceMesher mesh_of(const std::vector<FieldBrick>& bricks, float tole
 
 struct Topology {
   bool closed = false;    // every edge has exactly two triangles
-  bool oriented = false;  // … which pass it in opposite directions
-  bool manifold = false;  // … and the triangles around every vertex form one fan
+  bool oriented = false;  // the two triangles of an edge traverse it in opposite directions
+  bool manifold = false;  // the triangles around every vertex form one fan
   long euler = 0;         // V − E + F
   int components = 0;
-  double volume = 0;      // voxels³, positive when the triangles face outward
-  std::string complaint;  // the first thing wrong
+  double volume = 0;      // voxels³, positive if the triangles face outward
+  std::string complaint;  // description of the first error
 };
 Topology topology_of(const surface::WholeMesh& mesh);
 
-/// Greatest |distance| over a fine net of points on every triangle (corners, edges and inside, n per side).
+/// Largest |distance| over a fine grid of points on every triangle (corners, edges and inside, n per side).
 double greatest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
 
 }  // namespace typodont::test

@@ -20,7 +20,7 @@ struct Body {
     const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
     return b + (a - b) * h - k * h * (1 - h);
   }
-  /// Outer form: rounded crown with four cusps and a groove cross, a root tapering down. mm, negative inside.
+  /// Outer shape: a rounded crown with four cusps and a cross of grooves, and a tapered root. mm, negative inside.
   static double form(const dvec3& p) {
     const double crown = (std::pow(std::pow(std::abs(p.x) / 5.0, 3.0) + std::pow(std::abs(p.y) / 4.5, 3.0), 2.0 / 3.0) +
                           std::pow((p.z - 0.3) / 3.6, 2.0));
@@ -37,11 +37,11 @@ struct Body {
     const double cut = std::max(std::hypot(p.x * 0.8, p.y) - 1.6, 3.2 - cavity * 1e3 - p.z);
     return std::max(outer, -cut);
   }
-  /// How far outside the lesion, mm.
+  /// Distance outside the lesion, mm.
   double lesion(const dvec3& p) const {
     return cavity > 0 ? glm::length(p - dvec3(0.9, 0.3, 3.2 - cavity * 1e3)) - 1.0 : 1e3;
   }
-  /// How far below the enamel cap, mm.
+  /// Depth below the enamel cap, mm.
   double below_cap(const dvec3& p) const { return -form(p) - std::clamp((p.z + 2.6) / 2.5, 0.0, 1.0) * 1.3; }
 };
 
@@ -62,7 +62,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     for (int y = lo.y; y <= hi.y; ++y)
       for (int x = lo.x; x <= hi.x; ++x) field[at({x, y, z})] = body(dvec3(x, y, z) * h);
 
-  // Surface nets: one corner in each cell that the surface crosses, one square about each edge that it crosses.
+  // Surface nets: one vertex in each cell that the surface crosses, one quad around each edge that it crosses.
   const auto vertex = [&](const ivec3& c, bool decayed) {
     dvec3 sum(0);
     int crossings = 0;
@@ -84,7 +84,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
     render::Vertex v;
     v.p = glm::vec3(p * 1e-3);
     v.n = glm::vec3(glm::normalize(g));
-    // The boundary lies where the share passes one half.
+    // The boundary lies where the fraction passes one half.
     const dvec3 inside = p - glm::normalize(g) * 0.05;
     v.tissue = decayed ? std::array{Tissue::kDentin, Tissue::kCaries} : std::array{Tissue::kEnamel, Tissue::kDentin};
     v.second =
@@ -96,7 +96,7 @@ std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell_m) {
   };
   struct Brick {
     render::MeshUpdate update;
-    std::map<ivec3, std::uint32_t, Less> known[2];  // corners of sound and of decayed triangles
+    std::map<ivec3, std::uint32_t, Less> known[2];  // vertices of sound and of carious triangles
   };
   std::map<ivec3, Brick, Less> bricks;
   const int cells = std::max(static_cast<int>(3.0 / h), 4);

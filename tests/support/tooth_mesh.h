@@ -1,5 +1,5 @@
-// A tooth-like body to draw: cusps, an enamel cap over dentin, a cavity with caries in its floor. Analytic, so that
-// every machine has the same one.
+// A tooth-like body to draw: cusps, an enamel cap over dentin, a cavity with caries in its floor. Analytic, so that it
+// is the same on every machine.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace typodont::test {
 
-/// `cavity` is its depth in m; 0: sound. Bricks of 3 mm. Crown up along +z, about 10 mm wide, origin in its middle.
+/// `cavity`: its depth in m; 0: no cavity. Bricks of 3 mm. Crown up along +z, about 10 mm wide, origin in its middle.
 std::vector<render::MeshUpdate> tooth_mesh(double cavity, double cell = 0.25e-3);
 
 /// A ball as one brick.

@@ -14,8 +14,8 @@
 #include "engine/base/error.h"
 #include "engine/contract/contact.h"
 #include "engine/contract/safety_event.h"
-#include "haptics/devices/keeper.h"
 #include "haptics/devices/reconnecting.h"
+#include "haptics/devices/watchdog_process.h"
 #include "tests/support/no_alloc.h"
 
 namespace typodont::haptics {
@@ -179,12 +179,12 @@ struct Wire {
 };
 constexpr std::array<std::uint8_t, 3> kZero{'[', '0', ']'};
 
-TEST(Keeper, LetsGoWhenItsProcessIsKilled) {
+TEST(WatchdogProcess, LetsGoWhenItsProcessIsKilled) {
   const Wire wire;
   const pid_t child = ::fork();
   if (child == 0) {
-    static Keeper keeper(wire.ends[1], kZero);
-    keeper.told(true, now() + 3600 * kNanosPerSecond);  // it does not fall silent, however slow this machine is
+    static WatchdogProcess watchdog(wire.ends[1], kZero);
+    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // it does not fall silent, however slow this machine is
     ::sleep(60);
     ::_exit(1);
   }
@@ -194,16 +194,16 @@ TEST(Keeper, LetsGoWhenItsProcessIsKilled) {
   ::waitpid(child, nullptr, 0);
 }
 
-TEST(Keeper, LetsGoWhenItsProcessStandsStillWithAForceOut) {
+TEST(WatchdogProcess, LetsGoWhenItsProcessStandsStillWithAForceOut) {
   const Wire wire, ready;
   const pid_t child = ::fork();
   if (child == 0) {
-    static Keeper keeper(wire.ends[1], kZero);
-    keeper.told(true, now() + 3600 * kNanosPerSecond);  // not silent until it says so
+    static WatchdogProcess watchdog(wire.ends[1], kZero);
+    watchdog.note_write(true, now() + 3600 * kNanosPerSecond);  // not silent until it says so
     ::signal(SIGUSR1, [](int) {});
     [[maybe_unused]] const auto n = ::write(ready.ends[1], "!", 1);
-    ::sleep(600);              // until the signal
-    keeper.told(true, now());  // the last word, and then nothing
+    ::sleep(600);                      // until the signal
+    watchdog.note_write(true, now());  // the last word, and then nothing
     ::sleep(600);
     ::_exit(1);
   }
@@ -216,24 +216,24 @@ TEST(Keeper, LetsGoWhenItsProcessStandsStillWithAForceOut) {
   ::waitpid(child, nullptr, 0);
 }
 
-TEST(Keeper, SaysNothingWhileNoForceIsOutAndGoesWithItsDevice) {
+TEST(WatchdogProcess, SaysNothingWhileNoForceIsOutAndGoesWithItsDevice) {
   const Wire wire;
   pid_t child = 0;
   {
-    Keeper keeper(wire.ends[1], kZero);
-    ASSERT_TRUE(keeper.running());
-    child = keeper.child();
-    keeper.told(false, now());
+    WatchdogProcess watchdog(wire.ends[1], kZero);
+    ASSERT_TRUE(watchdog.running());
+    child = watchdog.child();
+    watchdog.note_write(false, now());
     EXPECT_EQ(wire.read(100), "");
     EXPECT_EQ(::kill(child, 0), 0);
   }
   EXPECT_EQ(::kill(child, 0), -1);  // gone, and waited for
 }
 
-TEST(Keeper, WithoutADescriptorThereIsNone) {
-  Keeper keeper(-1, kZero);
-  EXPECT_FALSE(keeper.running());
-  keeper.told(true, now());
+TEST(WatchdogProcess, WithoutADescriptorThereIsNone) {
+  WatchdogProcess watchdog(-1, kZero);
+  EXPECT_FALSE(watchdog.running());
+  watchdog.note_write(true, now());
 }
 
 }  // namespace

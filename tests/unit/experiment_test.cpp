@@ -253,7 +253,7 @@ TEST_F(Touch, AScriptedHandFeelsTheStiffnessForceAndDelayOfEachStimulus) {
   stiffer.stiffness_share = 1.3;
   EXPECT_NEAR(touch.feel(stiffer).stiffness / plain.stiffness, 1.3, 0.01);
   Stimulus weaker;
-  weaker.force_share = 0.5;
+  weaker.force_fraction = 0.5;
   EXPECT_NEAR(touch.feel(weaker).force / plain.force, 0.5, 0.005);
   Stimulus later;
   later.delay = 0.04;

@@ -260,7 +260,7 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   tooth.options.voxel = 0.2e-3;
   Progress progress;
   const Scene scene = read_scene(bring_in(tooth, progress));
-  EXPECT_EQ(progress.share(), 1);
+  EXPECT_EQ(progress.fraction(), 1);
   const haptics::TissueVolume volume = load_tissue(scene);
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -348,7 +348,7 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
   NewTooth tooth{.input = folder / "sheet.obj", .name = "My scan", .as_scanned = true, .crown = Crown::kDown};
   Progress progress;
   const Scene scene = read_scene(bring_in(tooth, progress));
-  EXPECT_EQ(progress.share(), 1);
+  EXPECT_EQ(progress.fraction(), 1);
   EXPECT_EQ(model_name(scene), "vertex");
   const haptics::TissueVolume volume = load_tissue(scene);
   EXPECT_FALSE(volume.exact_outside()) << "it is open";

@@ -62,7 +62,7 @@ TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
   h.deeds.tick.tool = 2;
   EXPECT_TRUE(h.after(0.1));
   h.after(0.1);
-  h.deeds.settings.speed_share = 0.5;
+  h.deeds.settings.speed_fraction = 0.5;
   EXPECT_TRUE(h.after(0.1));
   h.after(0.1);
   EXPECT_FALSE(h.after(0.1));

@@ -102,9 +102,9 @@ TEST(RealTime, TheWindowSaysOfEachThingWhetherItWasGrantedAndInTheReportsWords) 
 TEST(ShareColor, IsRedBelowThePassMarkAndNotAtIt) {
   const session::PassMark pass{60, "x"};
   const auto same = [](const ImVec4& a, const ImVec4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
-  EXPECT_TRUE(same(widgets::share_color(0.599, pass), widgets::kBad));
-  EXPECT_FALSE(same(widgets::share_color(0.6, pass), widgets::kBad));
-  EXPECT_TRUE(same(widgets::share_color(1, pass), widgets::kGood));
+  EXPECT_TRUE(same(widgets::score_color(0.599, pass), widgets::kBad));
+  EXPECT_FALSE(same(widgets::score_color(0.6, pass), widgets::kBad));
+  EXPECT_TRUE(same(widgets::score_color(1, pass), widgets::kGood));
 }
 
 }  // namespace

@@ -13,12 +13,12 @@ TEST(Progress, StagesShareTheWholeInTheirOrder) {
   Progress p;
   p.stage("reading", 0, 0.25);
   p.at(0.5);
-  EXPECT_DOUBLE_EQ(p.share(), 0.125);
+  EXPECT_DOUBLE_EQ(p.fraction(), 0.125);
   p.stage("writing", 0.25, 1);
-  EXPECT_DOUBLE_EQ(p.share(), 0.25);
+  EXPECT_DOUBLE_EQ(p.fraction(), 0.25);
   EXPECT_STREQ(p.what(), "writing");
   p.at(7);
-  EXPECT_DOUBLE_EQ(p.share(), 1) << "never more than all";
+  EXPECT_DOUBLE_EQ(p.fraction(), 1) << "never more than all";
 }
 
 TEST(Progress, AWatcherStopsTheWorkAtItsNextWord) {

@@ -20,17 +20,17 @@ using namespace literals;
 
 constexpr const char* kTools[] = {"round_006", "round_012",         "round_023", "cylinder_010",     "flame_012",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
-constexpr double kLanded = 0.5;     // s after which the hand has landed
-constexpr double kAfter = 1.0;      // s that a run goes on after the stall
-constexpr double kFade = 0.1;       // s, time constant of the law to compare with …
-constexpr double kComeBack = 0.25;  // s, … and until all of its force is back
+constexpr double kLanded = 0.5;     // s after which the hand rests on the surface
+constexpr double kAfter = 1.0;      // s that a run continues after the stall
+constexpr double kFade = 0.1;       // s, time constant of the fade in the law for comparison
+constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in that law
 constexpr double kRow = 5e-3;       // s between two rows of a path
 
-/// How the hand moves, s and m from where it lands; and how it is held.
+/// Motion of the hand in s and m relative to its landing point, and how it is held.
 struct Course {
   haptics::HandModel model;
   haptics::HandPath path;
-  double stall_at = 0;  // s
+  double stall_at = 0;  // s, time of the stall
 };
 
 struct Dice {
@@ -53,7 +53,7 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   const bool by_spring = run.gesture == StallGesture::kTap || run.gesture == StallGesture::kDropIn ||
                          run.gesture == StallGesture::kWithdraw;
   course.model.stiffness = dvec3(2000, 2000, by_spring ? spring : 0.0);
-  const double in = push / spring;  // m below the surface, where the spring pushes as hard
+  const double in = push / spring;  // m below the surface at which the spring pushes with `push`
   for (double t = 0; t < end + 2 * kRow; t += kRow) {
     haptics::HandPath::Row row;
     row.t = t;
@@ -82,7 +82,7 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   return course;
 }
 
-/// Where the tool that is let down from X first touches, to a hundredth of a millimetre.
+/// Pose of first contact of a tool that is lowered from X, with a resolution of 0.01 mm.
 Pose land(const Scene& scene, Pose X) {
   HapticLoop loop(scene, load_tissue(scene), 1000);
   ServoTick tick;

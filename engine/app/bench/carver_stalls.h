@@ -1,4 +1,5 @@
-// What a hand feels while the carver stands still: simulated hands on the molar, and laws to compare with the servo's.
+// Measures what a hand feels while the carver stalls: simulated hands on the molar, with the servo's force law and
+// others for comparison.
 #pragma once
 
 #include <cstdint>
@@ -8,25 +9,26 @@
 
 namespace typodont {
 
-/// What becomes of the servo's force while the carver is late. All but the first are there to compare with: they
-/// attenuate the force by the tick's fault bits, between servo and hand, so the servo's ledger does not know of it.
+/// What happens to the servo's force while the carver is late. All laws except the first are for comparison: they
+/// attenuate the force between servo and hand by the tick's fault bits, so that the servo's energy ledger does not
+/// include them.
 enum class StallLaw {
-  kServo,        // as the servo gives it
-  kFadeOnStale,  // fades with 0.1 s while Fault::kStalePatch is set, and comes back within 0.25 s
+  kServo,        // the servo's force, unchanged
+  kFadeOnStale,  // fades with a time constant of 0.1 s while Fault::kStalePatch is set, and returns within 0.25 s
   kZeroAtEdge,   // zero while Fault::kPatchEdge is set
-  kFadeAndZero,  // both
+  kFadeAndZero,  // both of these
 };
 inline constexpr StallLaw kStallLaws[] = {StallLaw::kServo, StallLaw::kFadeOnStale, StallLaw::kZeroAtEdge,
                                           StallLaw::kFadeAndZero};
 const char* name_of(StallLaw law);
 
-/// What the hand does while the carver stands still.
+/// Motion of the hand during the stall.
 enum class StallGesture {
-  kSlide,     // goes to and fro on the surface under a constant push, the drill at rest
-  kDrill,     // the same while it drills
-  kTap,       // leaves the surface and comes back, by a spring
-  kWithdraw,  // lifts the tool, from sliding or drilling, upward or aslant
-  kDropIn,    // comes down from the air, by a spring to a place inside the tissue
+  kSlide,     // moves to and fro on the surface under a constant force, with the drill off
+  kDrill,     // the same with the drill on
+  kTap,       // leaves the surface and returns, driven by a spring
+  kWithdraw,  // lifts the tool after sliding or drilling, straight up or at an angle
+  kDropIn,    // descends from the air, driven by a spring to a point inside the tissue
 };
 inline constexpr StallGesture kStallGestures[] = {StallGesture::kSlide, StallGesture::kDrill, StallGesture::kTap,
                                                   StallGesture::kWithdraw, StallGesture::kDropIn};
@@ -34,25 +36,26 @@ const char* name_of(StallGesture gesture);
 
 struct StallRun {
   StallGesture gesture = StallGesture::kSlide;
-  double stall = 0;        // s; 0: the same hand without a stall
+  double stall = 0;        // s, duration of the stall; 0: the same hand without a stall
   double rate = 1000;      // Hz
-  std::uint64_t seed = 1;  // of the hand, its tool and its place
+  std::uint64_t seed = 1;  // seed for the hand, its tool and its position
   StallLaw law = StallLaw::kServo;
 };
 
-/// From the stall's first tick to a second after its last. SI.
+/// Measures from the stall's first tick to one second after its last tick. SI units.
 struct StallFelt {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
-  double energy = 0;      // J, given to the hand beyond what the coupling held
+  double energy = 0;      // J that the hand received beyond the energy stored in the coupling
   double most_force = 0;  // N
-  double most_speed = 0;  // m/s, of the hand
-  double held_back = 0;   // N, greatest force against a hand that withdraws …
-  double end_force = 0;   // N, in the last tick
+  double most_speed = 0;  // m/s, highest speed of the hand
+  double held_back = 0;   // N, largest force against a hand that withdraws
+  double end_force = 0;   // N, force in the last tick
   std::uint32_t faults = 0;
 };
 
-/// One hand: 0.15 kg, 5 N·s/m, held by a spring or under a constant push. Equal runs give equal results. Throws Error.
+/// Simulates one hand: 0.15 kg, 5 N·s/m, held by a spring or pushed by a constant force. Equal runs give equal results.
+/// Throws Error.
 StallFelt feel_stall(const StallRun& run);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// How long the whole program takes from a motion of the hand to what comes of it, and from the command to the first
-// tick and picture. Wall clock: waiting counts here.
+// Measures the latency of the whole program: from a motion of the hand to its effects, and from the command to the
+// first tick and picture. Uses wall-clock time, because waiting counts.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,10 +32,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s: when the hand's step meets the tissue
+constexpr double kTouchTime = 0.4;  // s at which the hand's step reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
-/// A folder of this bench, removed at its end.
+/// A temporary folder of this bench.
 struct Folder {
   fs::path path;
   Folder() {
@@ -59,7 +59,7 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// An explorer that rests above a block, steps down onto it at kTouchTime and stays: silent before, a tap then.
+/// An explorer rests above a block, steps down onto it at kTouchTime and stays: silence before, then a tap.
 void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "hand.csv", wav = folder.path / "s.wav", session = folder.path / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -67,7 +67,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path / "scene.json";
-  // Nothing to draw: the step's picture is measured by picture_rows, which needs no desktop.
+  // Nothing to draw: picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -88,7 +88,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   }
   if (felt < 0) return;
   rows.push_back(row("hand to force", "step onto enamel, 1 kHz", std::max(felt - moved, 1e-3), "step"));
-  // A file is made by the ticks' own time: what it shows is what the synthesizer adds.
+  // A sound file uses the ticks' own times, so it shows the delay of the synthesizer alone.
   const audio::Recording recording = audio::read_recording(wav);
   const std::vector<double> samples = recording.mono();
   for (std::size_t i = static_cast<std::size_t>(moved * recording.rate); i < samples.size(); ++i) {
@@ -98,7 +98,8 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
   }
-  // A device plays as time goes by: a hundred times a second the recording says how long a tick took to be heard.
+  // A sound device plays in real time: the recording states a hundred times per second how long a tick took to become
+  // audible.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
   const auto card =
       std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
@@ -118,7 +119,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   }
 }
 
-/// The tool moves: until the picture that shows it is finished.
+/// Time from a motion of the tool to the finished picture that shows it.
 void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
@@ -146,7 +147,7 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   }
 }
 
-/// s from a command to where `file` is there, which it makes, and to its end.
+/// s from the start of a command to the creation of its output `file`, and to its end.
 struct Took {
   double there = 1e9, end = 1e9;
 };
@@ -168,7 +169,7 @@ Took time_of(const std::string& command, const fs::path& file) {
   return {to_seconds(there - start), to_seconds(end - start)};
 }
 
-/// Commands as typed, once to warm the caches and then as measured.
+/// Runs commands as a user would: once to fill the caches, then measured.
 void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "still.csv", said = folder.path / "said.json", picture = folder.path / "left.png";
   std::ofstream(hand) << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n9,0,0,30,1,0,0,0,0\n";
@@ -190,7 +191,7 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const bool desktop = display::has_desktop();
   for (int i = 0; i < kTimes; ++i) {
     nothing = std::min(nothing, time("--version").end);
-    // As the live session itself says: it knows when its first tick was done and its first frame was on the screen.
+    // Use the live session's own times for its first finished tick and its first frame on the screen.
     const auto live = [&](double seconds, const char* rig, const char* key) {
       if (!std::isfinite(time(fmt::format("run '{}' --hand script:{} --audio none: --seconds {} --json {}", scene,
                                           hand.string(), seconds, rig))

@@ -1,5 +1,6 @@
-// A session of eight hours in simulated time: drilled, filled again and felt, recorded all along and with every stroke
-// kept for undo. What must not grow with its length: memory, a tick's cost, open files, threads, bytes a tick.
+// A session of eight hours in simulated time: tissue is drilled, filled again and felt, with a recording and an undo
+// for every stroke. Measures quantities that must not grow with its length: memory, the cost of a tick, open files,
+// threads, bytes per tick.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -31,18 +32,18 @@ constexpr std::string_view kScene = R"({
   "tools": ["round_012", "condenser_composite", "explorer"], "spindle_krpm": 300, "parts": ["haptics"]})";
 constexpr double kRate = 1000, kCycle = 60;  // Hz, s
 
-/// In a minute: a pit is drilled, filled again, and the place felt for what is left to feel; then a rest, and the next
-/// of 25 places, which was filled 25 minutes ago.
+/// The hand's cycle of one minute: it drills a pit, fills it, feels the place, and rests. Then it moves to the next of
+/// 25 places, which was last filled 25 minutes ago.
 haptics::HandSample hand_at(double t) {
   const double in_cycle = std::fmod(t, kCycle);
   const auto cycle = static_cast<int>(t / kCycle);
   const dvec3 place(2.0_mm * (cycle % 5 - 2), 2.0_mm * (cycle / 5 % 5 - 2), 0);
   constexpr double kAway = 4e-3;
-  const auto way = [](double from, double to, double share) {
-    return from + (to - from) * std::clamp(share, 0.0, 1.0);
+  const auto way = [](double from, double to, double fraction) {
+    return from + (to - from) * std::clamp(fraction, 0.0, 1.0);
   };
   const auto visit = [&](double begin, double end, double high,
-                         double low) {  // from high down to low, and up at the end
+                         double low) {  // moves from high down to low, and up again at the end
     const double down = way(way(kAway, high, in_cycle - begin), low, (in_cycle - begin - 1) / (end - begin - 2));
     return way(down, kAway, in_cycle - (end - 1));
   };
@@ -54,7 +55,7 @@ haptics::HandSample hand_at(double t) {
     z = visit(0, 8, 0.7_mm, -0.6_mm);
   } else if (in_cycle < 12) {
     hand.tool = 1, hand.pedal = in_cycle > 9 && in_cycle < 11;
-    z = visit(8, 12, 1.5_mm, 1.6_mm);  // its free end, 1.5 mm below its middle, closes the pit
+    z = visit(8, 12, 1.5_mm, 1.6_mm);  // the instrument's free end, 1.5 mm below its middle, closes the pit
   } else {
     hand.tool = 2;
     z = visit(12, 18, 0.2_mm, 0.0_mm);
@@ -91,7 +92,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
   ServoTick tick;
   Cut cut;
   std::uint64_t count = 0, recorded = 0;
-  double recording = 0;  // ns, of those since
+  double recording = 0;  // ns spent since the last row
   for (int mark = 1; mark <= kLast; ++mark) {
     for (const auto end = static_cast<std::uint64_t>(mark * unit * kRate); count < end; ++count) {
       const haptics::HandSample hand = hand_at(static_cast<double>(count) / kRate);
@@ -103,11 +104,11 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
       if (loop.fresh_patch()) writer.append({loop.fresh_patch(), 1});
       if (did_cut) writer.append({&cut, 1});
       writer.append({&tick, 1});
-      if (count % 1000 == 0) writer.flush();  // no more than a second may be lost
+      if (count % 1000 == 0) writer.flush();  // at most one second of data may be lost
       recording += static_cast<double>(thread_cpu_time() - ticked);
       (void)loop.carver().take_pieces();
     }
-    if ((mark & (mark - 1)) != 0) continue;  // 1, 2, 4, 8
+    if ((mark & (mark - 1)) != 0) continue;  // report after 1, 2, 4 and 8 units
     writer.flush();
     const std::string knob = fmt::format("after {} {}{}", mark, run.quick ? "minute" : "hour", mark > 1 ? "s" : "");
     const auto row = [&](std::string name, double error, const char* error_unit, double time = BenchRow::kNone) {
@@ -132,7 +133,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
     row("recording", static_cast<double>(fs::file_size(file)) / static_cast<double>(count), "bytes a tick");
     row("open files", entries("/proc/self/fd"), "files");
     row("threads", entries("/proc/self/task"), "threads");
-    for (std::size_t i = first; i < rows.size(); ++i) {  // the next are hours away
+    for (std::size_t i = first; i < rows.size(); ++i) {  // flush now, because the next rows are hours away
       const BenchRow& r = rows[i];
       log::info("{}, {}: {}", r.name, knob,
                 std::isfinite(r.time_ns) ? fmt::format("{:.3g} us", r.time_ns * 1e-3)

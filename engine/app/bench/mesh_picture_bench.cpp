@@ -1,5 +1,5 @@
-// The picture of a mesh that is being carved (contact models mesh_lod and vertex): what of it is made anew and uploaded
-// between two frames, beside all of it.
+// Picture of a mesh while it is carved (contact models mesh_lod and vertex): the cost of updating and uploading the
+// changed parts between two frames, compared with the whole mesh.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,13 +23,13 @@ namespace typodont {
 namespace {
 
 constexpr double kBur = 0.6e-3;       // m, radius of a round bur
-constexpr int kApproach = 500;        // ticks from the open into the surface
-constexpr int kTicksAFrame = 16;      // of 1 ms
-constexpr double kDepth = 0.3e-3;     // m that the bur is led into the surface
-constexpr double kPace = 5e-3;        // m/s along it
-constexpr double kPictureTime = 2e6;  // ns that an update may take
+constexpr int kApproach = 500;        // ticks from free space into the surface
+constexpr int kTicksAFrame = 16;      // ticks of 1 ms per frame
+constexpr double kDepth = 0.3e-3;     // m, depth to which the bur is moved
+constexpr double kPace = 5e-3;        // m/s along the surface
+constexpr double kPictureTime = 2e6;  // ns, time limit for an update
 
-/// Every triangle in four: as fine as is wanted, with the same shape.
+/// Divides every triangle into four of the same shape, for a finer mesh.
 haptics::TissueMesh divided(const haptics::TissueMesh& mesh) {
   haptics::TissueMesh finer;
   finer.vertices = mesh.vertices;
@@ -121,7 +121,7 @@ std::vector<BenchRow> bench_mesh_picture(const BenchRun& run) {
   const auto scene = [](const char* name) {
     return load_untouched(read_scene(assets_folder() / "scenes" / (std::string(name) + ".json")));
   };
-  // Four tissues show through each other, and their labels are looked at under every corner.
+  // The molar has four tissues that show through each other, so labels are evaluated below every vertex.
   rows_of("molar", scene("molar-caries"), run.quick, rows);
   haptics::TissueVolume arch = scene("arch-carve");
   for (int level = 1; level <= (run.quick ? 1 : 3); ++level) {

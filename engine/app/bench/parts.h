@@ -1,5 +1,5 @@
-// The parts of the program that `typodont bench` measures: rows of error against time, each beside its baselines
-// measured in the same run. Modules bring their own rows; what needs several modules at once is measured here.
+// The parts of `typodont bench`. Each part returns rows of error and time, with baselines measured in the same run.
+// Modules provide their own rows; parts that need several modules are in this folder.
 #pragma once
 
 #include <filesystem>
@@ -13,27 +13,27 @@
 
 namespace typodont {
 
-/// What is asked of every part.
+/// Arguments of every part.
 struct BenchRun {
-  bool quick = false;                   // fewer repeats: a look instead of a measurement
-  haptics::SharedContactMethod method;  // of the parts that measure a contact model; null: the default one
+  bool quick = false;                   // fewer repeats, for a quick look
+  haptics::SharedContactMethod method;  // for parts that measure a contact model; null: the default model
 };
 
 struct BenchPart {
   std::string_view name;
   std::string_view title;
   std::string_view what;  // one sentence for the page
-  /// Throws Error where something that it needs is missing.
+  /// Throws Error if something it needs is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
-  bool takes_model = false;  // it measures BenchRun::method
-  /// Writes its rows as a page of its own; null: they are a section of the common page.
+  bool takes_model = false;  // uses BenchRun::method
+  /// Writes its rows as a separate page; null: they are a section of the common page.
   void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                      const std::string& machine) = nullptr;
 };
 
 std::span<const BenchPart> bench_parts();
 
-// Measured in the files beside this one.
+// Parts in the files of this folder.
 std::vector<BenchRow> bench_mesh_picture(const BenchRun& run);
 std::vector<BenchRow> bench_render(const BenchRun& run);
 std::vector<BenchRow> bench_import(const BenchRun& run);

@@ -28,7 +28,7 @@ std::string duration(double ns) {
   return fmt::format("{:.3g} ns", ns);
 }
 
-/// Rows that have both an error and a time, in one plot for each pair of units.
+/// Plots the rows that have an error and a time, one plot for each pair of units.
 std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {
@@ -48,7 +48,7 @@ std::vector<Plot> work_precision(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Rows whose cost is asked for by size.
+/// Plots the cost of the rows that vary the problem size.
 std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   std::map<std::string, Plot> plots;
   for (const BenchRow& r : rows) {
@@ -65,7 +65,7 @@ std::vector<Plot> growth(const std::vector<BenchRow>& rows) {
   return out;
 }
 
-/// Rows without a time: a quantity by size, e.g. a critical stiffness by servo rate.
+/// Plots rows without a time: a quantity against size, e.g. the critical stiffness against the servo rate.
 std::vector<Plot> laws(const std::vector<BenchRow>& rows) {
   std::map<std::pair<std::string, std::string>, Plot> plots;
   for (const BenchRow& r : rows) {

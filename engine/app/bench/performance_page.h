@@ -1,4 +1,4 @@
-// docs/performance.md: the rows of `typodont bench` as tables and plots. Made by the program, never typed by hand.
+// Generates docs/performance.md: the rows of `typodont bench` as tables and plots.
 #pragma once
 
 #include <filesystem>
@@ -14,14 +14,14 @@ struct MeasuredPart {
   std::vector<BenchRow> rows;
 };
 
-/// How the time of the rows called `name` grows with their size: the exponent b of a least-squares fit time ∝ size^b in
-/// logarithms. NaN when there are not two sizes.
+/// Growth of the time with the size for the rows called `name`: the exponent b of a least-squares fit time ∝ size^b in
+/// logarithms. NaN with fewer than two sizes.
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name);
 
-/// Writes FILE.md and, beside it in a folder of its name, one SVG per plot; whole or not at all, file by file. A part
-/// with a page of its own (BenchPart::write_page) gets it beside FILE.md under the part's name, or as FILE.md where it
-/// is the only part.
-/// `machine`: processor, compiler, flags and date in one line. Throws Error when the place is not writable.
+/// Writes FILE.md and one SVG per plot, in a folder of the same name beside it; each file completely or not at all. A
+/// part with its own page (BenchPart::write_page) is written beside FILE.md under the part's name, or to FILE.md if it
+/// is the only part. `machine`: processor, compiler, flags and date in one line. Throws Error if a file cannot be
+/// written.
 void write_performance_page(const std::filesystem::path& file, const std::vector<MeasuredPart>& parts,
                             const std::string& machine);
 

@@ -13,19 +13,19 @@ namespace typodont {
 
 namespace {
 
-// Okabe & Ito 2008: told apart by colour-blind readers, too.
+// Palette of Okabe & Ito 2008, which colour-blind readers can distinguish.
 constexpr std::array<const char*, 8> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#000000", "#8a8a8a"};
 
-/// Powers of ten.
+/// Range of a logarithmic axis in whole decades.
 struct Decades {
   int first = 0, last = 1;
   int step() const { return (last - first + 7) / 8; }
-  /// 0 at the first, 1 at the last.
+  /// 0 at the first decade, 1 at the last.
   double fraction(double v) const { return (std::log10(v) - first) / (last - first); }
 };
 
-/// Decades that hold all values.
+/// The decades that contain all values.
 Decades decades(const std::vector<Plot>& plots, double PlotPoint::*value) {
   double lo = INFINITY, hi = -INFINITY;
   for (const Plot& plot : plots) {
@@ -40,7 +40,7 @@ Decades decades(const std::vector<Plot>& plots, double PlotPoint::*value) {
   return {first, std::max(last, first + 1)};
 }
 
-/// The rectangle of one plot in a drawing, and what its axes span.
+/// Rectangle of one plot in a drawing, and the ranges of its axes.
 struct Frame {
   double left, top, width, height;
   Decades across, up;

@@ -1,4 +1,4 @@
-// What recording costs: processor time and bytes a tick, by strength of compression.
+// Measures the cost of recording: processor time and bytes per tick, for each compression level.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct Drilling {
   std::vector<Cut> cuts;
 };
 
-/// A hand that trembles (tenths of a millimetre, 8 to 11 Hz) while it drills in circles.
+/// A hand that drills in circles with a tremor (tenths of a millimetre, 8 to 11 Hz).
 Drilling drill(int ticks) {
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});
   HapticLoop loop(scene, load_tissue(scene), 1000);
@@ -61,7 +61,7 @@ std::vector<BenchRow> bench_recording(const BenchRun& run) {
     const Nanos start = thread_cpu_time();
     {
       session::SessionWriter writer(file, header, options);
-      constexpr std::size_t kPiece = 500;  // as the recorder empties its rings, twice a second
+      constexpr std::size_t kPiece = 500;  // ticks per append; the recorder empties its rings twice per second
       std::size_t cut = 0;
       for (std::size_t i = 0; i < done.ticks.size(); i += kPiece) {
         const std::size_t n = std::min(kPiece, done.ticks.size() - i), first = cut;

@@ -1,4 +1,4 @@
-// What a frame costs and how far its picture is from the best one.
+// Measures the cost of a frame, and the difference of its picture from the best quality.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
   return rig;
 }
 
-/// rms over all pixels of `fine`, averaged over its 2×2 blocks, against `coarse`; in steps of 255.
+/// Root-mean-square difference of all pixels between `fine`, averaged over 2×2 blocks, and `coarse`; in steps of 255.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
   for (int y = 0; y < coarse.size.y; ++y) {
@@ -76,7 +76,8 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
     stage->show(bricks, origin);
     const render::FrameStats stats = stage->draw(tick, {}, 0);
     const double error = difference(reference, stage->screen());
-    // While drilling: the tool moves, two bricks change. Processor time of all threads, for lavapipe has several.
+    // During drilling the tool moves and two bricks change. Measures the processor time of all threads, because
+    // lavapipe uses several.
     ServoTick moving = tick;
     std::vector<double> times;
     for (int i = 0; i < (run.quick ? 3 : 15); ++i) {

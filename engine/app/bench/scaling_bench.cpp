@@ -1,4 +1,5 @@
-// How costs grow with the scene: the servo must not feel its size, memory follows the surface.
+// Measures how costs grow with the size of the scene: the servo's time must not depend on it, and memory must grow with
+// the surface.
 #include <fmt/format.h>
 #include <malloc.h>
 #include <unistd.h>
@@ -21,7 +22,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.0;  // mm, of all bodies: their memory is told in the same measure, and a shank has room
+constexpr double kBand = 1.0;  // mm, same band for all bodies, so that their memory is comparable and a shank has room
 
 double allocated_bytes() {
   const auto info = mallinfo2();
@@ -30,7 +31,7 @@ double allocated_bytes() {
 
 struct Body {
   std::string knob, tissue;
-  dvec3 top;       // where it is drilled from above, m
+  dvec3 top;       // m, point that is drilled from above
   double surface;  // voxels²
 };
 
@@ -45,7 +46,7 @@ Body ball(double radius_mm) {
       4 * kPi * std::pow(radius_mm / voxel, 2)};
 }
 
-/// Fourteen teeth on a parabola, each an enamel crown about a dentin core with its root.
+/// Fourteen teeth on a parabola, each with an enamel crown, a dentin core and a root.
 Body dental_arch() {
   std::string solids;
   dvec3 first(0);
@@ -79,7 +80,7 @@ Body hip() {
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
 
-/// A frame of a close look at where the body is drilled: what it costs follows what is seen, not what is there.
+/// A frame of a close view of the drilled place: its cost depends on what is visible, not on the size of the body.
 void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& tissue, ServoTick tick, bool quick,
                  std::vector<BenchRow>& rows) {
   const auto fast = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),
@@ -135,7 +136,7 @@ std::vector<BenchRow> bench_scaling(const BenchRun& run) {
                       .size_unit = "voxels² of surface"});
     };
 
-    std::filesystem::remove(file);  // of the body before
+    std::filesystem::remove(file);  // removes the file of the previous body
     load_tissue(scene).save(file);
     const Scene saved = scene_of(fmt::format(R"({{"volume": "{}"}})", file.string()));
     const double before = allocated_bytes();

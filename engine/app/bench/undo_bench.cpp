@@ -1,4 +1,4 @@
-// What it costs to take a stroke back, and to remember it: on the CT molar, and on a block of fine voxels with burs of
+// Measures the cost of undoing a stroke and of storing it: on the CT molar, and on a block of fine voxels with burs of
 // all sizes.
 #include <fmt/format.h>
 
@@ -24,13 +24,13 @@ constexpr std::string_view kBlock = R"({"name": "block", "tissue": {"voxel_mm": 
   {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [12, 10, 2]}}}]},
   "tools": ["round_012", "cylinder_012", "flame_018", "round_040"]})";
 
-/// The spread of burs and sizes of a stroke: passes side by side, straight through, each pass the bur's way across.
+/// Makes strokes: parallel passes straight through the tissue.
 struct Cutter {
   haptics::Carver& carver;
-  dvec3 low, high;  // m, of the tissue
+  dvec3 low, high;  // m, bounds of the tissue
   Nanos t = 0;
 
-  /// One stroke: `passes` of tool `tool`, `apart` from each other, its head's centre at height `z`.
+  /// Makes one stroke: `passes` passes of tool `tool` at a distance of `apart`, with the head's centre at height `z`.
   void stroke(std::uint32_t tool, int passes, double apart, double z) {
     t += kNanosPerSecond;
     const double middle = 0.5 * (low.y + high.y);
@@ -46,7 +46,7 @@ struct Cutter {
   }
 };
 
-/// Rows of one kind of stroke, made `repeats` times at heights z(repeat).
+/// Rows of one kind of stroke, repeated `repeats` times at heights z(repeat).
 template <typename Height>
 void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, int passes, double apart, int repeats,
              const Height& z, const std::string& knob) {
@@ -65,8 +65,8 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     again.push_back(static_cast<double>(thread_cpu_time() - undone));
     back.push_back(static_cast<double>(undone - start));
     (void)carver.volume().take_changed_bricks();
-    bytes = carver.volume().strokes().bytes;  // of this stroke alone: the one before is forgotten
-    carver.undo();                            // the next one meets the same tissue
+    bytes = carver.volume().strokes().bytes;  // of this stroke alone, because the previous one was discarded
+    carver.undo();                            // so that the next stroke meets the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
   rows.push_back({.name = "made ready in the pause after it",
@@ -104,7 +104,7 @@ std::vector<BenchRow> bench_undo(const BenchRun& run) {
     const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
     haptics::Carver carver(load_tissue(scene), haptics::tool_set(scene.servo));
     Cutter cutter = cutter_of(carver);
-    for (const int passes : {1, 4, 16})  // through the crown, under its top
+    for (const int passes : {1, 4, 16})  // through the crown, below its top
       measure(
           rows, cutter, 0, passes, 0.2e-3, run.quick ? 3 : 15,
           [&](int repeat) { return cutter.high.z - 2.5e-3 - 0.1e-3 * repeat; },

@@ -1,4 +1,4 @@
-// typodont bench: error against time, part by part, each beside its baselines measured in the same run.
+// typodont bench: measures error and time of each part, with baselines measured in the same run.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -35,7 +35,7 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// The machine, compiler, flags and date, so that a row can be compared with another of its kind.
+/// Describes machine, compiler, flags and date, so that only comparable rows are compared.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
@@ -74,7 +74,7 @@ std::string csv(const std::vector<MeasuredPart>& parts, const std::string& made)
   return text;
 }
 
-/// One line of such a file.
+/// The cells of one line of a CSV file of rows.
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells(1);
   bool quoted_now = false;
@@ -89,7 +89,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// The rows that `file` has, by part. Throws Error where it is no such file.
+/// Rows stored in `file`, by part. Throws Error if it is not such a file.
 std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) {
   LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
@@ -153,7 +153,8 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
-/// What --model names; null without it. Throws Error where a part that was asked for measures no contact model.
+/// The contact model named by --model; null without it. Throws Error if a requested part does not measure contact
+/// models.
 haptics::SharedContactMethod chosen_method(const Options& options) {
   if (options.model.empty()) return nullptr;
   std::vector<std::string> taking;

@@ -1,4 +1,4 @@
-// typodont calibrate …: the set-up routine of a bench and its single solvers.
+// typodont calibrate …: the set-up procedure of a bench, and its single solvers.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ using namespace calibration;
 
 namespace {
 
-/// Where a result goes: a file, standard output as JSON, or words for people.
+/// Destination of a result: a file, JSON on standard output, or text.
 struct Output {
   std::string file;
   bool json = false;
@@ -106,13 +106,13 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// What the two commands for poses of an arm and a tracker differ in.
+/// The differences between the two commands for poses of an arm and a tracker.
 struct PoseCommand {
   const char* name;
   const char* about;
-  const char *X, *Z;  // names of the results
+  const char *X, *Z;  // names of the two results
   const char *X_what, *Z_what;
-  const char* b_columns;  // what the b columns hold
+  const char* b_columns;  // meaning of the b columns
   const char* footer;
   bool camera_on_arm;
 };
@@ -300,7 +300,7 @@ std::string summary(const BenchState& bench) {
   return text;
 }
 
-/// What guided capture is given on the command line.
+/// Options of guided capture on the command line.
 struct HandOptions : GuideOptions {
   double plate_pitch_mm = 40, still_mm = 0.3;
   bool no_window = false;
@@ -332,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// The steps that are solved from the captures beside the rig.
+/// The steps that are solved from the captures beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -440,7 +440,7 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // Kept beside the rig like all captures; every session's check begins anew.
+      // Stored beside the rig like all captures; each session's check starts without old ones.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -492,7 +492,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// One guided step, solved and kept in the rig file. False when somebody stopped.
+/// Guides, solves and stores one step in the rig file. False if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

@@ -25,13 +25,13 @@ Check check_of(const CLI::Validator& validator) {
   return Check(std::make_shared<const CLI::Validator>(validator));
 }
 
-constexpr std::size_t kLongest = 40;  // characters of an argument that a message shows
+constexpr std::size_t kLongest = 40;  // characters of an argument that a message shows at most
 
 std::string shown(const std::string& text) {
   return text.size() > kLongest ? text.substr(0, kLongest - 3) + "..." : text;
 }
 
-/// NaN where the text is no finite number.
+/// NaN if the text is not a finite number.
 double number_of(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
@@ -60,8 +60,8 @@ void take_finite_numbers_only(CLI::Option& option) {
       "", ""));
 }
 
-/// Every option of `app` and its commands that is a number takes finite ones only: "nan" passes comparisons, and "inf"
-/// means work without end.
+/// Makes every numeric option of `app` and its commands refuse "nan", which passes comparisons, and "inf", which can
+/// mean endless work.
 void take_finite_numbers_only(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) take_finite_numbers_only(*option);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) take_finite_numbers_only(*command);
@@ -135,7 +135,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // of the program itself; other commands belong to it
+  std::unique_ptr<CLI::App> root;  // only for the program itself; other commands belong to it
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;
@@ -203,7 +203,7 @@ std::optional<int> Command::run(int argc, char** argv) {
   try {
     impl_->app->parse(argc, argv);
     return std::nullopt;
-  } catch (const CLI::Success& e) {  // --help, --version
+  } catch (const CLI::Success& e) {  // --help or --version
     return impl_->app->exit(e);
   } catch (const CLI::ParseError& e) {
     impl_->app->exit(e);

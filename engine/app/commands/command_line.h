@@ -1,5 +1,5 @@
-// The command line: commands, their options, and what an option's value must be. The words are read by CLI11, which
-// only command_line.cpp includes: it costs 8 s in every file that does.
+// The command line: commands, options, and checks of option values. CLI11 parses the words; only command_line.cpp
+// includes it, because that costs 8 s of compile time per file.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// What the value of an option must be; whatever else is refused with a message that says so.
+/// A check of an option's value; another value is refused with a message that states the expected one.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -28,17 +28,17 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// A finite number from low to high, both included.
+/// A finite number from low to high, inclusive.
 Check range(double low, double high);
 Check range(int low, int high);
 /// Above 0, up to `most`.
 Check more_than_zero(double most = 1e9);
-/// A whole number from 0 on: a monitor, a channel.
+/// A whole number from 0, for example a monitor or a channel.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// A name that the command may write a file of one of these kinds to: its ending is one of theirs (a device or a FIFO
-/// may be called anything), its folder can be written to, and nothing there has to stay (PartialFile).
+/// A file name to which the command may write a file of one of these kinds: the extension belongs to a kind (a device
+/// or FIFO may have any name), the folder is writable, and no existing file must be kept (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {
@@ -46,19 +46,19 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
   Option* check(const Check& check);
   Option* required();
-  /// The help shows the value that the variable has now.
+  /// Shows the variable's present value as the default in the help.
   Option* show_default();
-  /// So many words after the option's name.
+  /// The option takes `count` words.
   Option* expected(int count);
-  /// At most one word; without one the value is `usual`. `word`: what the help calls it.
+  /// The option takes at most one word; without one the value is `usual`. `word`: its name in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
   CLI::Option* option_;
 };
 
-/// A command with its options and commands of its own; the root is the program itself. What it returns pointers to
-/// lives as long as the root. Variables are written by the root's run() and must outlive that.
+/// A command with its options and subcommands; the root is the program itself. Returned pointers are valid as long as
+/// the root. The root's run() writes the variables, which must outlive it.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -66,27 +66,26 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// `name`: "--out", or the bare name of a word by its place. T: a string, number or path, an optional or a vector of
-  /// them, as listed in command_line.cpp.
+  /// `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or path, an optional
+  /// or a vector of them, as listed in command_line.cpp.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about = "");
   Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
-  /// Shown below the help.
+  /// Text below the help.
   void footer(const std::string& text);
   void version(const std::string& text);
-  /// How many of its commands must be named, and may be.
+  /// Smallest and largest number of subcommands that must be given.
   void expect_commands(int least, int most);
-  /// The work, once all options are read. It may throw.
+  /// The work to do after all options are read. It may throw.
   void callback(std::function<void()> work);
-  /// Throws Error where one of `options` was given although `needed` (in words, "--view section") was not.
+  /// Throws Error if one of `options` was given although `needed` (text such as "--view section") was not.
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// Whether one of its commands was named.
+  /// True if one of its subcommands was given.
   bool named_command() const;
   std::string help() const;
 
-  /// The root's: reads the words and runs the command that they name. Nothing where that was done; the exit status
-  /// where it ended with the words: 0 after --help and --version, 2 where they are not understood. Throws what the work
-  /// throws.
+  /// Only for the root: parses the words and runs the named command. Returns nothing after a command ran, otherwise the
+  /// exit status: 0 after --help and --version, 2 if the words are invalid. Throws what the work throws.
   std::optional<int> run(int argc, char** argv);
 
  private:

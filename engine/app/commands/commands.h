@@ -1,4 +1,4 @@
-// The program's commands: one file each, named as the user types it (a hyphen is an underscore).
+// The program's commands, each in its own file with the command's name (a hyphen becomes an underscore).
 #pragma once
 
 namespace typodont {
@@ -7,8 +7,8 @@ namespace cli {
 class Command;
 }
 
-// Each adds its command to `program`; the work runs in its callback. It throws Error (exit 2) or
-// RunFailure (exit 1), prints results on standard output and messages on standard error.
+// Each function adds its command to `program`; the work runs in its callback. It throws Error (exit 2) or RunFailure
+// (exit 1), prints results on standard output and messages on standard error.
 void add_bench_command(cli::Command& program);
 void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);

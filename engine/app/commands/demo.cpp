@@ -1,4 +1,4 @@
-// typodont demo: what ./run demo runs.
+// typodont demo: the demonstration that ./run demo starts.
 #include "engine/app/demo.h"
 
 #include <memory>

@@ -1,4 +1,4 @@
-// typodont devices: what is plugged in, who may open it, and the command that mends what is missing.
+// typodont devices: lists the connected devices, who may open them, and the command that adds missing permissions.
 #include "haptics/devices.h"
 
 #include <fmt/format.h>

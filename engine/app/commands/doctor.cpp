@@ -1,4 +1,4 @@
-// typodont doctor: what this machine has, what is lost without the rest, and the command that mends it.
+// typodont doctor: checks this machine, and reports what is missing, what that disables, and the command that fixes it.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -40,13 +40,13 @@ enum class State { kOk, kDegraded, kMissing };
 
 struct Check {
   Check(std::string id_text, std::string name_text) : id(std::move(id_text)), name(std::move(name_text)) {}
-  std::string id;    // for machines: "vulkan"
-  std::string name;  // for people
+  std::string id;    // machine-readable name, e.g. "vulkan"
+  std::string name;  // name for the user
   State state = State::kOk;
-  std::string found;      // what there is
-  std::string without;    // what is lost; empty when ok
-  std::string mend;       // a command, or what to do by hand
-  bool required = false;  // the program cannot even run offscreen without it
+  std::string found;      // what was found
+  std::string without;    // what does not work without it; empty if all is well
+  std::string mend;       // a command, or a manual step, that fixes it
+  bool required = false;  // the program cannot run without it, not even offscreen
 };
 
 std::string first_line(const fs::path& file) {
@@ -61,7 +61,7 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-/// Libraries that look for hardware write about everything they do not find.
+/// Suppresses standard error while libraries search for hardware, because they report everything that is missing.
 class QuietStandardError {
  public:
   QuietStandardError() : kept_(dup(STDERR_FILENO)) {
@@ -90,7 +90,8 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // Asked for at run time, so that a machine without Vulkan gets an answer and not a loader's message.
+  // The library is loaded at run time, so that a machine without Vulkan gets a message of this program instead of the
+  // loader's.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     c.state = State::kMissing;
@@ -223,9 +224,9 @@ Check clock_speed() {
   return c;
 }
 
-/// Devices the program knows, by USB id as in the kernel's uevent.
+/// Known devices by USB id, as in the kernel's uevent.
 struct KnownDevice {
-  unsigned vendor, product;  // product 0: any
+  unsigned vendor, product;  // product 0: any product
   const char* name;
 };
 constexpr KnownDevice kKnown[] = {
@@ -295,7 +296,7 @@ Check audio() {
   c.without = "no live sound: it is written to a WAV file instead";
 #ifdef TYPODONT_WITH_PORTAUDIO
   const QuietStandardError quiet;
-  setenv("JACK_NO_START_SERVER", "1", 1);  // looking must not start a sound server
+  setenv("JACK_NO_START_SERVER", "1", 1);  // the check must not start a sound server
   if (Pa_Initialize() != paNoError) {
     c.state = State::kMissing;
     c.found = "PortAudio does not start";
@@ -356,7 +357,7 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // A bare name is looked up by the dynamic loader; a path counts from the file that names it.
+    // The dynamic loader searches for a bare name; a relative path is relative to the file that names it.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

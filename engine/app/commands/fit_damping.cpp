@@ -1,4 +1,4 @@
-// typodont fit-damping: spring and damper of a scene's coupling from a measured push.
+// typodont fit-damping: fits spring and damper of a scene's coupling to a measured push.
 #include <fmt/format.h>
 
 #include <array>

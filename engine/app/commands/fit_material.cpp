@@ -1,4 +1,4 @@
-// typodont fit-material: densities of a scene's packing from a recorded force curve.
+// typodont fit-material: fits the densities of a scene's packing to a recorded force curve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Options {
   bool json = false;
 };
 
-/// Where the tool was and what it felt: the columns tool_* and force_*.
+/// Reads the tool's positions and forces from the columns tool_* and force_*.
 std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   const std::vector<ServoTick> ticks =
       input.ends_with(".h5") ? session::SessionReader(input).ticks() : session::read_ticks_csv(input);
@@ -39,7 +39,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// One curve of a plot: points in its own units, over the ranges given.
+/// One curve of a plot: points in data units, scaled by the given ranges.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
                      double y_most, double left, double top, double width, double height, const char* color) {
   std::string points;
@@ -50,7 +50,7 @@ std::string polyline(const std::vector<double>& x, const std::vector<double>& y,
   return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="1.5" points="{}"/>)", color, points);
 }
 
-/// Left the error over the rounds, right the two force curves.
+/// Left plot: error over the iterations; right plot: the two force curves.
 std::string plot(const haptics::MaterialFit& fit) {
   std::vector<double> rounds, logs, t;
   for (std::size_t i = 0; i < fit.error.size(); ++i) {
@@ -96,7 +96,7 @@ void run(const Options& options) {
   haptics::FitOptions fit_options;
   fit_options.eta = options.eta;
   fit_options.rounds = options.rounds;
-  fit_options.progress = [&](double share) { progress.at(0.2 + 0.8 * share); };
+  fit_options.progress = [&](double fraction) { progress.at(0.2 + 0.8 * fraction); };
   const haptics::MaterialFit fit =
       haptics::fit_material(tissue, servo_settings(scene, tissue, 1000), samples, fit_options, options.input);
   progress.at(1);

@@ -1,4 +1,4 @@
-// typodont mesh: the surface that is seen, as a file for other programs.
+// typodont mesh: writes the drawn surface to a file for other programs.
 #include <fmt/format.h>
 
 #include <limits>
@@ -38,7 +38,7 @@ void run(const Options& options) {
   const double tolerance =
       options.tolerance_mm < 0 ? surface::MesherOptions{}.tolerance : options.tolerance_mm * kMillimetre / frame.voxel;
   const surface::WholeMesh mesh =
-      whole_surface(volume, static_cast<float>(tolerance), [&](double share) { progress.at(0.8 * share); });
+      whole_surface(volume, static_cast<float>(tolerance), [&](double fraction) { progress.at(0.8 * fraction); });
   if (mesh.triangles.empty()) throw Error(options.input, "", "no surface", "tissue");
   surface::write_mesh(options.out, mesh, frame, load_materials());
   progress.at(1);

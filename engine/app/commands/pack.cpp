@@ -1,4 +1,4 @@
-// typodont pack: a scene's tissue as a packing of spheres, in a file.
+// typodont pack: packs a scene's tissue with spheres and stores them in a file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -73,7 +73,7 @@ void run(const Options& options) {
   packing_options.spheres = static_cast<std::size_t>(options.spheres);
   packing_options.seed = options.seed;
   packing_options.max_radius = options.max_radius_mm * kMillimetre;
-  packing_options.progress = [&](double share) { progress.at(0.95 * share); };
+  packing_options.progress = [&](double fraction) { progress.at(0.95 * fraction); };
   SpherePacking packing;
   try {
     packing = haptics::pack_spheres(volume, packing_options);

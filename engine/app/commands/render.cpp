@@ -1,4 +1,4 @@
-// typodont render: pictures of a scene as each eye sees it, without a screen, and the matrices behind them.
+// typodont render: draws a scene as each eye sees it, without a screen, and writes the matrices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct Options {
   bool json = false, hud = false, validate = false;
 };
 
-/// "NX,NY,NZ,OFFSET_MM": tissue is kept where normal · p > offset.
+/// Parses "NX,NY,NZ,OFFSET_MM": tissue is kept where normal · p > offset.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -54,12 +54,12 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// What a view for teaching shows beside the surface.
+/// Adds what a teaching view shows besides the surface.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
     glm::dvec4 plane;
-    if (options.plane.empty()) {  // along the tooth's middle, facing the viewer
+    if (options.plane.empty()) {  // default plane: through the tooth's middle, facing the viewer
       glm::ivec3 lo, hi;
       volume.bounds(lo, hi);
       const dvec3 middle = volume.frame().to_world(0.5 * dvec3(lo + hi));
@@ -84,7 +84,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Green where nothing resists, white at dentin's density, red at one and a half times that (S2, Fig. 9).
+/// Green: no resistance; white: dentin's density; red: 1.5 times that (S2, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -92,7 +92,7 @@ glm::vec3 density_color(double density) {
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
 }
 
-/// The spheres of the tissue, the farthest first: each is drawn over those behind it.
+/// The tissue's spheres, the farthest first, because nearer ones are drawn over them.
 std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
                                                const dvec3& eye) {
   std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
@@ -101,7 +101,7 @@ std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, co
   std::vector<render::Particle> particles;
   particles.reserve(spheres.size());
   if (spheres.empty()) return particles;
-  // What is farther away is darker, so that the shape is seen.
+  // Farther spheres are darker, to show the shape.
   constexpr float kFarthest = 0.45f;
   const double first = std::sqrt(far(spheres.back())), last = std::sqrt(far(spheres.front()));
   for (const haptics::ShownSphere& s : spheres) {
@@ -150,7 +150,7 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  std::optional<session::SessionReader> session;  // a moment of a recording instead of a scene
+  std::optional<session::SessionReader> session;  // set if a moment of a recording is drawn instead of a scene
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.at != 0 && options.pose.empty() && !session)
@@ -181,7 +181,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver where what is shown is not the volume as it was read: a moment of a session, or a body of another form.
+  // A carver is needed if the picture does not show the volume as read: a moment of a session, or a body of another
+  // model.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -226,7 +227,7 @@ void run(const Options& options) {
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
                      {"frame", stats_json(drawn)},
-                     // The same frame asked for again: nothing moved, so nothing is drawn and no command is recorded.
+                     // The same frame once more: nothing moved, so nothing is drawn and no command is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
   if (!stage_options.tool) skipped["tool"] = "no --pose";
@@ -267,7 +268,8 @@ void run(const Options& options) {
     render::write_png(out / "screen.png", stage.screen());
     written.push_back((out / "screen.png").string());
   }
-  // Once more with all made ready, and all of it drawn anew, for the head moves a little: what such frames on end take.
+  // Draw once more after the set-up, with a small head motion that forces a full redraw: the time of frames in
+  // sequence.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

@@ -1,4 +1,5 @@
-// typodont replay: a recorded session again: checked bit for bit, watched, filmed, or its hand put into another scene.
+// typodont replay: repeats a recorded session: checks it bit for bit, shows it, films it, or applies its hand to
+// another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -53,7 +54,7 @@ void check(const Options& options) {
   if (options.check && !result.identical) throw RunFailure("the replay differs: " + result.what_differs);
 }
 
-/// The recorded hand in a scene that differs in some keys.
+/// Runs the recorded hand in a scene with some keys changed.
 void rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {
@@ -98,8 +99,7 @@ void run(Options options) {
   try {
     if (session::repair_session(options.session))
       log::warn("{}: was cut off; repaired as far as it goes", options.session);
-  } catch (
-      const Error&) {  // no session, which is said below, or a place that cannot be written to: it is read as it is
+  } catch (const Error&) {  // not a session (reported below), or a folder that is not writable: read the file as it is
   }
   PlaybackOptions& playback = options.playback;
   playback.session = options.session;

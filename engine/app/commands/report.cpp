@@ -1,4 +1,4 @@
-// typodont report: a session as one HTML page.
+// typodont report: writes a session as one HTML page.
 #include "engine/session/report.h"
 
 #include <fmt/format.h>
@@ -44,7 +44,7 @@ session::Language language_of(const std::string& wanted) {
   return session::Language::kEnglish;
 }
 
-/// A folder of sessions: the learning curve.
+/// Learning curve for a folder of sessions.
 void run_folder(const Options& options, session::Language language) {
   using namespace session;
   Progress progress("sessions");
@@ -68,7 +68,7 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// The phases and the bed of an exercise in implant surgery.
+/// Adds the phases and the bed of an exercise in implant surgery.
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();
@@ -88,7 +88,7 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
                             {"temperature_C", phase.hottest},
                             {"notes_s", notes}});
   }
-  // null: not known.
+  // null: unknown
   const auto known = [](double value, double unit) {
     return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
   };
@@ -152,7 +152,7 @@ void run(const Options& options) {
   progress->at(0.95);
   write_file_atomically(options.out, page, FileKind::kPage);
   progress->at(1);
-  progress.reset();  // the line is over before anything else is printed
+  progress.reset();  // end the progress line before other output
 
   if (options.json) {
     nlohmann::json items = nlohmann::json::array();
@@ -160,7 +160,7 @@ void run(const Options& options) {
     const auto tooth = scene.empty() ? std::nullopt : tooth_sides(Json::parse(scene, options.session));
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
-                       {"value", item.value},  // null: nothing there to measure
+                       {"value", item.value},  // null: there was nothing to measure
                        {"unit", item.unit},
                        {"target", item.target},
                        {"tolerance", item.tolerance},

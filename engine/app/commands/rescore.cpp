@@ -1,4 +1,4 @@
-// typodont rescore: all sessions of a school scored anew, e.g. after a rule has changed.
+// typodont rescore: computes the scores of all sessions of a school again, e.g. after a rule has changed.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -45,9 +45,9 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // of a session whose process died
+constexpr int kTries = 2;  // attempts for a session whose process died
 
-/// "task" and "score" of a scene file, as changes of a recorded scene; empty: the recorded rules hold.
+/// "task" and "score" of a scene file, to replace those of a recorded scene; empty: keep the recorded rules.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -61,13 +61,14 @@ std::string rules_of(const std::string& file) {
   return changes.dump();
 }
 
-/// One session, here.
+/// Scores one session in this process.
 Row score(const std::string& file, const std::string& rules) {
   const session::SessionReader reader(file);
   const session::SessionSummary s =
       rules.empty() ? summary_of(reader) : summary_of(reader, scene_with(reader, rules, "--rules"));
   Row items = Row::object();
-  for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;  // not finite: null
+  // JSON stores a value that is not finite as null
+  for (const session::ScoreItem& item : s.score.items) items[item.name] = item.value;
   return {{"session", file},
           {"date", s.date},
           {"trainee", s.trainee},
@@ -84,8 +85,8 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// One session, in a process of its own: what it may do to that costs no other. Its status; `said`: what it printed,
-/// and its messages before.
+/// Scores one session in a separate process, so that a crash does not affect others. Returns its exit status; `said`
+/// receives its messages followed by its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -116,7 +117,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// What it said last: the result, or why there is none.
+/// The last line of the output: the result, or the reason for failure.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -124,12 +125,12 @@ std::string last_line(std::string said) {
   return said.starts_with(kError) ? said.substr(kError.size()) : said;
 }
 
-/// Never without a row: a session that cannot be scored is one with "error". `rules`: the file.
+/// Always returns a row; it contains "error" if the session cannot be scored. `rules`: the rules file.
 Row score_safely(const std::string& file, const std::string& rules) {
   std::string said;
   for (int i = 0; i < kTries; ++i) {
     const int status = score_elsewhere(file, rules, said);
-    if (!WIFEXITED(status)) continue;  // it died: once more
+    if (!WIFEXITED(status)) continue;  // the process died: try again
     if (WEXITSTATUS(status) == 0) return Row::parse(last_line(said));
     return {{"session", file}, {"error", last_line(said)}};
   }
@@ -155,7 +156,7 @@ std::string cell_of(const Row& value) {
   return '"' + text + '"';
 }
 
-/// One row a session; of the rules' values all that any session has.
+/// A CSV table with one row per session, and a column for every item that occurs in any session.
 std::string table_of(const std::vector<Row>& rows) {
   const std::vector<std::string> first{"session", "date", "trainee",    "scene",  "truncated",
                                        "points",  "full", "completion", "passed", "error"};
@@ -170,7 +171,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    text += cell_of(row["session"]);  // never empty: it begins the line
+    text += cell_of(row["session"]);  // never empty, because it begins the line
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
       text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");
@@ -216,7 +217,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // Ctrl-C
+    } catch (...) {  // also on Ctrl-C
       cancelled = true;
       throw;
     }

@@ -1,4 +1,4 @@
-// typodont rig plan: a mirror bench before it is built, with a drawing and a rig file to begin with.
+// typodont rig plan: plans a mirror bench before it is built, with a drawing and an initial rig file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// The workspaces that the makers' data sheets state; of a cylinder the square inside it.
+/// Workspaces from the manufacturers' data sheets; for a cylinder the box inside it.
 struct ArmReach {
   const char* name;
   dvec3 box_mm;  // width, depth, height
@@ -82,7 +82,7 @@ BenchSpec spec_of(const Options& options) {
 }
 
 Value in_mm(const dvec3& p) {
-  // A thousandth of a millimetre is more than anybody builds to.
+  // Round to 0.001 mm, which is finer than any bench is built.
   const auto rounded = [](double metres) { return std::round(metres * 1e6) / 1e3 + 0.0; };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -122,7 +122,7 @@ Value plan_value(const BenchSpec& spec, const BenchPlan& plan) {
   return json;
 }
 
-/// The bench as a rig file; `work` is where the scenes have their work.
+/// The bench as a rig file; `work` is the position of the work in the scenes.
 std::string rig_text(const BenchPlan& plan, const Options& options, const dvec3& work) {
   const display::Mirror& mirror = *plan.rig.mirror;
   const Value rig = {

@@ -1,4 +1,4 @@
-// typodont run: a live session.
+// typodont run: runs a live session.
 #include <fmt/format.h>
 
 #include <array>
@@ -26,7 +26,7 @@ struct Options {
   bool json = false;
 };
 
-/// Where the mass of the chips went, in mg; null: only the GPU that moves them knows.
+/// Balance of the chips' mass in mg; null: only the GPU that moves them knows it.
 nlohmann::ordered_json debris_json(const debris::DebrisLedger& ledger, std::uint64_t cuts_lost) {
   const auto number = [](double kg) {
     return std::isfinite(kg) ? nlohmann::ordered_json(kg * 1e6) : nlohmann::ordered_json();

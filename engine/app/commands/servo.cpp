@@ -1,4 +1,4 @@
-// typodont servo: the haptic core alone, deterministic, as fast as it can.
+// typodont servo: runs the haptic core alone, deterministically and as fast as possible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Where the ticks go: a table, or by its extension a session.
+/// Destination of the ticks: a CSV table, or a session according to the extension.
 class TickSink {
  public:
   TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
@@ -55,7 +55,7 @@ class TickSink {
   void add(const LoosePiece& piece) {
     if (session_) session_->add(piece);
   }
-  /// The hash of the tissue.
+  /// Ends the output and returns the hash of the tissue.
   std::uint64_t finish(const haptics::TissueVolume& tissue) {
     if (session_) return session_->finish(tissue);
     csv_->finish();
@@ -67,7 +67,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// s of the hand's path; nothing for hands that find out by themselves how long they take.
+/// Length of the hand's path in s; nothing for hands that decide at run time when they end.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -79,11 +79,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// How much will be written is known before it is, and refused where there is no room for it.
+/// Computes the size of the output before it is written, and throws Error if the disk is too small.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // of a table; measured, in and out of contact
-  constexpr double kBytesPerTick = 240;       // of a session, compressed
-  constexpr double kWorthSaying = 500 << 20;  // bytes
+  constexpr double kBytesPerRow = 280;        // bytes per row of a table; measured in and out of contact
+  constexpr double kBytesPerTick = 240;       // bytes per tick of a session, compressed
+  constexpr double kWorthSaying = 500 << 20;  // bytes from which the size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
   const std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();

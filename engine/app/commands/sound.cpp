@@ -1,4 +1,4 @@
-// typodont sound: fit a model to a recording, make sound from a model, compare two sounds.
+// typodont sound: fits a model to a recording, makes sound from a model, compares two sounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // false for NaN too
+  if (value >= low && value <= high) return;  // false for NaN
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 
@@ -142,13 +142,13 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Which spindle speed sounds as recorded?
+  // Find the spindle speed whose sound is as recorded.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // A drill of another kind than the recorded one: what it does free stands for what the recorded one did free.
+    // For a drill of another type than the recorded one, both free-running speeds are assumed to correspond.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -164,7 +164,8 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    models.free_speed = 100 * kKrpm;  // any will do: nothing says how fast, so all runs at this
+    // any speed is right: without information, the whole recording is assumed to run at it
+    models.free_speed = 100 * kKrpm;
     reference = "none";
   }
 
@@ -174,7 +175,7 @@ void run_synth(const SynthCommand& c) {
     idle.pedal = 1;
     track.states.push_back(idle);
     track.has_spindle = true;
-  } else if (track.states.front().t > 0) {  // as it begins, so it was before
+  } else if (track.states.front().t > 0) {  // the state before the first sample equals the first one
     track.states.insert(track.states.begin(), track.states.front());
     track.states.front().t = 0;
   }
@@ -186,7 +187,7 @@ void run_synth(const SynthCommand& c) {
   audio::DrillSynth synth(models, rate, c.seed);
   audio::WavWriter wav(c.out, rate, c.wide ? audio::SampleFormat::kFloat32 : audio::SampleFormat::kPcm16);
   double power = 0, peak = 0;
-  std::size_t states = 0;  // heard
+  std::size_t states = 0;  // number of states that were heard
   {
     std::optional<Progress> progress;
     if (seconds > 300) progress.emplace("sound");

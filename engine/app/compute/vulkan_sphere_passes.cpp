@@ -28,14 +28,15 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;         // threads, as in the shaders
-constexpr std::size_t kMostGroups = 1024;  // each thread takes several spheres of a larger tissue
-constexpr std::size_t kMostBalls = 2048;   // of a tool
+constexpr std::size_t kGroup = 64;         // threads per group, same value as in the shaders
+constexpr std::size_t kMostGroups = 1024;  // each thread processes several spheres of a larger tissue
+constexpr std::size_t kMostBalls = 2048;   // limit for the spheres of a tool
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-constexpr double kRounding = 2e-6;  // of the extent: some dozen steps of single precision
+// rounding error of a position over the extent: about a dozen roundings in single precision
+constexpr double kRounding = 2e-6;
 
-// As in shaders/spheres.glsl.
+// Same layout as in shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
   double radius = 0;
@@ -52,7 +53,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Before each list of results.
+/// Header before each list of results.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -176,7 +177,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// False, with the reason in the log, where Vulkan fails.
+  /// Calls `work`; false, with the reason in the log, if Vulkan fails.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -189,7 +190,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Fills a buffer of the GPU, piece by piece. Set-up.
+  /// Fills a GPU buffer in pieces. Set-up time.
   template <class Write>
   void upload(const gpu::Buffer& to, std::size_t count, std::size_t bytes, Write&& write) {
     const std::size_t at_once = kStagingBytes / bytes;
@@ -205,7 +206,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Puts the tool's balls where shaders read them, and a ball around all of their way.
+  /// Uploads the tool's spheres for the shaders, and a sphere that encloses their whole motion.
   template <class From, class Make>
   bool put(std::span<const From> from, Make&& make) noexcept {
     if (!loaded_ || from.empty() || from.size() > kMostBalls) return false;
@@ -225,7 +226,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       reach = std::max({reach, glm::distance(ball.a - origin_, middle) + ball.radius,
                         glm::distance(ball.near_to - origin_, middle) + ball.radius});
     }
-    // Single precision loses some of the places, and of the distance between them.
+    // Add the rounding error of positions and distances in single precision.
     reach += slack_ + kRounding * (glm::length(middle) + reach);
     around_ = glm::vec4(glm::vec3(middle), static_cast<float>(reach));
     return true;
@@ -234,7 +235,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius}; });
   }
 
-  /// Runs a pass and waits for it. How many groups there were; 0: it failed.
+  /// Runs a pass and waits for it. Returns the number of groups; 0: it failed.
   std::size_t run(Kind kind) noexcept {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMostGroups);
     const Pass pass{around_,
@@ -253,7 +254,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
                               nullptr);
       vkCmdPushConstants(commands_, inputs_.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof pass, &pass);
       vkCmdDispatch(commands_, static_cast<std::uint32_t>(groups), 1, 1);
-      // What this pass changed is there for the next one, its results for the host.
+      // Make this pass's changes visible to the next pass, and its results to the host.
       gpu::memory_barrier(commands_, VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT,
                           VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_HOST_BIT,
                           kShaderAccess | VK_ACCESS_2_HOST_READ_BIT);
@@ -289,8 +290,8 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkCommandBuffer commands_ = VK_NULL_HANDLE;
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
-  dvec3 origin_{0};   // m, W, of single precision
-  double slack_ = 0;  // m
+  dvec3 origin_{0};   // m, W, origin for positions in single precision
+  double slack_ = 0;  // m, allowance for rounding
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

@@ -1,4 +1,4 @@
-// The three passes of the model "packing" as Vulkan compute (shaders/sphere_*.comp).
+// The three GPU passes of the model "packing" as Vulkan compute shaders (shaders/sphere_*.comp).
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace typodont {
 
-/// The maker that haptics/sphere_passes.h asks for. Makes a Vulkan device of its own, which only the returned passes
-/// use. Null without a device that computes in doubles or has the memory; a processor only where `any_device`.
+/// Implements the factory that haptics/sphere_passes.h declares. Creates a Vulkan device that only the returned passes
+/// use. Null if no device computes in double precision or has enough memory. A CPU device is used only if `any_device`.
 std::unique_ptr<haptics::SpherePasses> make_vulkan_sphere_passes(std::size_t spheres, bool any_device);
-/// The same on a device made with DeviceOptions::doubles, which they destroy. Throws RunFailure.
+/// The same on a device created with DeviceOptions::doubles; the passes destroy it. Throws RunFailure.
 std::unique_ptr<haptics::SpherePasses> vulkan_sphere_passes(const gpu::Device& device, std::size_t spheres);
 
 }  // namespace typodont

@@ -19,7 +19,7 @@ Stimulus stimulus_of(const ExperimentPlan& plan, double value) {
       stimulus.stiffness_share = value * kNewtonPerMillimetre / plan.scene_stiffness;
       break;
     case Question::kForce:
-      stimulus.force_share = value / 100;
+      stimulus.force_fraction = value / 100;
       break;
     case Question::kDelay:
       stimulus.delay = value * 1e-3;

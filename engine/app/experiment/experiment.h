@@ -29,7 +29,7 @@ std::string_view words_of(Question question);
 struct Stimulus {
   std::string model;           // contact model; empty: the scene's
   double stiffness_share = 1;  // of the scene's stiffness
-  double force_share = 1;      // 0..1, of the force that reaches the hand
+  double force_fraction = 1;   // 0..1, of the force that reaches the hand
   double delay = 0;            // s, of the force
 };
 

@@ -102,7 +102,7 @@ struct LiveSubject::Impl {
     if (!wait_until_free()) return false;
     SessionSettings settings = bench->settings();
     settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_share);
-    settings.force_share = stimulus.force_share;
+    settings.force_fraction = stimulus.force_fraction;
     settings.force_delay = from_seconds(stimulus.delay);
     bench->set(settings);
     say(line);

@@ -89,8 +89,8 @@ Felt ScriptedTouch::feel(const Stimulus& stimulus) {
     if (first && inside(tick)) throw Error(hand_, "first row", "a tool in the tissue", "a path that begins in the air");
     first = false;
     const haptics::ForceDelay::Wrench wrench = loop->delay.pass(tick, from_seconds(stimulus.delay));
-    const dvec3 force = stimulus.force_share * wrench.f_T_W;
-    hand->write(force, stimulus.force_share * wrench.tau_T_W);
+    const dvec3 force = stimulus.force_fraction * wrench.f_T_W;
+    hand->write(force, stimulus.force_fraction * wrench.tau_T_W);
     hand->see(tick);
     if (touched < 0 && tick.depth > 0) touched = sample.t, touched_at = tick.X_WT.p, normal = tick.n_C_W;
     if (touched < 0) continue;

@@ -1,4 +1,4 @@
-// A brick's triangles as the renderer takes them.
+// Converts a brick's triangles to the renderer's format.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@
 
 namespace typodont {
 
-/// A number for each cell of a grid; two cells never share one.
+/// A unique number for each cell of a grid.
 std::uint64_t brick_number(const glm::ivec3& key);
 
-/// Positions become metres from the volume's origin; `voxel`: m. nullptr: the brick has no surface any more.
+/// Converts positions to metres from the volume's origin; `voxel`: m. nullptr: the brick has no surface any more.
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
 
 }  // namespace typodont

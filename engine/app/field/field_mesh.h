@@ -1,5 +1,5 @@
-// Triangles of a field given as functions of W: what is only looked at (surroundings, insides), through the same mesher
-// as the tissue.
+// Meshes fields given as functions of W with the tissue's mesher, for bodies that are only drawn (surroundings,
+// insides).
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,12 @@
 
 namespace typodont {
 
-/// Gives each vertex the slope of the field as its normal, so that large triangles are shaded as small ones are: the
-/// mesher takes a bend between two large triangles for an edge. Where the surface has one, the slope across it is no
-/// normal of either side; there the mesher's stays. `lo`: m, W, of the vertices; `step`: m, the slope is taken over
-/// two.
+/// Sets each vertex normal to the field's gradient, so that large triangles are shaded like small ones; the mesher
+/// treats a bend between two large triangles as a crease. At a real crease the gradient is no normal of either side, so
+/// the mesher's normal stays. `lo`: m, W, origin of the vertices; `step`: m, half the distance for the gradient.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  constexpr float kSameSide = 0.5f;  // cosine
+  constexpr float kSameSide = 0.5f;  // cosine; limit between the same side of a crease and another
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
       const dvec3 p = lo + dvec3(v.p);
@@ -36,17 +35,18 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-/// Over the box lo … hi, m, W; vertices relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
-/// there, asked near the surface. `tolerances`: voxels, a mesh for each.
+/// Meshes the box lo … hi, m, W; vertices are relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
+/// at p, used near the surface. `tolerances`: voxels, one mesh for each.
 template <std::size_t kMeshes, class Distance, class Label>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label) {
-  // What is drawn here is round: flattened, the field's slope is nowhere one, by which the mesher knows a crease.
+  // These bodies are round. The field is scaled down so that its slope is nowhere 1, because the mesher recognises a
+  // crease by slope 1.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one sample of apron below, two above
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below, two above
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z);
   const auto at = [&](const glm::ivec3& i) {
     return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
@@ -93,7 +93,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   return updates;
 }
 
-/// One such mesh.
+/// Makes a single mesh like this.
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

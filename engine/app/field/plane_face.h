@@ -1,5 +1,5 @@
-// The face that a plane cuts through a solid given as functions of W, coloured by what lies in it: of the tooth, of its
-// neighbours, of the gum.
+// Meshes the face in which a plane cuts a solid given as functions of W, coloured by the tissues inside. For the tooth,
+// its neighbours and the gum.
 #pragma once
 
 #include <algorithm>
@@ -13,33 +13,33 @@
 
 namespace typodont {
 
-/// What lies where normal · p > offset is kept; its face is seen from the other side.
+/// The side with normal · p > offset is kept; the face is visible from the other side.
 struct CutPlane {
   dvec3 normal;
   double offset;  // m
-  // m: the face lies so far within what is kept, so that clipping keeps it; of a surface square to the plane that lies
-  // within a body a strip so wide is seen before the face.
+  // m, depth of the face inside the kept side, so that clipping keeps it. It must be small: of surfaces perpendicular
+  // to the plane inside a body, a strip of this width is visible in front of the face.
   double within = 0.2e-6;
 };
 
-/// The commonest tissue, of those that may be drawn: not air, nor `except`. Air where there is none.
-inline std::size_t commonest(const std::array<double, kTissueCount>& shares, std::size_t except = 0) {
+/// The tissue with the largest fraction, except air and `except`. Air if there is none.
+inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
-  for (std::size_t t = 1; t < shares.size(); ++t)
-    if (t != except && shares[t] > (best ? shares[best] : 0.0)) best = t;
+  for (std::size_t t = 1; t < fractions.size(); ++t)
+    if (t != except && fractions[t] > (best ? fractions[best] : 0.0)) best = t;
   return best;
 }
 
-/// Within the box lo … hi, m, W, in cells of `step`; vertices relative to `origin`. `distance(p)`: m, negative inside;
-/// `shares(p)`: how much of the tissue about p is of each kind, asked inside and near the outline.
+/// Covers the box lo … hi, m, W, in cells of `step`; vertices are relative to `origin`. `distance(p)`: m, negative
+/// inside; `fractions(p)`: fraction of each tissue around p, used inside and near the outline.
 template <class Distance, class Shares>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
-                                           const dvec3& origin, Distance&& distance, Shares&& shares) {
-  constexpr int kTile = 48;  // cells a side of a piece of the face: what indices and culling like
+                                           const dvec3& origin, Distance&& distance, Shares&& fractions) {
+  constexpr int kTile = 48;  // cells per side of a piece of the face; suits index size and culling
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
   const dvec3 v = glm::cross(n, u);  // u × v = n
-  // The part of the plane within the box.
+  // Find the part of the plane within the box.
   glm::dvec2 lo(1e9), hi(-1e9);
   for (int corner = 0; corner < 8; ++corner) {
     const dvec3 p(corner & 1 ? box_hi.x : box_lo.x, corner & 2 ? box_hi.y : box_lo.y, corner & 4 ? box_hi.z : box_lo.z);
@@ -51,12 +51,12 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
   struct Sample {
     dvec3 p;
     double d;
-    std::array<double, kTissueCount> shares;
+    std::array<double, kTissueCount> fractions;
   };
   const auto sample = [&](const glm::dvec2& at) {
     Sample s{n * (plane.offset + plane.within) + u * at.x + v * at.y, 0, {}};
     s.d = distance(s.p);
-    if (s.d < step) s.shares = shares(s.p);
+    if (s.d < step) s.fractions = fractions(s.p);
     return s;
   };
 
@@ -75,7 +75,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The cell's part inside the tissue: its corners there and where the outline crosses its edges, in order.
+          // The part of the cell inside the tissue: its inner corners and the crossings of the outline with its edges,
+          // in order.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -90,7 +91,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
           }
           if (count < 3) continue;
           for (std::size_t k = 0; k < count; ++k)
-            for (std::size_t t = 1; t < sum.size(); ++t) sum[t] += part[k].shares[t];
+            for (std::size_t t = 1; t < sum.size(); ++t) sum[t] += part[k].fractions[t];
           const std::size_t first = commonest(sum), second = commonest(sum, first);
           if (!first) continue;
           const auto base = static_cast<std::uint32_t>(update.vertices.size());
@@ -99,11 +100,11 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.p = glm::vec3(part[k].p - origin);
             vertex.n = glm::vec3(-n);
             vertex.tissue = {static_cast<Tissue>(first), static_cast<Tissue>(second ? second : first)};
-            const double a = part[k].shares[first], b = second ? part[k].shares[second] : 0;
+            const double a = part[k].fractions[first], b = second ? part[k].fractions[second] : 0;
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // Seen against the normal, so the other way round.
+          // The face is seen against the normal, so the winding is reversed.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

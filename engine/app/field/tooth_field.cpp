@@ -58,12 +58,12 @@ Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
   return tissue(p);
 }
 
-std::array<double, kTissueCount> ToothField::shares(const dvec3& p_W) const {
+std::array<double, kTissueCount> ToothField::fractions(const dvec3& p_W) const {
   std::array<double, kTissueCount> out{};
   const dvec3 v = frame_.to_voxels(p_W) - dvec3(lo_);
   for (int a = 0; a < 3; ++a)
     if (!(v[a] >= 1 && v[a] < size_[a] - 2)) return out;
-  // Cubic B-spline weights: the boundary between labels, which are whole voxels, becomes a smooth one.
+  // Cubic B-spline weights turn the blocky boundary between voxel labels into a smooth one.
   const glm::ivec3 i(v);
   double weight[3][4];
   for (int a = 0; a < 3; ++a) {
@@ -81,7 +81,7 @@ std::array<double, kTissueCount> ToothField::shares(const dvec3& p_W) const {
   return out;
 }
 
-/// Distances beyond the band: by steps from voxel to voxel, forth and back (chamfer).
+/// Extends the distances beyond the band by a chamfer distance transform (forward and backward pass).
 void ToothField::extend() {
   const auto far = static_cast<float>((band_ + reach_) / frame_.voxel);
   const auto beyond = static_cast<float>(0.99 * band_ / frame_.voxel);

@@ -1,5 +1,5 @@
-// A whole volume as plain arrays, to be sampled anywhere: for pictures of it, made at set-up or when a view is asked
-// for.
+// A whole volume as plain arrays that can be sampled anywhere. For pictures; built at set-up or when a view is
+// requested.
 #pragma once
 
 #include <array>
@@ -12,21 +12,21 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// `reach`: m beyond the band in which distances outside are known too (within some percent).
+  /// `reach`: m beyond the band up to which outside distances are also available (accurate to a few percent).
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// m, W: of the surface, with the band around it.
+  /// m, W: bounds of the surface with the band around it.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// m, negative inside. Linear between samples; band + reach where nothing is near.
+  /// m, negative inside. Linear between samples; band + reach if no surface is near.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
-  /// Of the surface's point nearest to p, a little beneath it.
+  /// Tissue slightly below the surface point nearest to p.
   Tissue tissue_at_surface(const dvec3& p_W) const;
-  /// How much of the tissue about p is of each kind, 0..1: labels of the samples around, by cubic B-spline weights.
-  std::array<double, kTissueCount> shares(const dvec3& p_W) const;
+  /// Fraction of each tissue around p, 0..1: neighbouring labels weighted by a cubic B-spline.
+  std::array<double, kTissueCount> fractions(const dvec3& p_W) const;
 
  private:
   void extend();

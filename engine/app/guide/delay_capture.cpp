@@ -32,12 +32,12 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// One source on a thread of its own, stamped when it arrives. Opened when made, recorded from begin() on.
+/// Records one source on its own thread with arrival times. The constructor opens it; recording starts with begin().
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Takes the first sample, which starts the clock of a hand that has one of its own. Called for all recordings of a
-  /// run before any begins, so that no thread's start counts as a delay.
+  /// Takes the first sample, which starts the clock of a hand that has its own. Called for all recordings before any
+  /// begins, so that start-up time does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
@@ -63,7 +63,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// The same for all recordings of a run.
+  /// Common time zero of all recordings of a run.
   static Nanos zero() {
     static const Nanos began = now();
     return began;
@@ -104,7 +104,7 @@ class HandRecording : public Recording {
 
  private:
   std::unique_ptr<haptics::HapticDevice> device_;
-  bool awake_ = false;  // it gave its first sample
+  bool awake_ = false;  // the first sample has arrived
 };
 
 class TrackerRecording : public Recording {

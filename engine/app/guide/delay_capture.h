@@ -1,5 +1,5 @@
-// Two recordings of one motion, live: what the bench feels with and what else follows the same hand. Both are stamped
-// with this computer's clock when their sample arrives, as a session would see them.
+// Records one motion live with two sources: the bench's hand, and another sensor that follows it. Both are stamped with
+// this computer's clock at the arrival of each sample, as in a session.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct DelayCaptureOptions {
   std::string hand;  // A: the address of a hand
   std::string with;  // B: another hand's address, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  double seconds = 30;  // at most; sooner where the delay is known to 0.1 ms
+  double seconds = 30;  // s, longest duration; ends earlier once the delay is known to 0.1 ms
 };
 
 struct DelayCapture {
@@ -20,8 +20,8 @@ struct DelayCapture {
   calibration::DelayResult result;
 };
 
-/// Prompts on standard output, and says every two seconds what is known. Throws Error at set-up, RunFailure when a
-/// stream ends before it says anything.
+/// Prompts on standard output and reports the present estimate every two seconds. Throws Error at set-up, and
+/// RunFailure if a stream ends too early.
 DelayCapture capture_delay(const DelayCaptureOptions& options);
 
 }  // namespace typodont

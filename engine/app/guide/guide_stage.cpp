@@ -35,13 +35,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// A hand read on its own thread, without force, until a touch is taken from it.
+/// Reads a hand on its own thread, without force, until a touch is taken from it.
 class GuideHand {
  public:
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // where the hand tells its joint angles
+    std::optional<ArmReading> reading;  // only if the hand reports joint angles
     double moved = 0;                   // m
   };
 
@@ -52,7 +52,7 @@ class GuideHand {
     hand.paced = !options.fast;
     hand.pedal = options.pedal == "none" ? "" : options.pedal;
     hand.assets = assets_folder();
-    // Base and tool stay where the device says: where they are on the bench is what is being found out.
+    // Use the device's own base and tool frames, because their poses on the bench are what is being measured.
     device_ = haptics::open_hand(options.hand, hand);
     thread_ = std::thread([this] { follow(); });
   }
@@ -65,9 +65,9 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// As if the pedal had been pressed.
+  /// Acts as a press of the pedal.
   void press() { asked_ = true; }
-  /// From now on the next press counts; those that came while the last one was worked on do not.
+  /// From now on the next press counts; presses during the processing of the last one are ignored.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -83,7 +83,7 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trip the safety layer
+    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trigger the safety layer
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
       device_->write(dvec3(0), dvec3(0));
@@ -103,7 +103,7 @@ class GuideHand {
   StillTouch still_;  // hand thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // of whoever the state gives it to
+  Press press_;  // the thread that holds the present state owns this
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
@@ -130,7 +130,7 @@ class GuideVoice {
     advance();
   }
   void advance() { output_->advance(now() - began_); }
-  /// After the last cue.
+  /// Returns after the last cue.
   void finish() {
     if (file_) output_->advance(std::max(heard_at_, now() - began_));
     const Nanos end = std::min(heard_at_ + from_seconds(0.1), now() - began_ + from_seconds(1));
@@ -142,7 +142,7 @@ class GuideVoice {
   }
 
  private:
-  static constexpr double kLength = 0.2;  // s, more than a cue lasts
+  static constexpr double kLength = 0.2;  // s, longer than any cue
 
   void make_sounds(double rate) {
     for (std::size_t i = 0; i < sounds_.size(); ++i) sounds_[i] = cue_sound(static_cast<Cue>(i), rate);
@@ -163,10 +163,11 @@ class GuideVoice {
   const std::vector<float>* playing_ = nullptr;  // audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
-  std::unique_ptr<audio::AudioOutput> output_;  // last: it stops before what it plays goes
+  // declared last, because it must stop before the data that it plays is destroyed
+  std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// How the rig wants prompts drawn.
+/// Drawing parameters of the prompts, from the rig.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -181,14 +182,14 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // before the screen step there may be no screen in it
+  } catch (const Error& e) {  // before the screen step there may be no screen in the rig
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
 }
 
 #ifdef TYPODONT_WINDOW
-/// The panel itself: each eye its own picture, in the layout of the rig.
+/// The panel itself, with a separate picture for each eye, in the rig's layout.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
@@ -213,7 +214,7 @@ class GuideScreen {
     changed_ = true;
     draw();
   }
-  /// Keys and the close button; draws again what the desktop has lost.
+  /// Reads keys and the close button, and redraws what the desktop has lost.
   display::UserInput poll() {
     display::UserInput input = output_->poll();
     if (changed_ || output_->needs_frame()) draw();
@@ -230,7 +231,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    if (!target) return;  // minimised, or lost for the moment: later
+    if (!target) return;  // minimised or temporarily lost: try later
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
     if (resized || changed_) make_pictures(target->size);
@@ -254,7 +255,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Both eyes' pictures of the prompt, at the size that goes through the compositor pixel by pixel.
+  /// Draws both eyes' pictures of the prompt in the size that the compositor copies without scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -283,7 +284,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    vkDeviceWaitIdle(device_.device);  // not the ring's: of a lost device that throws
+    vkDeviceWaitIdle(device_.device);  // not the frame ring's wait, which throws for a lost device
     output_.reset();
     compositor_.reset();
     pictures_.destroy(device_);
@@ -301,12 +302,12 @@ class GuideScreen {
   gpu::Buffer bytes_;
   glm::ivec2 size_{0};
   Prompt prompt_;
-  bool changed_ = false;  // the prompt, since the pictures were drawn
+  bool changed_ = false;  // the prompt changed since the pictures were drawn
   bool fresh_ = false;    // the pictures are not yet on the GPU
 };
 #endif
 
-/// Lines of standard input as they come, without waiting longer than asked.
+/// Reads lines from standard input with a limited waiting time.
 class Keyboard {
  public:
   std::optional<std::string> line(int wait_ms) {
@@ -330,11 +331,11 @@ class Keyboard {
         text_.append(bytes, static_cast<std::size_t>(n));
       else if (n == 0 || errno != EINTR)
         ended_ = true;
-      if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';  // no touch is as long
+      if (text_.size() > kLongest && text_.find('\n') == std::string::npos) text_ += '\n';  // no valid line is so long
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Typed elsewhere: comes next.
+  /// Inserts lines typed elsewhere; they are read next.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -343,7 +344,7 @@ class Keyboard {
   bool ended_ = false;
 };
 
-// One line of a touch: "x y z" in millimetres, or six joint angles in radians.
+// Parses a line of a touch: "x y z" in millimetres, or six joint angles in radians.
 std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm) {
   std::vector<double> numbers;
   const char *at = line.data(), *end = line.data() + line.size();
@@ -366,7 +367,7 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-/// One step, from its first prompt to its end.
+/// Guides one step, from its first prompt to its end.
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
@@ -392,12 +393,12 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      const bool hand_ended = hand_ && hand_->ended();  // before its last press is looked for
+      const bool hand_ended = hand_ && hand_->ended();  // read before its last press is processed
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // The key that asks for a touch is answered before the next key counts.
+      // A key that requests a touch is answered before the next key counts.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -451,7 +452,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Says what happened, asks for the next touch, and lets it come.
+  /// Reports what happened, prompts for the next touch, and enables it.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -486,7 +487,7 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // The model of the arm is that of the open designs: only their angles say where the tip is.
+      // Only the open arm designs have a kinematic model, so only their joint angles give the tip's position.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }
@@ -537,7 +538,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // for the hand's answer to a key
+  bool waiting_ = false;  // waiting for the hand's answer to a key
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Guided capture on a real bench: a hand's touches go in, prompts come out on the bench's own screen, by sound and in
-// words, the keyboard steers. Joins calibration/, which knows no device, to the hands, the screen and the sound.
+// Guided capture on a real bench: input from a hand's touches and the keyboard, prompts on the bench's screen, as sound
+// and as text. Connects calibration/, which knows no devices, with the hands, the screen and the sound.
 #pragma once
 
 #include <filesystem>
@@ -11,25 +11,25 @@
 namespace typodont {
 
 struct GuideOptions {
-  std::filesystem::path rig;   // its screen and mirror say how prompts are drawn
-  std::string hand;            // address; empty: touches come from standard input only
-  std::string pedal = "auto";  // "none", or as haptics::HandOptions has it
-  bool fast = false;           // scripted hands run as fast as they can, and wait for each prompt
+  std::filesystem::path rig;   // rig file; its screen and mirror determine how prompts are drawn
+  std::string hand;            // address; empty: touches come only from standard input
+  std::string pedal = "auto";  // "none", or a value as in haptics::HandOptions
+  bool fast = false;           // scripted hands run as fast as possible, and wait for each prompt
   calibration::StillTouch::Limits still;
-  bool window = true;             // where there is a hand, a desktop and a build with windows
-  int monitor = -1;               // full screen on this one
-  std::filesystem::path picture;  // written before each touch; empty: none
-  std::string audio;              // address of the cues' output; empty: silent
+  bool window = true;             // open a window if there is a hand, a desktop and a build with windows
+  int monitor = -1;               // monitor for full screen
+  std::filesystem::path picture;  // a picture is written here before each touch; empty: none
+  std::string audio;              // address of the sound output for cues; empty: silent
 };
 
 enum class GuideEnd { kSolve, kSkip, kStop };
 
-/// Runs the step of `guide` until it has its touches or somebody ends it. Every touch is on disk when it is answered.
-/// `device`, where given: the hand's model and serial, empty without a hand.
-/// Throws Error at set-up, RunFailure when the hand is gone before the step is done.
+/// Runs the step of `guide` until it has its touches or the user ends it. Every touch is on disk before it is answered.
+/// `device`, if given, receives the hand's model and serial number, or stays empty without a hand. Throws Error at
+/// set-up, and RunFailure if the hand disappears before the step is done.
 GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options, std::string* device = nullptr);
 
-/// PGM, or PNG where the file's name ends so.
+/// Writes PGM, or PNG if the file name ends so.
 void write_picture(const std::filesystem::path& file, const calibration::Picture& picture);
 
 }  // namespace typodont

@@ -17,7 +17,7 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kPublish = 100'000'000;  // ns between two reports of the loop
+constexpr Nanos kPublish = 100'000'000;  // ns between two reports of the loop's timing
 
 const std::string& first_of(const std::string& asked, const std::string& rig) {
   return asked.empty() ? rig : asked;
@@ -27,7 +27,7 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
   if (!choice.hand.empty()) {
-    // "mouse" alone is as good as "mouse:".
+    // "mouse" means "mouse:".
     for (const haptics::Driver& driver : haptics::drivers())
       if (choice.hand == driver.scheme) return choice.hand + ":";
     return choice.hand;
@@ -112,7 +112,7 @@ void add_window_drivers() {
   xr.hardware = false;
   xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
   xr.find = [] {
-    // Where the loader looks for the active runtime (OpenXR loader specification), as far as that is plain.
+    // Files where the loader searches for the active runtime (OpenXR loader specification), for the simple cases.
     std::vector<std::filesystem::path> places;
     if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
     if (const char* home = std::getenv("XDG_CONFIG_HOME"))
@@ -164,14 +164,14 @@ void hold_hands(Wiring& wiring, bool hold) noexcept {
 }
 
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record) {
-  enter_realtime({.priority = 78, .core = -1, .lock_memory = false});  // below the hand that drills
+  enter_realtime({.priority = 78, .core = -1, .lock_memory = false});  // lower priority than the drilling hand
   haptics::HandSample sample;
   while (!wiring.stop.load(std::memory_order_relaxed) && hand.read(sample)) {
-    hand.write(dvec3(0), dvec3(0));  // arms answer only to who speaks to them
+    hand.write(dvec3(0), dvec3(0));  // arms report positions only to a program that sends forces
     wiring.mouth_mirror.publish(held(mirror, sample.X_WT));
     const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
     if (record && zero != 0) {
-      sample.t = now() - zero;  // on the session's clock, whatever the device's own
+      sample.t = now() - zero;  // use the session's clock instead of the device's
       wiring.left_to_recorder.push(sample);
     }
   }

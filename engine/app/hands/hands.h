@@ -1,4 +1,4 @@
-// The hands of a live session: which devices they are, how they are opened, and the loop of the second one.
+// The hands of a live session: the choice of devices, how they are opened, and the loop of the second hand.
 #pragma once
 
 #include <functional>
@@ -13,30 +13,30 @@
 
 namespace typodont {
 
-/// What was asked for, on the command line before the rig before what is usual.
+/// The requested hands. The command line has priority over the rig, and the rig over the defaults.
 struct HandChoice {
-  std::string hand;                // address; empty: the rig's, else what is usual for the display
-  std::string left_hand;           // address; empty: the rig's, else none
-  std::string pedal;               // "auto", "none", a path or a serial; empty: the rig's, else auto
-  double rate = 1000;              // Hz, of hands whose rate is ours to choose
-  std::vector<std::string> tools;  // of the session, by name, for scripts
+  std::string hand;                // address; empty: the rig's, otherwise the display's default
+  std::string left_hand;           // address; empty: the rig's, otherwise none
+  std::string pedal;               // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
+  double rate = 1000;              // Hz, for hands without a rate of their own
+  std::vector<std::string> tools;  // names of the session's tools, for scripts
 };
 
 struct Hands {
   std::unique_ptr<haptics::HapticDevice> right;
-  std::unique_ptr<haptics::HapticDevice> left;  // holds the mouth mirror; none: there is no second hand
+  std::unique_ptr<haptics::HapticDevice> left;  // holds the mouth mirror; null: there is no second hand
 };
 
-/// Makes the hands that live in a window ("mouse", "") or a headset ("openxr", "right").
+/// Creates the hands that belong to a window ("mouse", "") or a headset ("openxr", "right").
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// The hand's address, or `usual` where none was asked for. Throws Error when that is empty, too.
+/// The hand's address, or `usual` if none was given. Throws Error if that is empty, too.
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
-/// Opens them, at choice.hand. `window` makes those that live in a window or headset, or throws. Throws Error.
+/// Opens the hands for `choice`. `window` creates those that belong to a window or headset, or throws. Throws Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
-/// Throws Error where one of them has motors and the system refuses SCHED_FIFO: a servo that other programs hold up
-/// drives a motor with old forces. Set-up time, before the first force.
+/// Throws Error if a device with motors is used and the system refuses SCHED_FIFO, because other programs could delay
+/// the servo and the motor would continue with old forces. Set-up time, before the first force.
 void require_real_time(const Hands& hands);
 /// "Woody (1000 Hz, vibration up to 150 Hz)", for --explain.
 std::string in_words(const haptics::DeviceInfo& info);
@@ -44,7 +44,7 @@ std::string in_words(const haptics::DeviceInfo& info);
 /// Registers mouse:, openxr: and expert: beside the built-in drivers, so that `typodont devices` and --hand know them.
 void add_window_drivers();
 
-/// Keeps what the recorder and the picture show of the loop. Servo thread; a tick costs some ten nanoseconds.
+/// Collects the loop's statistics for the recorder and the picture. Servo thread; costs about ten nanoseconds per tick.
 class LoopWatch {
  public:
   LoopWatch(Wiring& wiring, double rate) : wiring_(wiring) { report_.timing.period = from_seconds(1 / rate); }
@@ -62,7 +62,7 @@ class LoopWatch {
   Nanos published_ = 0;
 };
 
-/// The pedal as the servo sees it: up while the emergency key holds, and afterwards until it has been let go once.
+/// Filters the pedal: it counts as released while the emergency key is on, and after that until it was released once.
 /// Servo thread.
 class PedalLock {
  public:
@@ -75,11 +75,11 @@ class PedalLock {
   bool locked_ = false;
 };
 
-/// The emergency key, from the drawing thread: no drill, and force ramped to zero on every device with motors, until
-/// the hands are let go on; then force comes back once they are free of contact.
+/// The emergency key, called by the drawing thread. If on, the drill stops and the force on every device with motors
+/// ramps down to zero. After it is switched off, the force returns once the hands are free of contact.
 void hold_hands(Wiring& wiring, bool hold) noexcept;
 
-/// The second hand's thread: its pose is where the mouth mirror is. `mirror`: the scene's.
+/// Thread of the second hand, whose pose is that of the mouth mirror. `mirror`: the scene's.
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);
 
 }  // namespace typodont

@@ -15,15 +15,15 @@ namespace typodont {
 
 namespace {
 
-constexpr double kUsualStep = 0.15e-3;                     // m a notch of the wheel
-constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m, the same
-constexpr double kFollowTime = 15e-3;                      // s, of the smoothing
+constexpr double kUsualStep = 0.15e-3;                     // m per notch of the wheel, default
+constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
+constexpr double kFollowTime = 15e-3;                      // s, time constant of the smoothing
 constexpr double kMostDepth = 30e-3;                       // m
-constexpr Nanos kShortestPress = 50'000'000;               // ns: the servo sees every click
-constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};        // away from the user, so that the bur can be seen
-constexpr double kMostLean = 85 * kDegree;                 // rad
-constexpr double kLeanPerHalfHeight = 60 * kDegree;        // rad that the way across half the picture's height leans
-constexpr double kReturn = 0.5;  // of the pointer's way: so fast does the tool come back under it
+constexpr Nanos kShortestPress = 50'000'000;         // ns, shortest press that the servo sees, so that no click is lost
+constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};  // initial tilt away from the user, so that the bur is visible
+constexpr double kMostLean = 85 * kDegree;           // rad, largest tilt
+constexpr double kLeanPerHalfHeight = 60 * kDegree;  // rad of tilt for a mouse motion of half the picture's height
+constexpr double kReturn = 0.5;  // fraction of the pointer's motion by which an offset between tool and pointer shrinks
 
 class MouseHand : public haptics::HapticDevice {
  public:
@@ -84,11 +84,11 @@ Pointer::View Pointer::view() const {
   return v;
 }
 
-/// `moved`: of the pointer, −1..1 over the picture.
+/// `moved`: motion of the pointer, in units of −1..1 over the picture.
 void Pointer::lean(const glm::dvec2& moved, const View& view) {
   const dvec3 way = moved.x * view.half_right + moved.y * view.half_up;
   const double half_height = glm::length(view.half_up);
-  // A mirror or a panel that stands on its side turns the picture: the user's own right counts.
+  // A mirror or a rotated panel turns the picture, so the user's own right is used.
   const dvec3 right = rig_.head.right, up = glm::normalize(glm::cross(view.toward_eye, right));
   const glm::dvec2 turned =
       lean_ + kLeanPerHalfHeight / half_height * glm::dvec2(glm::dot(way, right), glm::dot(way, up));
@@ -112,16 +112,16 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // the head stays where it is …
+    offset_ -= moved;  // the head does not move
   } else {
-    // … and comes back under the pointer while that moves on: nothing jumps.
+    // The offset then shrinks while the pointer moves, so that the tool never jumps.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }
   if (input.middle) lean_ = glm::dvec2(0);
   depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
 
-  // On the eye's ray through the screen, so that the tool is under the pointer however deep it is.
+  // On the eye's ray through the screen, so that the tool appears under the pointer at every depth.
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
   const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);
@@ -135,10 +135,10 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
 }
 
 PointerSmoothing::PointerSmoothing(const Pose& start, double rate)
-    : pose_(start), share_(1 - std::exp(-1 / (rate * kFollowTime))) {}
+    : pose_(start), fraction_(1 - std::exp(-1 / (rate * kFollowTime))) {}
 
 haptics::HandSample PointerSmoothing::next(const haptics::HandSample& wanted, Nanos t) noexcept {
-  pose_ = {glm::mix(pose_.p, wanted.X_WT.p, share_), glm::slerp(pose_.R, wanted.X_WT.R, share_)};
+  pose_ = {glm::mix(pose_.p, wanted.X_WT.p, fraction_), glm::slerp(pose_.R, wanted.X_WT.R, fraction_)};
   return {t, pose_, wanted.pedal};
 }
 

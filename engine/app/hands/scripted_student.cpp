@@ -13,12 +13,12 @@ namespace {
 
 using namespace literals;
 
-constexpr double kTravelSpeed = 18e-3;    // m/s through the air
-constexpr double kExploreSpeed = 4e-3;    // m/s over the surface
-constexpr double kExplorePress = 0.5e-3;  // m below the surface: how hard the hand presses
-constexpr double kExplored = 3.0e-3;      // m to either side of the lesion's middle
+constexpr double kTravelSpeed = 18e-3;    // m/s, speed in the air
+constexpr double kExploreSpeed = 4e-3;    // m/s, speed over the surface while exploring
+constexpr double kExplorePress = 0.5e-3;  // m below the surface; sets the force of the hand
+constexpr double kExplored = 3.0e-3;      // m explored to either side of the lesion's middle
 
-/// Middle of the topmost slice of the caries across z.
+/// Middle of the caries' topmost slice perpendicular to z.
 dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
@@ -43,7 +43,7 @@ dvec3 top_of_caries(const haptics::TissueVolume& tissue) {
   throw Error("tissue", "", "no caries", "a lesion to remove");
 }
 
-/// Height of the surface at (x, y), m; NaN beside the tissue.
+/// Height of the surface at (x, y) in m; NaN if there is no tissue.
 double surface_height(const haptics::TissueVolume& tissue, double x, double y) {
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);

@@ -1,5 +1,5 @@
-// The hand of the demo: a student who looks before drilling. It draws the tool over the lesion with the drill at rest,
-// in both directions, removes the caries as the expert does, and draws the tool away.
+// The hand of the demonstration: a student who explores before drilling. It moves the tool over the lesion in both
+// directions with the drill off, removes the caries as the expert does, and withdraws the tool.
 #pragma once
 
 #include <memory>
@@ -15,15 +15,15 @@ class Student {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// `tissue` as the scene begins. Throws Error when it holds no caries or the scene's task names no ideal.
+  /// `tissue`: at the scene's start. Throws Error if it contains no caries or the scene's task has no ideal.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
-  /// The next sample, `now` being the tissue as it is; false at the end.
+  /// Gets the next sample; `now` is the present tissue. False at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);
-  /// What came of it.
+  /// Receives the tick that resulted from the last sample.
   void see(const ServoTick& tick) noexcept;
 
   Phase phase() const { return phase_; }
-  double done() const { return hand_->done(); }  // share of the drilling
+  double done() const { return hand_->done(); }  // completed fraction of the drilling
   const haptics::HapticDevice& device() const { return *scripted_; }
 
  private:
@@ -32,11 +32,11 @@ class Student {
   double rate_;  // Hz
   std::uint64_t ticks_ = 0;
   Phase phase_ = Phase::kExplore;
-  dvec3 above_{0};  // m, over the lesion
+  dvec3 above_{0};  // m, point over the lesion
   Pose last_;
   Expert expert_;
   std::unique_ptr<ExpertHand> hand_;
-  std::unique_ptr<haptics::HapticDevice> scripted_;  // before and after that
+  std::unique_ptr<haptics::HapticDevice> scripted_;  // scripted hand before and after the drilling
 };
 
 }  // namespace typodont

@@ -14,28 +14,29 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClear = 0.05;           // voxels that a head may reach into the ideal: the error of the field
-constexpr double kGrid = 0.1e-3;          // m between the places that are evaluated
-constexpr double kLayer = 0.5;            // diameters between two layers of the bulk
-constexpr double kRow = 0.6;              // diameters between two rows of a layer
-constexpr double kSameLevel = 10e-6;      // m; heights that differ by less belong to one floor
-constexpr double kLeastFlat = 0.1e-6;     // m², smallest floor whose walls get a pass
-constexpr double kFromWall = 0.45;        // diameters from the end of a row to a wall; the wall has a pass of its own
-constexpr double kFromAround = 0.015e-3;  // m between the head and neighbours or gum
+constexpr double kClear = 0.05;        // voxels that a head may reach into the ideal; equals the field's error
+constexpr double kGrid = 0.1e-3;       // m between evaluated positions
+constexpr double kLayer = 0.5;         // distance between two layers of the bulk, in diameters
+constexpr double kRow = 0.6;           // distance between two rows of a layer, in diameters
+constexpr double kSameLevel = 10e-6;   // m; heights that differ by less belong to one floor
+constexpr double kLeastFlat = 0.1e-6;  // m², area of the smallest floor whose walls get a pass
+// distance between the end of a row and a wall, in diameters; the wall has a pass of its own
+constexpr double kFromWall = 0.45;
+constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
 constexpr double kLeastTaken = 0.05;      // voxels; thinner tissue gets no pass
-constexpr double kOnLine = 2e-6;          // m; points nearer to the line between their neighbours are left out
+constexpr double kOnLine = 2e-6;          // m; a point closer than this to the line between its neighbours is omitted
 constexpr double kBridged = 0.4e-3;       // m, longest piece of a pass through the air without lifting
-constexpr double kStraight = 3e-3;        // m; longer ways between passes go above the tissue
-constexpr double kHop = 0.3e-3;           // m between the heights that are tried for such a way
-constexpr double kRamp = 0.8e-3;          // m, shortest first row that the head enters on a ramp
+constexpr double kStraight = 3e-3;        // m; longer connections between passes lead over the tissue
+constexpr double kHop = 0.3e-3;           // m between the heights that are tried for a connection
+constexpr double kRamp = 0.8e-3;          // m, length from which the first row is entered on a ramp
 constexpr double kSteep = 2;              // slope at which a floor is split into pieces
-constexpr double kAlongShank = 6e-3;      // m of the shank, from the head on, that is checked for contact
-constexpr double kDown = 0.1e-3;          // m, step down a column
-constexpr double kFloorOfColumn = 1e-6;   // m, resolution of the lowest place of a column
+constexpr double kAlongShank = 6e-3;      // m of the shank, from the head, that is checked for contact
+constexpr double kDown = 0.1e-3;          // m, step of the search down a column
+constexpr double kFloorOfColumn = 1e-6;   // m, resolution of a column's lowest position
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr int kHalvings = 7;  // bisections between two places of the grid
+constexpr int kHalvings = 7;  // bisection steps between two grid positions
 
-/// Places of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
+/// Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -69,7 +70,8 @@ class StrokePlanner {
     }
     if (!finish) return std::move(strokes_);
     bulk_ = false;
-    // First where walls meet a floor, then from below: the side of a long head cuts a steep wall in one pass.
+    // Cut the edges between walls and floor first, then the walls from below: the side of a long head cuts a steep wall
+    // in one pass.
     for (const double height : floors())
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     for (double height = layers_.back().height; height < layers_.front().height; height += step_) {
@@ -82,13 +84,13 @@ class StrokePlanner {
   using Chain = std::vector<dvec3>;
   struct Layer {
     double height = 0;             // m
-    std::vector<std::uint8_t> in;  // cells of the grid that the head reaches from above
+    std::vector<std::uint8_t> in;  // marks the grid cells that the head can reach from above
   };
 
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
-  /// Whether a head at p leaves the ideal whole.
+  /// True if a head at p does not touch the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<dvec3>& points, double into) {
@@ -96,7 +98,7 @@ class StrokePlanner {
     };
     return keeps(head_, allowed_) && keeps(shank_, 0) && (!around_ || spares_around(world(p)));
   }
-  /// Whether a head at p touches neither neighbour nor gum. Gum inside the tooth does not count.
+  /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
   bool spares_around(const dvec3& p_W) const {
     const double near = tool_.reach() + kFromAround;
     if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
@@ -105,14 +107,14 @@ class StrokePlanner {
       return around_->neighbour(q_W) > kFromAround && (around_->gum(q_W) > kFromAround || around_->tooth(q_W) <= 0);
     });
   }
-  /// Whether a head at p removes tissue.
+  /// True if a head at p removes tissue.
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
                        [&](const dvec3& d) { return left_.sample(q + d) < -kLeastTaken && ideal_.sample(q + d) > 0; });
   }
 
-  /// Finds the box around all tissue to be removed, widened by the head. False when there is none.
+  /// Finds the bounding box of the tissue to remove, enlarged by the head. False if there is none.
   bool find_bounds() {
     dvec3 lo(1e9), hi(-1e9);
     for (int x = 0; x < in_.before.size.x; ++x) {
@@ -139,7 +141,7 @@ class StrokePlanner {
   }
   dvec3 place(int i, int j, double height) const { return {lo_.x + i * kGrid, lo_.y + j * kGrid, height}; }
 
-  /// The cells that the head reaches at this height, from the layer above.
+  /// The cells that the head can reach at this height, from the layer above.
   Layer layer_at(double height, const Layer* above) const {
     Layer layer{height, std::vector<std::uint8_t>(cell(count_.x - 1, count_.y - 1) + 1)};
     std::vector<std::uint8_t> free(layer.in.size());
@@ -186,7 +188,7 @@ class StrokePlanner {
     return *best;
   }
 
-  /// The border between a clear and an unclear place, by bisection; the result is clear.
+  /// The boundary between a clear and a colliding position, by bisection; the result is clear.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
     for (int k = 0; k < kHalvings; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
@@ -225,8 +227,8 @@ class StrokePlanner {
     if (line.size() == 1) add(line[0], line[0], false);
     for (std::size_t k = 0; k + 1 < line.size(); ++k) add(line[k], line[k + 1], k + 2 < line.size());
   }
-  /// Adds the way from the last stroke's end to `to`: straight, or up, across and down, where the head stays clear of
-  /// the ideal. Where no such way is found, adds none; the hand then lifts off.
+  /// Adds a connection from the last stroke's end to `to`: straight, or up, across and down, if the head then does not
+  /// touch the ideal. If none is found, adds nothing; the hand then lifts off.
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
@@ -333,7 +335,7 @@ class StrokePlanner {
     }
   }
 
-  /// Adds a ramp down along a row from the layer above it: the end of a bur cuts badly.
+  /// Adds a ramp down along a row from the layer above, because the end of a bur cuts badly.
   void enter(const Chain& row) {
     if (row.size() < 2 || glm::length(row.back() - row.front()) < kRamp) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
@@ -342,7 +344,7 @@ class StrokePlanner {
     stroke({above, row.back(), row.front()});
   }
 
-  /// Cells of `in` that are farther than `away` cells from cells outside it; the grid's edge does not count.
+  /// Cells of `in` that are more than `away` cells from cells outside; the grid's edge does not count.
   std::vector<std::uint8_t> inner(const std::vector<std::uint8_t>& in, int away) const {
     std::vector<std::uint8_t> result = in;
     for (int i = 0; i < count_.x; ++i) {
@@ -361,13 +363,13 @@ class StrokePlanner {
     return result;
   }
 
-  /// The lines along which the head touches the ideal at this height (marching squares: Lorensen & Cline 1987 in the
+  /// The lines along which the head touches the ideal at this height (marching squares: Lorensen & Cline 1987, in the
   /// plane).
   std::vector<Chain> walls_at(double height) const {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // by the grid's edge
+    std::unordered_map<std::size_t, std::size_t> index;  // by grid edge
     std::vector<std::array<std::size_t, 2>> next;        // neighbours of a point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
@@ -428,7 +430,7 @@ class StrokePlanner {
     return chains;
   }
 
-  /// The lowest height that the head reaches in a column.
+  /// The lowest height that the head can reach in a column.
   std::optional<double> lowest(double a, double b) const {
     const int i = static_cast<int>(std::lround((a - lo_.x) / kGrid)),
               j = static_cast<int>(std::lround((b - lo_.y) / kGrid));
@@ -450,7 +452,7 @@ class StrokePlanner {
 
   /// Adds passes along the floor, in rows along its longer side. Returns the heights of its flat parts.
   std::vector<double> floors() {
-    std::map<long, int> columns;  // by height
+    std::map<long, int> columns;  // number of columns for each height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
     const double length = (along_x ? extent.x : extent.y) * kGrid, across = (along_x ? extent.y : extent.x) * kGrid;
@@ -485,7 +487,7 @@ class StrokePlanner {
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
-  session::DenseField left_;  // tissue that the strokes so far leave
+  session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
   glm::dmat3 axes_;                  // columns u, v, w
   double step_;                      // m
@@ -497,7 +499,7 @@ class StrokePlanner {
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end of the last stroke
-  bool bulk_ = true;           // whether added strokes are bulk
+  bool bulk_ = true;           // whether added strokes belong to the bulk
 };
 
 }  // namespace

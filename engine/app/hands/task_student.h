@@ -14,21 +14,22 @@ namespace typodont {
 /// A straight movement of the head.
 struct Stroke {
   Pose from, to;
-  bool goes_on = false;  // the next stroke continues without a stop where this one ends
+  bool goes_on = false;  // the next stroke continues from its end without a stop
   bool bulk = false;     // removes volume away from the final surface
 };
 
 /// The rotation that turns T's z axis, the shank, to `axis_W`.
 dquat toward(const dvec3& axis_W);
 
-/// Plans strokes that remove the tissue outside the preparation's ideal: the bulk layer by layer from the opening down,
-/// then, with `finish`, the floor and the walls. The head reaches at most `into` (m) into the ideal, the shank does not
-/// touch it. Strokes that would remove nothing are left out. The shank points along the preparation's axis. `step`: m
-/// between the passes along floor and walls. `around`: neighbours and gum, which the head does not touch; null: none.
+/// Plans strokes that remove the tissue outside the preparation's ideal: first the bulk, layer by layer from the
+/// opening down; then, with `finish`, the floor and the walls. The head reaches at most `into` (m) into the ideal, and
+/// the shank does not touch it. Strokes that would remove nothing are omitted. The shank points along the preparation's
+/// axis. `step`: m between the passes along floor and walls. `around`: neighbours and gum, which the head does not
+/// touch; null: none.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true);
 
-/// Cuts the strokes out of the tissue, without a servo: the result of a tool that follows them exactly.
+/// Cuts the strokes out of the tissue without a servo: the result of a tool that follows them exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
 
 }  // namespace typodont

@@ -11,12 +11,14 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFollowTime = 10e-3;  // s: 90 positions a second feel like one hand
-constexpr double kReturnTime = 0.4;    // s from the frozen tool to the hand that came back
-constexpr double kGive = 0.02;         // m/(s·N): a lost hand yields to the force, which fades within 50 ms at 1 N/mm
-constexpr double kMostGive = 0.05;     // m/s
-constexpr double kReleased = 0.1;      // of the trigger's way
-constexpr Nanos kStale = 150'000'000;  // ns: an older sample is of a hand that nobody sees
+// s, time constant of the smoothing: 90 positions per second then feel continuous
+constexpr double kFollowTime = 10e-3;
+constexpr double kReturnTime = 0.4;  // s in which the frozen tool moves to the hand after it was found again
+// m/(s·N), admittance of a lost hand: it yields to the force, which fades within 50 ms at 1 N/mm
+constexpr double kGive = 0.02;
+constexpr double kMostGive = 0.05;     // m/s, highest speed of this yielding
+constexpr double kReleased = 0.1;      // trigger position below which it counts as released
+constexpr Nanos kStale = 150'000'000;  // ns; with an older sample the hand counts as lost
 
 class XrHand : public haptics::HapticDevice {
  public:

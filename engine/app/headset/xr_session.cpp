@@ -33,26 +33,27 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kFadeTime = 0.25;  // s in which a lost tool becomes half transparent, and whole again
+constexpr double kFadeTime = 0.25;  // s in which a tool without tracking becomes half transparent, and opaque again
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;                 // N that shake a controller fully
-constexpr double kSlowest = 60, kFastest = 320;  // Hz a controller can make felt
-constexpr double kFastSpindle = 400 * kKrpm;     // rad/s
-// What is a controller's tip at rest, and an arm's.
+constexpr double kFullForce = 3;                 // N at which the controller vibrates fully
+constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
+constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
+// Limits for a controller's tip and an arm's tip to count as still.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;  // s: the slowest processor has drawn it by then
+constexpr double kLongestFrame = 20;  // s, enough for the slowest CPU to draw a frame
 constexpr double kLeaveTime = 2;      // s for the runtime to end the session in its own way
 
-/// Amplitude from the force on the hand, frequency from the drill: far below the spindle's, which no controller makes.
+/// Amplitude from the force on the hand, frequency from the drill; far below the spindle's frequency, which no
+/// controller can produce.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
-  const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just felt
+  const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just perceptible
   const double speed = std::clamp(std::abs(tick.spindle) / kFastSpindle, 0.0, 1.0);
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// A thread of ours hangs in the runtime for good. Whatever the program does to end, it ends: with its own status, and
-/// without the destructors that such a thread could trip over.
+/// Called if one of our threads hangs in the runtime for good. At exit the process then ends with its own status and
+/// without destructors, which such a thread could disturb.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -65,20 +66,20 @@ void end_hard_at_exit() {
 
 }  // namespace
 
-/// Everything the headset's thread touches besides the wiring. It outlives a thread that was given up.
+/// All data of the headset's thread besides the wiring. It outlives an abandoned thread.
 struct XrSession::Thread {
   display::DisplayRig rig;
   haptics::ServoSettings servo;
-  dvec3 origin;                             // m, W, of the tissue
-  double voxel;                             // m, the same
-  std::optional<render::BoxInWorld> reach;  // of the tissue
+  dvec3 origin;                             // m, W, origin of the tissue's voxels
+  double voxel;                             // m, voxel size of the tissue
+  std::optional<render::BoxInWorld> reach;  // bounds of the tissue
   Wiring& wiring;
   Options options;
   std::optional<DebrisView> debris;
   Surroundings surroundings;
-  MouthMirror mirror;  // as the scene has it, or in the other hand
+  MouthMirror mirror;  // the scene's mirror, or at the other hand's pose
   MouthMirror scene_mirror;
-  int mirror_hand = -1;  // the controller that holds it
+  int mirror_hand = -1;  // index of the controller that holds it
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -86,14 +87,14 @@ struct XrSession::Thread {
   std::atomic<std::uint64_t> frames{0};
 
   enum class Phase { kOpening, kAwake, kOver };
-  std::mutex mutex;  // guards what follows: looked at a hundred times a second, written three times
+  std::mutex mutex;  // protects the following members; read a hundred times per second, written three times in total
   std::condition_variable changed;
   Phase phase = Phase::kOpening;
   std::exception_ptr failure;
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<debris::DebrisLedger> debris_mass;
-  WorkCounts work;  // the thread's own until it has ended
+  WorkCounts work;  // used only by the thread until it has ended
 
   std::thread thread;
 
@@ -151,7 +152,7 @@ struct XrSession::Thread {
     stage.set_quality(ladder.step());
     stage.surround(surroundings);
     Detail detail(wiring.tolerance, voxel);
-    struct InUse {  // the particles must let go of the device before it goes, however this ends
+    struct InUse {  // releases the device's particles before the device is destroyed, on every path
       std::optional<DebrisView>& debris;
       ~InUse() {
         if (debris) debris->use(nullptr);
@@ -171,7 +172,7 @@ struct XrSession::Thread {
         continue;
       }
       if (leave_until && now() > leave_until) break;
-      if (!hmd.running()) {  // taken off: the bench waits, the tool is out of the hand
+      if (!hmd.running()) {  // the headset was taken off: the bench waits, and the tool has no hand
         publish_hand(nullptr);
         see_tissue(false);
         std::this_thread::sleep_for(10ms);
@@ -238,8 +239,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// The mirror's button takes the mouth mirror into the hand that the tool is not in, and lays it away again. Out of
-  /// sight it stays where it was.
+  /// The mirror's button puts the mouth mirror into the free hand, or puts it away. Without tracking it stays where it
+  /// was.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -251,7 +252,7 @@ struct XrSession::Thread {
     if (hand.tracked) mirror = held(scene_mirror, hand.X_WT);
   }
 
-  /// The next of the tray; the servo takes it up when pedal, drill and tissue allow it.
+  /// Requests the next tool of the set; the servo changes it when pedal, drill and tissue allow it.
   void choose_next_tool(const ServoTick& tick) {
     const auto tools = static_cast<std::int32_t>(haptics::tool_set(servo).size());
     const std::int32_t chosen = wiring.chosen_tool;
@@ -260,7 +261,7 @@ struct XrSession::Thread {
 
   void see_tissue(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
-  /// True where the tool is not in a controller, or that is seen.
+  /// True if the tool is not held by a controller, or if that controller is tracked.
   bool publish_hand(const display::HmdFrame* frame) {
     if (options.tool_hand < 0) return true;
     const display::HmdHand hand =
@@ -275,7 +276,7 @@ XrSession::XrSession(const display::DisplayRig& rig, const Scene& scene, const h
     : thread_(std::make_shared<Thread>(rig, scene, tissue, wiring, options)), stall_(rig.hmd.stall) {
   thread_->thread = std::thread([state = thread_] { state->run(); });
   std::unique_lock lock(thread_->mutex);
-  // The headset has its time to be put on (wake() counts it); a call of the runtime has as much to come back.
+  // wake() limits the time until the headset is worn; this loop limits the time of each call of the runtime.
   while (thread_->phase == Thread::Phase::kOpening) {
     thread_->changed.wait_for(lock, 20ms);
     if (thread_->gate.silent() < std::max(rig.hmd.wait, stall_)) continue;
@@ -323,13 +324,13 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // It hangs in a call: it is left there, with what it holds, and never heard of again.
+    // It hangs in a call: abandon the thread with all its data.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // not in the runtime, and not coming to an end: the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // outside the runtime but not ending: the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

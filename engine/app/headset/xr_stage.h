@@ -1,4 +1,4 @@
-// Pictures of the bench in a headset: Vulkan made the runtime's way, a renderer, and what goes into each frame. The
+// Draws the bench for a headset: creates Vulkan through the runtime, creates a renderer, and fills each frame. The
 // headset's thread.
 #pragma once
 
@@ -19,7 +19,7 @@ class XrStage {
     render::Quality quality = render::kQualityLadder[2];
     bool validation = false;
   };
-  /// Opens runtime, headset, device and session; `work_W`: what is worth looking at. Throws Error.
+  /// Opens runtime, headset, device and session; `work_W`: the middle of the work. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
           display::RuntimeGate& gate, const Options& options);
   ~XrStage();
@@ -27,22 +27,22 @@ class XrStage {
   XrStage& operator=(const XrStage&) = delete;
 
   void show(std::span<const render::MeshUpdate> bricks, const dvec3& origin);
-  /// What stands still around it; before its first bricks.
+  /// Adds the static surroundings; call before the first bricks.
   void surround(const Surroundings& around);
   void set_quality(const render::Quality& quality);
 
-  /// What is drawn around the tissue.
+  /// Everything that is drawn besides the tissue.
   struct Scenery {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
-    render::ParticleCloud* cloud = nullptr;  // on this stage's device
-    double dt = 0;                           // s since the last frame, turns the bur
+    render::ParticleCloud* cloud = nullptr;  // must be on this stage's device
+    double dt = 0;                           // s since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
   };
-  /// The picture as the renderer is asked for it. `angle`: of the bur, rad.
+  /// The frame for the renderer. `angle`: of the bur, rad.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
-  /// Draws the frame that hmd().wait() began and hands it over; without a picture where none is wanted.
+  /// Draws and submits the frame that hmd().wait() began; submits without a picture if none is wanted.
   render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);
 
   display::Hmd& hmd() { return *hmd_; }
@@ -58,7 +58,7 @@ class XrStage {
   std::optional<render::Renderer> renderer_;
   std::vector<haptics::Tool> tools_;
   std::uint32_t shown_tool_ = 0;
-  bool shown_placed_ = false;  // its head stays in the tissue
+  bool shown_placed_ = false;  // an implant is placed: its head stays drawn in the tissue
   double angle_ = 0;
 };
 

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s
-constexpr double kCrest = 1.5e-3;      // m below the platform above which the bed's wall need not be whole
-constexpr double kBehind = 0.3e-3;     // m behind the wall where bone is looked for
+constexpr double kCrest = 1.5e-3;      // m below the platform; above this depth the bed's wall need not be complete
+constexpr double kBehind = 0.3e-3;     // m behind the wall at which bone is searched
 constexpr int kAround = 24;
 
 /// A box of tissue around the planned implant.
@@ -181,7 +181,7 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
   const dquat R = across(plan.axis_W);
   session::ImplantBedMeasures& bed = measures.bed;
   if (!bed.found || bed.depth < 2 * kCrest) return;
-  // Area and second moments of what is no bone, in slices across the plan's axis.
+  // Area and second moments of the space without bone, in slices perpendicular to the plan's axis.
   const double step = bone.voxel() / 2, reach = 1.5 * plan.diameter / 2;
   double area = 0, ovality = 0;
   int slices = 0;

@@ -1,4 +1,4 @@
-// A scene's "implant": the set of instruments, the plan and the procedure, read and checked.
+// Reads and checks a scene's "implant": the set of instruments, the plan and the procedure.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,20 @@
 
 namespace typodont {
 
-/// A tool of a set: FOLDER/NAME.json. Throws Error naming the tools there are.
+/// A tool of a set: FOLDER/NAME.json. Throws Error naming the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's, for the
-/// canal; `tools`: the session's. Throws Error, also for a phase whose tool is not among them.
+/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's, for
+/// the canal; `tools`: the session's. Throws Error, also if the tool of a phase is not among them.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// Throws Error where the tissue has no grey values, or the planned implant does not lie in bone. `file`: of the scene.
+/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
-/// Adds what only the tissue tells: diameter and ovality of the bed, where its wall is open, what the implant touches.
+/// Adds the measures that need the final tissue: diameter and ovality of the bed, openings in its wall, contact of the
+/// implant with bone.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Writes a copy of the tissue beside the session, which goes on.
+/// Writes a copy of the tissue beside the running session.
 class TissueSaver {
  public:
   explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
@@ -35,7 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A later one waits for an earlier one, and the carver for neither.
+    // A save waits for an earlier one; the carver waits for neither.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -54,8 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Bricks on their way to a picture. While that takes none (its device is being made anew), what its ring has no room
-/// for waits here, of each brick the newest: one that was lost would be shown as it was until it is cut again.
+/// Sends bricks to a picture. While the picture accepts none (its device is being created again), bricks that do not
+/// fit into its ring wait here, only the latest version of each. A lost brick would be drawn in its old form until it
+/// is cut again.
 class Outbox {
  public:
   explicit Outbox(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -72,7 +73,7 @@ class Outbox {
   MeshBatch waiting_;
 };
 
-/// True when the tissue is another one afterwards.
+/// True if the tissue changed.
 bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
   if (command == TissueCommand::kSave) {
@@ -87,8 +88,8 @@ bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   return true;
 }
 
-/// The brush's stroke is one that can be taken back. False where it met no tissue: what is painted in the air counts
-/// for nothing and is not part of an exercise.
+/// A brush stroke that can be undone. False if it met no tissue: painting in the air does not count and is not part of
+/// an exercise.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
@@ -142,14 +143,14 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The tick is of the turn before: its cuts are all applied. Without a pose its time says nothing.
+  // The tick is from the previous turn, so all its cuts are applied. Without a valid pose its time is not used.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // then a patch is cut out before any later cut, and the servo knows which cuts to repeat
+  bool edited = false;  // true: cut out a patch before any later cut; the servo knows which cuts to repeat
   while (wiring.tissue_commands.pop(command)) {
     edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;
@@ -179,14 +180,14 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    repeat_cuts();  // the expert asks after its last cut, which may have come since this turn began
+    repeat_cuts();  // the expert requests this after its last cut, which may have been made since this turn began
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
   }
   return done;
 }
 
-/// What nobody sees waits: the volume knows what changed since it was last meshed.
+/// Invisible bricks wait: the volume stores which voxels changed since they were last meshed.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -217,12 +218,12 @@ namespace {
 
 void carve(LiveSession& s) {
   CarverTurns turns(s);
-  int idle = 0;  // turns without work
+  int idle = 0;  // number of consecutive turns without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Where nothing was to do for 30 ms the hand is slow: at 3 cm/s it comes a tenth of a millimetre further until it
-    // is looked after again; after a second it rests, and comes half a millimetre far at 10 m/s². Looking more often
-    // took three hundredths of a core of an idle session, and four thousandths.
+    // Sleep time. After 30 ms without work the hand is slow: at 3 cm/s it moves 0.1 mm until the next check. After a
+    // second it rests: at 10 m/s² it moves 0.5 mm. Checking more often costs 0.03 of a core in an idle session, this
+    // costs 0.004.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

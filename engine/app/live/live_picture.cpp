@@ -16,14 +16,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;  // a device lost more often than this is broken
-constexpr Nanos kProcessorMeshInterval = 33'000'000;     // ns between looks for changed bricks, where a processor draws
-constexpr Nanos kBriefWait = 4'000'000;                  // ns, between looks at what is moving
-constexpr Nanos kOwnInterval = 30'000'000;               // ns between pictures from a viewpoint of one's own
-constexpr int kImplantSections = 2;                      // along the arch, across it
-// A section follows the drill by steps of at least so much.
-constexpr double kSectionTurns = 0.02;    // rad
-constexpr double kSectionMoves = 0.1e-3;  // m
+// a device that is lost more often than this is considered broken
+constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
+constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between searches for changed bricks, with software rendering
+constexpr Nanos kBriefWait = 4'000'000;               // ns between checks for motion
+constexpr Nanos kOwnInterval = 30'000'000;            // ns between pictures from a free viewpoint
+constexpr int kImplantSections = 2;                   // number of sections: along the arch, across it
+// A section follows the drill in steps of at least this size.
+constexpr double kSectionTurns = 0.02;    // rad, step of rotation
+constexpr double kSectionMoves = 0.1e-3;  // m, step of translation
 
 }  // namespace
 
@@ -68,7 +69,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
-  look.hud = !options_.operated;  // what the operator's window says need not stand in the trainee's picture
+  look.hud = !options_.operated;  // texts of the operator's window need not be in the trainee's picture
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;
@@ -120,7 +121,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
   make(options_.device);
 }
 
-/// The nozzle beside the tooth draws chips in, or not.
+/// Switches the suction nozzle beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
   constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
@@ -153,7 +154,7 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   if (next.view == View::kSection && scene_.implant) {
     next.plane = section_through_implant(tick);
   } else if (next.view == View::kSection) {
-    // Upright through the bur, facing the viewer: what lies behind it stays.
+    // An upright plane through the bur that faces the viewer; the part behind it is kept.
     const dvec3 away = stage_->rig().head.eye_center - tick.X_WG.p, level(away.x, away.y, 0);
     const dvec3 n = glm::length(level) > 0.2 * glm::length(away) ? -glm::normalize(level) : dvec3(0, 1, 0);
     next.plane = {n, -glm::dot(n, tick.X_WG.p)};
@@ -161,8 +162,8 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Through the axis of the drill in its bed, else of the planned implant: along the arch, or across it. (x lies along
-/// the arch, y points to the tongue: docs/interface.md, "bone".)
+/// Plane through the axis of the drill in its bed, otherwise through that of the planned implant: along the arch, or
+/// across it. (x lies along the arch, y points to the tongue: docs/interface.md, "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
@@ -172,7 +173,7 @@ glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   return {side * n, -side * glm::dot(n, through)};
 }
 
-/// A drill that has entered a bed, or left it, takes the section with it.
+/// Moves the section when a drill enters or leaves a bed.
 void LivePicture::follow_implant(const ServoTick& tick) {
   if (!scene_.implant || !stage_ || options_.operated) return;
   Look look = views_->look(Eyes::kTrainee);
@@ -198,7 +199,7 @@ MouthMirror LivePicture::mirror_for(const Look& look) {
   return left_hand_ ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
 }
 
-/// Of what no picture shows, the carver makes no surface.
+/// The carver meshes only the tissue that a picture shows.
 void LivePicture::look_for_tissue() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -252,7 +253,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    first_shown_ = now();  // a window shows a frame with the second poll after it
+    first_shown_ = now();  // a window shows a frame at the second poll after it
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -277,22 +278,22 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
     return;
   }
   drew_last_ = false;
-  if (options_.embedded) return;  // whoever shows it waits
-  // Where nothing moved for half a second the hand is looked at forty times a second; a mouse ends the longer wait, but
-  // some say where they are a thousand times a second.
+  if (options_.embedded) return;  // the operator's window waits instead
+  // After half a second without motion the hand is checked only forty times per second. An event of the mouse ends the
+  // wait earlier, but some hands report a thousand times per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// What a frame of the trainee's says of the next: how fine, at which step of the ladder. The trainee's picture alone:
-/// what else is drawn must not cost its quality.
+/// Chooses the level of detail and the quality step for the next frame from this frame of the trainee. Other pictures
+/// are ignored, so that they do not reduce its quality.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
   frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
-  // The hand's sample was that old when the frame began.
+  // age of the hand's sample when the frame began
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
@@ -300,10 +301,10 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
     wiring.pictures_to_recorder.push(
         {last_turn_, dt, took.record, took.gpu, age + took.shown, stats.redrawn, ladder_.place()});
   }
-  // Composing and presenting are the processor's work, too, where it plays the GPU: frames on end show what all takes.
+  // With software rendering, composing and presenting also use the CPU, so only consecutive frames show the total time.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // Of a picture at rest only what its level of detail made finer is drawn anew, a few bricks at a time: cheap frames,
-  // which say nothing of what the next step would cost. Following them it would climb, refine, and fall for ever.
+  // In a picture at rest only bricks with a new level of detail are redrawn, a few at a time. Such cheap frames do not
+  // show the cost of the next step; if the ladder followed them, it would climb and fall for ever.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
@@ -312,14 +313,14 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   }
 }
 
-/// One more picture has been drawn.
+/// Counts a shown picture.
 void LivePicture::frame_shown() {
   const Nanos t = now();
   if (last_drawn_) frame_period_ += 0.1 * (std::min(to_seconds(t - last_drawn_), 1.0) - frame_period_);
   last_drawn_ = t;
 }
 
-/// Where it is seen from, and how: to the recording, whenever that changed.
+/// Records the viewpoint and the view whenever they change.
 void LivePicture::record_view() {
   Wiring& wiring = session_.wiring;
   const Nanos zero = wiring.session_zero;

@@ -14,7 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr auto kTurn = 25ms;  // a twentieth of what may be lost; the ring of ticks holds eight seconds at 4 kHz
+// a twentieth of the data that a kill may lose; the ring of ticks holds eight seconds at 4 kHz
+constexpr auto kTurn = 25ms;
 
 }  // namespace
 
@@ -26,11 +27,11 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // What these ticks name, patches and cuts, came before them; what later ones name may come after it was looked for
-  // here, and a program killed then would leave ticks without it.
+  // Count the ticks first. Their patches and cuts were pushed before them. Those of later ticks may arrive after this
+  // point; if the program were killed then, ticks would be stored without them.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // After the patches: the edit that made one of them due is then there too.
+  // After the patches, so that the edit that made a patch necessary is stored, too.
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
@@ -53,7 +54,7 @@ void RecorderTurns::turn() {
     writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
   }
   if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
-  // Pictures of before the first tick belong to no session.
+  // Pictures before the first tick belong to no session.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   display::HmdTiming frame;
   while (wiring.xr_frames_to_recorder.pop(frame))

@@ -11,11 +11,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kRampOut = 0.02;  // s at the end of a session
-// Faults that Servo::tick goes by.
+constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end of a session
+// Faults that are input of Servo::tick.
 constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// As HapticDevice::contact means it.
+/// Contact as defined for HapticDevice::contact.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;
@@ -46,14 +46,14 @@ bool ServoTurns::turn() noexcept {
     settings_ = wiring.settings.front();
     if (!s.record) s.servo->set_stiffness(settings_.stiffness_of(s.scene.servo.materials));
   }
-  sample_.pedal *= settings_.backwards ? -settings_.speed_share : settings_.speed_share;
+  sample_.pedal *= settings_.backwards ? -settings_.speed_fraction : settings_.speed_fraction;
   sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // What the servo was told is in the tick, and nothing that it was not told: a replay tells it the same.
+  // The tick contains the faults that the servo got as input, and no others, so that a replay can give it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -65,10 +65,12 @@ bool ServoTurns::turn() noexcept {
     if (s.debris) wiring.cuts_to_debris.push(cut_);
   }
   wiring.tick_to_carver.publish(tick_);
-  if (s.sound) s.sound->push(tick_);  // before it is published: a file is made up to the newest that is
+  // before it is published, because a sound file is synthesized up to the latest published tick
+  if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
-  if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);  // full: counted, the session goes on
+  // if the ring is full, the loss is counted and the session continues
+  if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
   s.last = tick_;
@@ -80,14 +82,14 @@ bool ServoTurns::turn() noexcept {
 void ServoTurns::send() noexcept {
   haptics::ForceDelay::Wrench wrench{tick_.f_T_W, tick_.tau_T_W};
   if (s_.delay) wrench = s_.delay->pass(tick_, settings_.force_delay);
-  hand_.write(settings_.force_share * wrench.f_T_W, settings_.force_share * wrench.tau_T_W);
+  hand_.write(settings_.force_fraction * wrench.f_T_W, settings_.force_fraction * wrench.tau_T_W);
 }
 
 void ServoTurns::end() noexcept {
   LiveSession& s = s_;
   Wiring& wiring = s.wiring;
   s.loop->publish();
-  // The end: the force fades within its ramp, the drill at rest. These ticks belong to no session and are not recorded.
+  // At the end the force ramps down with the drill off. These ticks belong to no session and are not recorded.
   s.servo->ramp_out();
   const Nanos faded = clock_() + from_seconds(kRampOut);
   while (!wiring.emergency && clock_() < faded && hand_.read(sample_)) {
@@ -99,7 +101,7 @@ void ServoTurns::end() noexcept {
     send();
   }
   hand_.write(dvec3(0), dvec3(0));
-  hand_.release();  // nor does an arm go on holding up its own weight
+  hand_.release();  // also ends an arm's gravity compensation
 }
 
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {

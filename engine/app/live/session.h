@@ -1,5 +1,5 @@
-// What a live session consists of, and the threads that work on it: each has a file of its own here, and they meet in
-// wiring.h only. The workbench draws; it starts and joins them.
+// The data of a live session, and the loops of the threads that work on it. Each thread has its own file in this
+// folder, and they communicate only through wiring.h. The workbench starts and joins the threads and draws.
 #pragma once
 
 #include <cstdint>
@@ -25,33 +25,34 @@
 
 namespace typodont {
 
-/// What a session consists of. Threads refer to it; it outlives them.
+/// The data of a session. The threads refer to it; it outlives them.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;       // made for the hand, once that is known
-  std::optional<haptics::ForceDelay> delay;  // servo thread; where the session may delay forces
-  std::optional<LoopWatch> loop;             // servo thread until it has ended
-  ServoTick last;                            // the same
-  double servo_cpu = 0;                      // s, the same
-  Nanos first_tick = 0;                      // when it was done, the same
+  std::optional<haptics::Servo> servo;       // created for the hand once the hand is known
+  std::optional<haptics::ForceDelay> delay;  // servo thread; only if the session may delay forces
+  std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
+  ServoTick last;                            // used only by the servo thread until it has ended
+  double servo_cpu = 0;  // s, CPU time of the servo; used only by the servo thread until it has ended
+  Nanos first_tick = 0;  // time when the first tick was finished; used only by the servo thread until it has ended
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;              // somebody looks at the newest tick, also where nothing is drawn
-  bool watched = false;              // bricks go to the operator too: the headset takes the others
-  StrokeBook book;                   // carver thread until it has ended
-  std::string carver_failure;        // the same: why it could not go on
-  Nanos mesh_interval = 16'000'000;  // ns between looks for changed bricks: no more often than they are drawn
-  std::size_t xr_stream = 0;         // which of the recording's streams a headset's frames are
-  std::size_t picture_stream = 0;    // the same, of a picture on a screen
+  bool steered = false;        // the newest tick is read, also if nothing is drawn
+  bool watched = false;        // bricks also go to the operator's picture; the headset takes the others
+  StrokeBook book;             // used only by the carver thread until it has ended
+  std::string carver_failure;  // reason for a failure of the carver; used only by the carver thread until it has ended
+  Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
+  std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
+  std::size_t picture_stream = 0;    // index of the recorded stream for a screen's frames
   SoundLink* sound = nullptr;
-  std::size_t left_stream = 0;             // of the recording, where there is a second hand
-  std::optional<std::size_t> head_stream;  // the same, where there is a screen
-  std::optional<TickNotes> notes;          // recorder thread, where recorded
-  std::filesystem::path save;              // of the tissue
-  std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
-  std::uint64_t queries = 0;                                            // servo thread until it has ended
+  std::size_t left_stream = 0;             // index of the recorded stream for a second hand
+  std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
+  std::optional<TickNotes> notes;          // recorder thread; only if recorded
+  std::filesystem::path save;              // file for the tissue
+  // used only by the carver thread until it has ended
+  std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
+  std::uint64_t queries = 0;  // used only by the servo thread until it has ended
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
@@ -65,15 +66,16 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop, turn by turn. Its thread calls turn() until that is false, then end(); a test calls them between
-/// the turns of the others, in any order.
+/// The servo's loop, turn by turn. Its thread calls turn() until that returns false, then end(). A test can call the
+/// turns of all loops in any order.
 class ServoTurns {
  public:
   /// `clock`: ns, any steady clock.
   ServoTurns(LiveSession& s, haptics::HapticDevice& hand, Nanos (*clock)() noexcept = now);
-  /// One tick: reads the hand, feels, cuts, writes the force, tells everyone. False when the session is over.
+  /// One tick: reads the hand, computes contact and cut, writes the force, publishes the tick. False at the end of the
+  /// session.
   bool turn() noexcept;
-  /// Fades the force and lets the hand go.
+  /// Ramps the force down and releases the hand.
   void end() noexcept;
 
  private:
@@ -95,16 +97,17 @@ class ServoTurns {
 /// The carver's loop, turn by turn.
 class CarverTurns {
  public:
-  /// `between`: called between the steps of a turn; a test lets the servo go on there. Empty in a live session.
+  /// `between`: called between the steps of a turn, where a test lets the servo continue. Empty in a live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
-    bool worked = false;   // there was something to do
-    bool awaited = false;  // a patch is offered, and the servo has not taken it yet
+    bool worked = false;   // there was work
+    bool awaited = false;  // a patch is offered that the servo has not yet adopted
   };
-  /// Repeats the servo's cuts, obeys the user, offers a patch where one is due, meshes. Throws what OpenVDB throws.
+  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes. Throws what
+  /// OpenVDB throws.
   Done turn();
-  /// Repeats the cuts that are left.
+  /// Repeats the remaining cuts.
   void finish();
 
  private:
@@ -116,7 +119,7 @@ class CarverTurns {
 class RecorderTurns {
  public:
   RecorderTurns(LiveSession& s, session::SessionWriter& writer) : s_(s), writer_(writer) {}
-  /// Empties the rings into the file.
+  /// Writes the contents of the rings to the file.
   void turn();
 
  private:
@@ -126,14 +129,14 @@ class RecorderTurns {
   session::WriterStatus::State told_ = session::WriterStatus::State::kRecording;  // the last state that was logged
 };
 
-/// The stream's loop, turn by turn: what others are told of the session.
+/// The loop of the state stream, turn by turn: publishes the session's state to other programs.
 class StreamTurns {
  public:
-  /// `rate`: states a second, Hz. Makes the ring from the servo: before that has begun.
+  /// `rate`: states per second, Hz. Creates the ring from the servo, so call it before the servo begins.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
-  /// Empties the ring, tells of what began since, and of the newest tick where one is due.
+  /// Empties the ring, and publishes new events and, if it is due, the latest tick.
   void turn();
-  /// The last tick, and the session's end.
+  /// Publishes the last tick and the end of the session.
   void end();
 
  private:
@@ -142,18 +145,18 @@ class StreamTurns {
   const Nanos interval_;
   std::vector<std::string> tools_;
   bool begun_ = false;
-  Nanos told_ = 0;  // time of the last state
-  ServoTick tick_;  // the newest
+  Nanos told_ = 0;  // time of the last published state
+  ServoTick tick_;  // the latest tick
 };
 
-/// Reads the hand, whose pace is the clock; feels, cuts, writes the force. Zero force when it returns.
+/// Runs the servo loop; the hand's rate is the clock. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes what changed, undoes. Where it
-/// cannot go on, for want of memory, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If
+/// it cannot continue because memory is full, it ends the session.
 void carver_thread(LiveSession& s);
-/// Takes everything that is recorded out of its rings and to the file.
+/// Moves all recorded data from its rings to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
-/// Tells others of the session until all other threads have ended.
+/// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);
 
 }  // namespace typodont

@@ -29,9 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};  // m: the middle of a crown's top, where the shipped rigs look
+// m: position of the middle of a crown's top, at which the shipped rigs look
+constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};
 
-/// The turn that makes the crown point along +z.
+/// The rotation that makes the crown point along +z.
 const char* turn_up(Crown crown) {
   switch (crown) {
     case Crown::kUp:
@@ -57,7 +58,7 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moved so that the top of the tissue stands where the rigs look.
+/// Moves the tissue so that its top is at the point at which the rigs look.
 void put_in_place(haptics::DenseTissue& tissue) {
   glm::ivec3 lo(tissue.size), hi(-1), at;
   for (at.x = 0; at.x < tissue.size.x; ++at.x)
@@ -69,8 +70,8 @@ void put_in_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
 }
 
-/// The same of a mesh. Of several teeth the middle may be empty, as in an arch: there the highest point stands where
-/// the rigs look.
+/// The same for a mesh. If it has several teeth, its middle may be empty, as in an arch; then the highest point is
+/// moved to that point.
 void put_in_place(haptics::TissueMesh& mesh) {
   constexpr double kWidestTooth = 16e-3;  // m
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
@@ -83,8 +84,8 @@ void put_in_place(haptics::TissueMesh& mesh) {
   for (dvec3& p : mesh.vertices) p += move;
 }
 
-/// In the unit that was given. At the usual one, millimetres, a mesh too small for a tooth is taken as one in metres,
-/// as some scanners write them.
+/// Reads the mesh in the given unit. With the default unit (mm), a mesh too small for a tooth is read in metres, which
+/// some scanners write.
 haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
   constexpr Tissue kTissue = Tissue::kEnamel;
   try {
@@ -96,12 +97,12 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // nor that: what was asked for is what is told of
+      throw e;  // metres fail, too: report the error for the requested unit
     }
   }
 }
 
-/// The folder of the user's own exercises, made.
+/// The folder of the user's own exercises; creates it.
 fs::path own_scenes() {
   const fs::path folder = user_folder() / "scenes";
   std::error_code code;
@@ -110,7 +111,7 @@ fs::path own_scenes() {
   return folder;
 }
 
-/// A scene whose tissue is the mesh itself.
+/// Creates a scene whose tissue is the mesh itself.
 fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0, 1);
   haptics::ReadTissueMesh read = read_scanned(tooth);
@@ -126,13 +127,13 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
       {"description", description},
       {"tissue", {{"mesh", {{"file", stem + ".stl"}, {"unit_mm", 1}, {"tissue", "enamel"}}}}},
       {"model", "vertex"},
-      {"tools", {"round_012", "round_014", "round_006", "explorer"}},  // mesh_lod cuts with balls alone
+      {"tools", {"round_012", "round_014", "round_006", "explorer"}},  // the model mesh_lod cuts only with balls
       {"spindle", "air_turbine"},
       {"parts", {"haptics", "render", "sound", "debris", "record", "score"}}};
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  progress.at(1);  // from here on nothing is cancelled: both files take their places
+  progress.at(1);  // no cancellation from here on: both files are moved to their names
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
                       Over::kItsInput);
@@ -154,7 +155,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // 2026-11-20_10-15-00_scene
+      // for example 2026-11-20_10-15-00_scene
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;
@@ -188,7 +189,7 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
-  options.progress = [&](double share) { progress.at(share); };
+  options.progress = [&](double fraction) { progress.at(fraction); };
   if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
   haptics::Imported imported = haptics::import_tissue(tooth.input, options);
   haptics::DenseTissue& tissue = imported.tissue;
@@ -196,13 +197,13 @@ fs::path bring_in(const NewTooth& tooth, Progress& progress) {
   progress.stage("op.importing", 0.9, 1);
   const fs::path folder = own_scenes();
   const std::string stem = file_name_of(tooth.name);
-  // Nothing takes an older one's place before all is there.
+  // Old files are replaced only after all new files are complete.
   PartialFile volume(folder / (stem + ".vdb"), FileKind::kVolume, Over::kItsInput),
       file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   haptics::TissueVolume(tissue).save(volume.path());
   const nlohmann::ordered_json scene = {
       {"name", tooth.name},
-      // The names of DICOM files are often those of persons.
+      // The names of DICOM files often contain names of patients.
       {"description", imported.report.format == "DICOM" ? "DICOM" : tooth.input.filename().string()},
       {"tissue", {{"volume", volume.file().filename().string()}}},
       {"tools", {"round_012", "cylinder_010", "round_014", "explorer", "excavator_spoon"}},
@@ -220,7 +221,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
   MaterialTable materials = load_materials();
-  bool draws_own = false;  // then the mesh that was carved is written, triangle by triangle
+  bool draws_own = false;  // if true, writes the carved mesh itself, triangle by triangle
   const haptics::TissueVolume tissue = [&] {
     if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
     const session::SessionReader reader(session);
@@ -232,7 +233,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   }();
   const surface::WholeMesh whole =
       draws_own ? whole_surface(*tissue.mesh(), tissue.frame())
-                : whole_surface(tissue, 0.1f, [&](double share) { progress.at(0.3 + 0.6 * share); });
+                : whole_surface(tissue, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
   if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
   progress.at(0.9);
   surface::write_mesh(mesh, whole, tissue.frame(), materials);

@@ -1,4 +1,4 @@
-// Recorded sessions and what can be made of them; teeth from scans and meshes.
+// The page of recorded sessions and their evaluation, and of teeth from scans and meshes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-/// Points of a hundred, red where the pass mark is missed.
+/// Points out of 100, in red if the pass mark is missed.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");
@@ -119,7 +119,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::InputFloat(id, &mm, 0, 0, mm > 0 ? fmt::format("{} %.4g mm", s.text(name)).c_str() : s.text(without),
                       ImGuiInputTextFlags_AutoSelectAll);
   };
-  ImGui::BeginDisabled(as_scanned);  // they are of what becomes a volume
+  ImGui::BeginDisabled(as_scanned);  // these options apply only to volumes
   length("##voxel", f.voxel_mm, "op.voxel", "op.voxel_of_file");
   ImGui::SameLine();
   length("##shell", f.shell_mm, "op.shell", "op.shell_usual");

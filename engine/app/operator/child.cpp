@@ -19,8 +19,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kLook = 50;        // ms between looks at the wish to stop
-constexpr int kPatience = 3000;  // ms for one that was asked to stop
+constexpr int kLook = 50;        // ms between checks for cancellation
+constexpr int kPatience = 3000;  // ms that the process has to end after the request
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -36,8 +36,8 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   return words;
 }
 
-/// "film: 30 %", the last there is; 0: none.
-double share_in(const std::string& messages) {
+/// The progress in the last message such as "film: 30 %"; 0 if there is none.
+double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
   const std::size_t before = messages.rfind(' ', sign - 1);
@@ -54,7 +54,7 @@ std::string last_line(std::string messages) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  std::array<std::array<int, 2>, 2> ends{};  // of its output and of its messages
+  std::array<std::array<int, 2>, 2> ends{};  // pipes for its output and its messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
     close(ends[0][0]), close(ends[0][1]);
@@ -69,27 +69,27 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     _exit(127);
   }
   close(ends[0][1]), close(ends[1][1]);
-  struct Ended {  // in every case
+  struct Ended {  // runs on every path
     pid_t child;
     std::array<int, 2> from;
     ~Ended() {
       for (const int one : from) close(one);
       if (child <= 0) return;
-      kill(child, SIGINT);  // it leaves nothing half written …
+      kill(child, SIGINT);  // asks it to end and remove partial files
       for (int i = 0; i < kPatience / kLook; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
         poll(nullptr, 0, kLook);
       }
-      kill(child, SIGKILL);  // … unless it does not answer
+      kill(child, SIGKILL);  // it did not answer
       waitpid(child, nullptr, 0);
     }
   } ended{child, {ends[0][0], ends[1][0]}};
   if (child < 0) throw RunFailure("cannot start " + words[0]);
   std::array<std::string, 2> said;
   std::array<pollfd, 2> waiting{pollfd{ended.from[0], POLLIN, 0}, pollfd{ended.from[1], POLLIN, 0}};
-  double share = 0;
+  double fraction = 0;
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
-    progress.at(share);
+    progress.at(fraction);
     if (poll(waiting.data(), waiting.size(), kLook) <= 0) continue;
     for (std::size_t i = 0; i < 2; ++i) {
       if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
@@ -100,10 +100,10 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
       else
         said[i].append(piece.data(), static_cast<std::size_t>(n));
     }
-    share = std::max(share, share_in(said[1]));
+    fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // it has closed its output: it is about to end
+  waitpid(child, &status, 0);  // it has closed its output, so it is about to end
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));
@@ -111,7 +111,8 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  const int said = memfd_create("messages", MFD_CLOEXEC);  // a pipe would break if this program ended before the child
+  // memory instead of a pipe, which would break if this program ended before the child
+  const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
     if (said >= 0) dup2(said, STDERR_FILENO);
@@ -145,7 +146,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // the others at the next look
+    return std::nullopt;  // the others are checked at the next call
   }
   return std::nullopt;
 }

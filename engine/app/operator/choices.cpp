@@ -12,8 +12,7 @@ namespace typodont {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr Nanos kDeviceInterval =
-    2 * kNanosPerSecond;  // between two looks at what is plugged in: each takes milliseconds
+constexpr Nanos kDeviceInterval = 2 * kNanosPerSecond;  // ns between two searches for devices; each takes milliseconds
 }
 
 Choices::Choices(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w), pictures_(s, w) {
@@ -79,7 +78,7 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Where it is there.
+/// Selects the hand if it is in the list.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

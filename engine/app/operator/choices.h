@@ -1,5 +1,4 @@
-// What there is to choose from, and what is chosen: exercises, hands, pictures; kept from one day to the next. Main
-// thread.
+// The available exercises, hands and pictures, and the selected ones, which are remembered between runs. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -14,18 +13,18 @@ namespace typodont {
 
 class Choices {
  public:
-  /// As it was left last time.
+  /// Restores the selection of the last run.
   Choices(OperatorState& s, InterfaceWindow& w);
 
-  /// The pages in another language, where the computer can write it.
+  /// Shows the pages in another language, if the computer has a font for it.
   void set_language(session::Language language);
-  /// Looks for scenes, hands and rigs anew. What is chosen stays where it was.
+  /// Searches for scenes, hands and rigs again, and keeps the selection.
   void rescan();
   void choose_scene(const std::filesystem::path& file);
   void choose_tutorial();
   void remember() const;
 
-  /// What is plugged in or out while hands are chosen. True when the list is another.
+  /// Searches for connected devices while a hand is being selected. True if the list changed.
   bool look_at_devices();
   ScenePictures& pictures() { return pictures_; }
 

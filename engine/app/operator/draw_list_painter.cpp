@@ -17,18 +17,18 @@ namespace typodont {
 
 namespace {
 
-struct Place {  // interface.vert
+struct Place {  // same layout as in interface.vert
   float scale[2], shift[2];
   std::int32_t layer;
 };
 
-constexpr std::size_t kRemembered = 8;  // targets: more than a swapchain has images
+constexpr std::size_t kRemembered = 8;  // number of stored targets; more than the images of a swapchain
 
 VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Large enough for `bytes`, with room to grow.
+/// Ensures a buffer of at least `bytes`, with room to grow.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);
@@ -64,7 +64,7 @@ void DrawListPainter::take_font_atlas() {
                                        .format = VK_FORMAT_R8_UNORM,
                                        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT});
   gpu::upload(device_, font_, std::span(pixels, static_cast<std::size_t>(width) * static_cast<std::size_t>(height)));
-  ImGui::GetIO().Fonts->SetTexID(nullptr);  // the first texture
+  ImGui::GetIO().Fonts->SetTexID(nullptr);  // null is the font texture
   textures_.assign(1, {font_.view, -1, 0});
   holds_.clear();
 }
@@ -110,13 +110,13 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Lists that were made for another size are stretched into this one.
+  // Draw lists for another size are scaled to this one.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  if (whole && holds_.size() > kRemembered) holds_.clear();  // of images that are no more
+  if (whole && holds_.size() > kRemembered) holds_.clear();  // also contains images that no longer exist
   if (fits)
     holds_[target.image] = std::move(tiles);
   else

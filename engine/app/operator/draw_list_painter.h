@@ -1,5 +1,5 @@
-// Dear ImGui's draw lists on our Vulkan: one pipeline, dynamic rendering, two frames in flight. A target that still
-// holds an earlier frame is drawn where that differs. Render thread.
+// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. If a target still
+// contains an earlier frame, only the differences are drawn. Render thread.
 #pragma once
 
 #include <array>
@@ -18,23 +18,23 @@ namespace typodont {
 
 class DrawListPainter {
  public:
-  /// Takes the current ImGui context's font atlas. Throws RunFailure.
+  /// Uploads the font atlas of the current ImGui context. Throws RunFailure.
   explicit DrawListPainter(gpu::Device& device);
   ~DrawListPainter();
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// The atlas has changed (another language, another scale): takes it up anew. Nothing may be in flight.
+  /// Uploads the font atlas again after it changed (another language, another scale). No frame may be in flight.
   void take_font_atlas();
 
-  /// Forgets the last frame's textures.
+  /// Removes the textures of the last frame.
   void new_frame();
-  /// A picture for ImGui::Image during this frame, the first layer: sRGB bytes (a UNORM view), ready for shaders. At
-  /// most 60 a frame. `shows`: another number once it shows something else.
+  /// Registers a picture for ImGui::Image in this frame (its first layer): sRGB bytes (a UNORM view), ready for
+  /// shaders. At most 60 per frame. `shows`: a number that changes with the picture's content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws what the target lacks of this frame; all of it where it holds none, or where `all` is wanted. Returns the
-  /// parts that were drawn; nothing: all.
+  /// Draws the parts in which this frame differs from the target; everything if the target holds no frame or if `all`
+  /// is set. Returns the drawn parts; nothing means everything.
   std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
                                                    const display::Target& target, int slot,
                                                    const std::array<float, 4>& clear, bool all = false);
@@ -45,7 +45,7 @@ class DrawListPainter {
 
   struct Texture {
     VkImageView view;
-    int layer;  // of an array; negative: the font's coverage
+    int layer;  // layer of an array; negative: coverage of the font
     std::uint64_t shows;
   };
 
@@ -55,12 +55,12 @@ class DrawListPainter {
   gpu::Device& device_;
   gpu::Image font_;
   VkSampler sampler_ = VK_NULL_HANDLE;
-  gpu::ShaderInputs inputs_;  // a set for each slot's textures
+  gpu::ShaderInputs inputs_;  // a descriptor set for each slot's textures
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // the tiles of the frame that a target was given last
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // tile hashes of the frame that each target holds
 };
 
 }  // namespace typodont

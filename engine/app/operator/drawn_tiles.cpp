@@ -10,8 +10,9 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;               // pixels
-constexpr std::size_t kMostParts = 12;  // each draws what reaches into it once more
+constexpr int kTile = 32;  // pixels
+// limit, because an element that lies in several parts is drawn once for each of them
+constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
   return (pixels + kTile - 1) / kTile;
@@ -62,7 +63,7 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  std::vector<display::Part> parts;  // in tiles; a run in a row goes on below where the next has the same
+  std::vector<display::Part> parts;  // in tiles; a run in a row is extended downwards if the next row has the same run
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {
     const auto differs = [&](int x) {

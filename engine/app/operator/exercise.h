@@ -1,4 +1,4 @@
-// An exercise as an instructor makes it in the window: a scene of its own in the user's folder.
+// An exercise that an instructor makes in the window: a scene in the user's folder.
 #pragma once
 
 #include <array>
@@ -17,42 +17,42 @@
 
 namespace typodont {
 
-/// Another feel and look of a tissue than the base's.
+/// Stiffness and colour of a tissue that differ from the base scene.
 struct TissueMade {
-  double stiffness = 1;        // of the base's
+  double stiffness = 1;        // factor on the base's stiffness
   std::optional<dvec3> color;  // sRGB
 };
 
 struct NewExercise {
   std::string name, goal;
   std::vector<std::string> steps;
-  const Scene* base = nullptr;                   // what it was made from
-  std::span<const PaintStroke> strokes;          // painted on top of the base's own paint
-  const haptics::TissueVolume* ideal = nullptr;  // the result to aim at …
-  std::filesystem::path ideal_mesh;              // … or a closed mesh of it; neither: as the base has it
-  double mesh_unit_mm = 1;                       // of the mesh's file
+  const Scene* base = nullptr;                   // the scene from which it is made
+  std::span<const PaintStroke> strokes;          // painted in addition to the base's own strokes
+  const haptics::TissueVolume* ideal = nullptr;  // the ideal as tissue
+  std::filesystem::path ideal_mesh;              // or the ideal as a closed mesh; if neither is given, the base's ideal
+  double mesh_unit_mm = 1;                       // unit of the mesh file
   std::array<TissueMade, kTissueCount> tissues{};
-  std::optional<std::vector<RuleChoice>> rules;  // what counts, and nothing else; nothing: as the base has it
+  std::optional<std::vector<RuleChoice>> rules;  // the complete list of rules; nothing: the base's rules
 };
 
-/// An exercise that no session could use: one of its rules cannot be kept. Throws as Error does; who knows the reader's
-/// language says it in his words.
+/// The exercise cannot be used because of one of its rules. A caller that knows the reader's language reports it in
+/// that language; otherwise it acts as an Error.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
-  std::string rule;  // its name, see session::known_score_names()
-  bool no_target;    // none was given, and the ideal has nothing of this kind; else its numbers are out of range
+  std::string rule;  // name of the rule, see session::known_score_names()
+  bool no_target;    // true: it has no target, and the ideal does not provide one; false: a number is out of range
 };
 
-/// What can count, as the base has it or, where it has none, as is usual.
+/// The available rules, as in the base, or the defaults if it has none.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// The scene as text. `ideal_file`: where the ideal lies, beside the scene; empty: none but the base's.
+/// The scene as JSON text. `ideal_file`: path of the ideal beside the scene; empty: the base's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, once both were tried out as a session
-/// would use them. An exercise of that name is replaced. Returns the scene file. Throws Error (RuleRefused), Cancelled:
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, after checking both as a session would
+/// use them. Replaces an exercise of the same name. Returns the scene file. Throws Error (RuleRefused) or Cancelled;
 /// then nothing has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 

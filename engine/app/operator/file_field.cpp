@@ -49,7 +49,7 @@ namespace widgets {
 
 namespace {
 
-/// Where the list begins: beside what is typed, else at home.
+/// First folder of the list: that of the typed path, otherwise the home folder.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -59,7 +59,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// A line of the list: by mouse, Space or Enter.
+/// A line of the list; true if chosen by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));
@@ -80,7 +80,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     look_into(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // A list that was gone on from is another popup: it appears anew, with its first line chosen.
+  // Every folder is a new popup, so that its first line is selected.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

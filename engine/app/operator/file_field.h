@@ -1,4 +1,4 @@
-// A file's path on a page: typed, or picked from a list of what lies there. Main thread.
+// A field for a file's path: typed, or chosen from a list of files. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -8,19 +8,19 @@
 
 namespace typodont {
 
-/// The list: one folder, and of its files those that are asked for.
+/// The list of one folder with the files of the requested kinds.
 struct FileChooser {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> folders, files;  // names
-  bool asked = false;                                 // to be opened in this frame
-  int opened = 0;                                     // times
+  bool asked = false;                                 // open the list in this frame
+  int opened = 0;                                     // number of times it was opened
 };
 
-/// What lies in the folder, hidden things left out; of its files those with these endings (lower case: ".stl"). Where
-/// it cannot be read, nothing.
+/// Lists the folder without hidden files, and only files with these extensions (lower case: ".stl"). Empty if it cannot
+/// be read.
 void look_into(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
 
-/// Of the files that a tooth can be made from: scans and meshes.
+/// Extensions of files from which a tooth can be made: scans and meshes.
 const std::vector<std::string>& tooth_endings();
 
 }  // namespace typodont

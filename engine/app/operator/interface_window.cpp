@@ -18,9 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-constexpr double kSettle = 0.25;  // s after the last input in which every frame is drawn: hovering, blinking
+// s after the last input during which every frame is drawn, for hover effects and the blinking cursor
+constexpr double kSettle = 0.25;
 
-/// The first of these that there is; Debian, Fedora and Arch put fonts in different places.
+/// The first existing file; Debian, Fedora and Arch have fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -43,7 +44,7 @@ std::optional<std::string> chinese_font() {
   return first_of(files);
 }
 
-/// Dark and neutral: nothing in it competes with the picture; one accent, for what can be done.
+/// A dark, neutral theme that does not compete with the picture, with one accent colour for possible actions.
 void set_theme(float unit) {
   ImGuiStyle& s = ImGui::GetStyle();
   s = ImGuiStyle();
@@ -185,7 +186,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  if (device_.device) vkDeviceWaitIdle(device_.device);  // none: a new one could not be made
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // null if a new device could not be created
 }
 
 void InterfaceWindow::build_fonts() {
@@ -193,7 +194,7 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Latin, Greek (µ), punctuation, arrows, mathematical signs; and of Chinese what the catalogue holds.
+  // Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese the characters in the catalogue.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -293,7 +294,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 takes states, not events.
+  // ImGui 1.86 takes key states, not events.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -332,7 +333,7 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // One that was destroyed may have left its handle to another, which was uploaded since.
+  // The handle of a destroyed picture may be used again for a later upload, so the number of uploads is included.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

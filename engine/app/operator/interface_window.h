@@ -1,5 +1,5 @@
-// A desktop window drawn with Dear ImGui: device, output, fonts, theme, input. What is in it is up to the caller, frame
-// by frame. Main thread.
+// A desktop window drawn with Dear ImGui: device, output, fonts, theme, input. The caller draws the content of each
+// frame. Main thread.
 #pragma once
 
 #include <memory>
@@ -18,11 +18,11 @@ struct ImFont;
 
 namespace typodont {
 
-/// Sizes in pixels at this screen's scale, and the fonts.
+/// Sizes in pixels at this screen's scale, and fonts.
 struct InterfaceStyle {
-  float unit = 16;  // the height of ordinary writing; everything else is a multiple
+  float unit = 16;  // height of normal text; all other sizes are multiples of it
   ImFont* plain = nullptr;
-  ImFont* large = nullptr;  // headings
+  ImFont* large = nullptr;  // for headings
   ImFont* small = nullptr;
 };
 
@@ -33,38 +33,38 @@ class InterfaceWindow {
     display::ivec2 size{1280, 800};
     bool validation = false;
   };
-  /// Throws Error where there is no desktop, or no Vulkan device that presents to it.
+  /// Throws Error if there is no desktop, or no Vulkan device that can present to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;
   InterfaceWindow& operator=(const InterfaceWindow&) = delete;
 
-  /// Fonts that hold this language's writing. False where the computer has none for it; then nothing changes.
+  /// Loads fonts for this language. False if the computer has none; then nothing changes.
   bool set_language(session::Language language);
-  /// This will be shown too: fonts hold its writing from the next frame on. Between frames.
+  /// Announces a text, so that the fonts contain its characters from the next frame on. Call between frames.
   void will_show(const std::string& text);
 
-  /// Looks at mouse and keyboard. True when a frame should be drawn: something was done, or `most_seconds` have passed
-  /// since the last one.
+  /// Reads mouse and keyboard. True if a frame should be drawn: there was input, or `most_seconds` have passed since
+  /// the last frame.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// Between these two, ImGui's calls. end() shows it. `emergency_stop`: that is what Esc and Space are now.
+  /// ImGui calls are made between begin() and end(). end() shows the frame. `emergency_stop`: Esc and Space are the
+  /// emergency stop now.
   void begin(bool emergency_stop);
   void end();
 
-  /// A picture for ImGui::Image in this frame. `shows`: another number once one that was drawn anew shows something
-  /// else.
+  /// Registers a picture for ImGui::Image in this frame. `shows`: a number that changes with the picture's content.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
-  /// A picture that stays: uploaded once; the caller destroys it after wait_idle().
+  /// Uploads a picture that stays; the caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
-  /// The device is lost: a new one, in a new window. Pictures that were uploaded are gone; destroy them before.
+  /// The device is lost: creates a new one with a new window. Uploaded pictures are lost; destroy them before.
   void make_anew();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
-  /// The words in the title bar; nothing happens while they stay the same.
+  /// Sets the text of the title bar if it changed.
   void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
@@ -85,12 +85,12 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // what will_show() was given and the catalogue does not hold
+  std::string more_;  // texts of will_show() that are not in the catalogue
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };
 
-/// True where the computer has a font for the language.
+/// True if the computer has a font for the language.
 bool can_show(session::Language language);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// Long work beside the window: its own thread, its progress, its end.
+// Runs long work in its own thread beside the window, with progress and result.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ namespace typodont {
 
 class Job {
  public:
-  /// `work` runs on a thread of its own; it throws what went wrong, Cancelled included.
+  /// Runs `work` on its own thread; `work` throws errors and Cancelled.
   explicit Job(std::function<void(Progress&)> work)
       : thread_([this, run = std::move(work)] {
           try {
@@ -29,14 +29,14 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// After done(): what it threw, or nothing.
+  /// After done(): the exception that it threw, if any.
   std::exception_ptr failure() const { return failure_; }
 
  private:
   Progress progress_;
   std::exception_ptr failure_;
   std::atomic<bool> done_{false};
-  std::jthread thread_;  // last: it uses the others, and is joined first
+  std::jthread thread_;  // declared last: it uses the other members and is joined first
 };
 
 }  // namespace typodont

@@ -7,11 +7,11 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// ImGui moves the focus, or opens a list, in the frame after the one that asked for it; a field takes text, and a list
-// is gone through, after that.
+// ImGui moves the focus or opens a list one frame after the request; a field accepts text, and a list accepts arrows,
+// after that.
 constexpr int kFramesUntilThere = 3;
 
-/// Acts on what has the focus.
+/// True if the key acts on the focused element.
 bool goes_on_there(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }
@@ -41,7 +41,7 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       frame.push_back(key);
     } else if (key.code >= 0 && key.code < keys::kCount) {
       const auto code = static_cast<std::size_t>(key.code);
-      if (down_[code] != key.down) {  // else it repeats, which the pages do themselves
+      if (down_[code] != key.down) {  // otherwise it is a key repeat, which the pages handle themselves
         const bool modifies = key.code >= keys::kLeftShift;
         if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && goes_on_there(key.code)))
           break;

@@ -1,5 +1,5 @@
-// What was done on the keyboard, handed to the pages frame by frame. A page sees the state of the keys once a frame; on
-// a busy computer much may be done between two frames, and none of it is lost or comes out of its order. Main thread.
+// Passes keyboard input to the pages frame by frame. A page reads the state of the keys once per frame. On a busy
+// computer several keys may be pressed between two frames; the queue keeps them all, in order. Main thread.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// For one frame: no key more than once, a pressed key with the Ctrl or Shift it was pressed with, and no text and no
-  /// arrow, Enter or Esc after a key that may lead elsewhere, until it has. Where Esc and Space are the emergency
-  /// stop, they overtake everything.
+  /// The keys for one frame: each key at most once, a pressed key with its Ctrl or Shift, and no text, arrow, Enter or
+  /// Esc after a key that may move the focus until that has happened. If Esc and Space are the emergency stop, they
+  /// come before everything else.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 
  private:
   std::deque<Key> waiting_;
-  std::array<bool, display::keys::kCount> down_{};  // after the last frame
+  std::array<bool, display::keys::kCount> down_{};  // state after the last frame
   int frames_until_there_ = 0;
 };
 

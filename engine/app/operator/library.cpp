@@ -35,7 +35,7 @@ std::vector<fs::path> json_files(const fs::path& folder) {
   return files;
 }
 
-/// "molar-caries" → "Molar caries".
+/// Converts "molar-caries" to "Molar caries".
 std::string title_of(std::string name) {
   std::replace(name.begin(), name.end(), '-', ' ');
   std::replace(name.begin(), name.end(), '_', ' ');
@@ -107,7 +107,8 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
 std::vector<HandEntry> find_hands(const OperatorState& s) {
   std::vector<HandEntry> hands;
   for (const auto& d : haptics::list_devices()) {
-    if (d.address.empty() || d.address.starts_with("mouse:")) continue;  // pedals; the mouse has its own line
+    // pedals have no address; the mouse has its own entry
+    if (d.address.empty() || d.address.starts_with("mouse:")) continue;
     HandEntry choice{d.address, d.model, d.kind, d.permitted};
     if (d.force_limit > 0) choice.detail += fmt::format(", {:g} N", d.force_limit);
     if (!d.permitted) choice.detail += ": " + d.mend;
@@ -130,7 +131,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
           continue;
         }
       } catch (const Error&) {
-        continue;  // another version's, or half written: nothing to choose
+        continue;  // from another version, or incomplete: not selectable
       }
       const bool shipped = folder == assets_folder() / "rigs";
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
@@ -174,7 +175,7 @@ fs::path unkept_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  fs::remove(file, code);  // of this window's session before: what was read is not written over
+  fs::remove(file, code);  // from an earlier session of this window; a file that was read cannot be overwritten
   return file;
 }
 
@@ -193,7 +194,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  } catch (const Error&) {  // of another version, or spoilt: as if it were the first run
+  } catch (const Error&) {  // from another version, or damaged: use the defaults of a first run
   }
   return r;
 }
@@ -207,7 +208,7 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-  } catch (const Error&) {  // a full or read-only disk is no reason to fail at the very end
+  } catch (const Error&) {  // a full or read-only disk must not make the exit fail
   }
 }
 

@@ -1,4 +1,4 @@
-// What there is to choose from: exercises, hands, pictures, and where the user's own things lie.
+// Finds the available exercises, hands and pictures, and the user's folders.
 #pragma once
 
 #include <filesystem>
@@ -10,42 +10,42 @@
 
 namespace typodont {
 
-/// Where the picture of a scene lies that has none beside it (NAME.png), once it was made; another when it changes.
+/// Path of a generated picture for a scene that has no picture beside it (NAME.png); it changes with the scene.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
-/// Shipped scenes, then the user's, by name. A scene that cannot be read is listed with its fault. `pictures[i]` is the
-/// picture beside scene i (NAME.png), or the one made of it, or empty.
+/// The shipped scenes, then the user's, by name. A scene that cannot be read is listed with its error. `pictures[i]` is
+/// the picture beside scene i (NAME.png), a generated one, or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
-/// "round_012" → "Round bur 1.2 mm", in this language.
+/// Converts "round_012" to "Round bur 1.2 mm" in this language.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 
-/// A name as a folder's or file's.
+/// A text as a valid name of a folder or file.
 std::string file_name_of(const std::string& text);
 
-/// What is plugged in, the mouse, and one that is typed.
+/// The connected devices, the mouse, and an entry for a typed address.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// In this window, then rigs for screens and mirrors, shipped and the user's.
+/// The window, then rigs for screens and mirrors, shipped and the user's.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
-/// Here and now, as names of files begin: "2026-11-21_12-30-05".
+/// The local time in the form used by file names: "2026-11-21_12-30-05".
 std::string date_and_time();
-/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5, its folder made.
+/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5; creates the folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Where sessions lie that reports compare with, beside a trainee's folder: those of the trainee "expert".
+/// Folder of the trainee "expert", beside the trainee's folder; reports compare with its sessions.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
-/// A file for a recording that is not kept unless that is asked for before its end; those of programs that were killed
-/// are taken away. Empty where there is no room for one.
+/// A file for a recording that is deleted at the end unless the user keeps it. Removes such files of killed programs.
+/// Empty if there is no disk space.
 std::filesystem::path unkept_file();
 
-/// What was chosen last time: language, trainee, scene, hand, picture. Silent where it cannot be read or written.
+/// The last selection: language, trainee, scene, hand, picture. Errors of reading and writing are ignored.
 struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
-  int monitor = -1;   // full screen there; −1: a window
-  std::string model;  // contact model; empty: the exercise's own
+  int monitor = -1;   // monitor for full screen; −1: a window
+  std::string model;  // contact model; empty: the exercise's
 };
 Remembered remembered();
 void remember(const Remembered& r);

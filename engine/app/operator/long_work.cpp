@@ -22,7 +22,7 @@ void LongWork::drop() {
 bool LongWork::look() {
   if (!job_) return false;
   s_.busy = !job_->done();
-  s_.busy_share = job_->progress().share();
+  s_.busy_fraction = job_->progress().fraction();
   s_.busy_what = s_.text(job_->progress().what());
   if (s_.busy) return false;
   const auto finished = std::move(job_);

@@ -1,4 +1,4 @@
-// What takes long, one thing at a time, beside the window, and what the window does once it is done. Main thread.
+// Runs one long task at a time beside the window, and an action in the window when it is done. Main thread.
 #pragma once
 
 #include <functional>
@@ -13,14 +13,14 @@ class LongWork {
  public:
   explicit LongWork(OperatorState& s) : s_(s) {}
 
-  /// `work` runs on a thread of its own; `then` in this one, once it has succeeded. What was under way is cancelled,
-  /// and its end waited for.
+  /// Runs `work` on its own thread, and after its success `then` on this one. Cancels a running task first and waits
+  /// for its end.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();
-  /// Cancels, and waits for the end.
+  /// Cancels the task and waits for its end.
   void drop();
-  /// Shows how far it is. True when it has just ended.
+  /// Shows the progress. True if the task has just ended.
   bool look();
 
  private:

@@ -37,12 +37,12 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s between frames while nothing happens
-constexpr Nanos kIdleWait = 25'000'000;  // ns, between looks at what is no event of the desktop
+constexpr Nanos kIdleWait = 25'000'000;  // ns between checks of things that cause no desktop event
 constexpr Nanos kBriefWait = 4'000'000;  // ns
-constexpr double kSessionFrame = 0.05;   // s between frames of this window while a session runs
+constexpr double kSessionFrame = 0.05;   // s between frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
-/// Draws the pages, frame by frame, and carries out between two frames what was asked on them.
+/// Draws the pages frame by frame, and executes their requests between two frames.
 class Operator {
  public:
   void run() {
@@ -63,7 +63,7 @@ class Operator {
   }
 
  private:
-  /// The program ends, of itself or not: the session in order, and what an author has not saved is kept.
+  /// At the program's end, normal or not: ends the session in order and stores an author's unsaved work.
   void leave() noexcept {
     try {
       work_.drop();
@@ -75,7 +75,7 @@ class Operator {
     }
   }
 
-  /// One look at what was done, one frame where there is something to show.
+  /// One turn: reads the input, and draws a frame if something changed.
   void turn() {
     const auto moving = [&] { return desk_.running() && !desk_.at_rest(); };
     const bool due = window_.poll(moving() || s_.busy ? kSessionFrame : kIdleFrame);
@@ -83,7 +83,7 @@ class Operator {
       quit_ = true;
       return;
     }
-    // While a session runs, the window is the hand's.
+    // During a session the window belongs to the hand.
     const std::vector<std::string>& dropped = window_.input().dropped;
     if (!dropped.empty() && !desk_.running() && !s_.busy) {
       s_.dropped = dropped.size() == 1 ? dropped[0] : "";
@@ -99,19 +99,18 @@ class Operator {
     } else {
       const Nanos since = now();
       window_.output().wait(kIdleWait);
-      if (now() - since < kBriefWait)
-        std::this_thread::sleep_for(4ms);  // a mouse says where it is a thousand times a second
+      if (now() - since < kBriefWait) std::this_thread::sleep_for(4ms);  // a mouse sends a thousand events per second
     }
   }
 
-  /// While one chooses: scenes' pictures, and what is plugged in.
+  /// On the start page: draws missing pictures of scenes, and searches for devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();
     return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
   }
 
-  /// Files are opened, and who could not open them is told of.
+  /// Opens files, and reports those that could not be opened.
   bool look_at_started() {
     for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
     const auto failed = started_.look();
@@ -120,8 +119,8 @@ class Operator {
     return true;
   }
 
-  /// Everything that was on the GPU, on a new one; the session goes on meanwhile. A device that is lost again at once
-  /// is broken.
+  /// Creates all GPU objects again on a new device, while the session continues. A device that is lost again at once is
+  /// considered broken.
   void make_anew(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is made anew", e.what());
@@ -135,7 +134,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// The words in the title bar: the page, and whose session it shows.
+  /// The title bar's text: the page, and the trainee of its session.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -207,7 +206,7 @@ class Operator {
     }
   }
 
-  /// What an author made and has not saved would be gone.
+  /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial, Ask::kArchive,
                                   Ask::kDropped, Ask::kDoctor, Ask::kGoOnFrom, Ask::kQuit};
@@ -218,7 +217,7 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// To what was asked because something is not saved. Anything else waits until that is answered.
+  /// Handles the answer to the question about unsaved work. Other requests wait for it.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});
@@ -234,7 +233,7 @@ class Operator {
     if (!kept.empty() && s_.page != Page::kSession) s_.say(fmt::format("{} {}", s_.text("op.kept_exercise"), kept));
   }
 
-  /// What is no running session's.
+  /// Executes requests that do not concern a running session.
   void carry_out(const Request& r) {
     switch (r.ask) {
       case Ask::kStart:
@@ -282,9 +281,10 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // a report of it may be in the making
+        work_.drop();  // a report about it may be in progress
         fs::remove(s_.outcome.report);
-        fs::remove(s_.outcome.recording);  // what cannot be deleted is said, and stays here to be deleted
+        // if it cannot be deleted, this is reported, and the path stays for another attempt
+        fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
         break;
@@ -331,11 +331,11 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // the session's, above
+        break;  // handled by the session, above
     }
   }
 
-  /// `from`: a session or saved preparation to go on from; empty: the scene that is chosen.
+  /// `from`: a session or saved preparation to continue; empty: start the selected scene.
   void start_session(const fs::path& from) {
     if (desk_.running()) return;
     const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
@@ -343,7 +343,7 @@ class Operator {
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
     choices_.remember();
     work_.drop();
-    choices_.pictures().drop();  // the session wants the computer for itself
+    choices_.pictures().drop();  // the session needs the computer's power
     scores_.drop();
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
@@ -351,16 +351,16 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // where the session cannot begin
+    s_.page = before;  // the page to show if the session cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
-    // What goes on, goes on with the model it was made with.
+    // A continued preparation keeps its contact model.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // A brush paints the field, so the field is what is shown and drilled where an exercise is made.
+    // The brush changes the distance field, so an author drills and sees the field.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 
-  /// The scene of a recording, or of a preparation that was saved: the exercise its name has.
+  /// The scene of a recording; for a saved preparation the exercise in its file name.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -369,7 +369,7 @@ class Operator {
                 "the exercise it was made in");
   }
 
-  /// True when the trainee's picture changed.
+  /// True if the trainee's picture changed.
   bool step_session() {
     const SessionDesk::Turn turn = desk_.step();
     if (turn == SessionDesk::Turn::kOver) {
@@ -421,7 +421,7 @@ class Operator {
   ResultPicture result_picture_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  LongWork work_{s_};  // last: it may still be at what the others hold
+  LongWork work_{s_};  // declared last: its work may use the other members
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;
 };
@@ -432,7 +432,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // it was open: no lack of a desktop
+  } catch (const Error& e) {  // the window was open, so there is a desktop
     throw RunFailure(e.what());
   }
 }

@@ -1,10 +1,10 @@
-// The operator's window: what `typodont` without arguments opens. Chooses an exercise, a hand and a picture, runs
-// sessions, shows their results. Main thread.
+// The operator's window, which `typodont` without arguments opens. The user selects an exercise, a hand and a picture,
+// runs sessions and sees their results. Main thread.
 #pragma once
 
 namespace typodont {
 
-/// Until the window is closed. Throws Error where there is no desktop, RunFailure where it cannot go on.
+/// Returns when the window is closed. Throws Error without a desktop, and RunFailure if it cannot continue.
 void run_operator();
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// The picture of the result on the window's result page: what was left, from a set view. Main thread but for
+// The picture of the result on the result page: the final surface from a fixed view. Main thread except
 // picture_of_result().
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace typodont {
 
-/// Drawn by the processor, on the window's ground; against the ideal where there is one. No pixels where nothing is
-/// known of the surface. Any thread.
+/// Drawn by the CPU on the window's background colour; shows the difference to the ideal if there is one. Without
+/// pixels if the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -21,16 +21,16 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// The outcome's picture on the GPU, before it is drawn; another outcome has another one.
+  /// Uploads the outcome's picture if it is a new one; call before drawing.
   void follow();
-  /// Its memory on the GPU, e.g. of one that is lost. It comes back with the next follow().
+  /// Destroys its GPU memory, e.g. of a lost device. The next follow() uploads it again.
   void destroy();
 
  private:
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<gpu::Image> image_;
-  std::vector<std::uint8_t> shown_;  // pixels that are on the GPU
+  std::vector<std::uint8_t> shown_;  // the pixels on the GPU
 };
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// The pictures of the exercises: those beside the scenes, and for the rest one after another drawn while one chooses.
-// Main thread.
+// The pictures of the exercises: files beside the scenes; missing pictures are drawn one by one while the start page is
+// shown. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -20,11 +20,11 @@ class ScenePictures {
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Of the state's scenes, in their order; an empty path is none.
+  /// Loads the pictures of the state's scenes, in their order; an empty path means none.
   void load(const std::vector<std::filesystem::path>& files);
-  /// Their memory on the GPU, which must not be drawing them.
+  /// Frees their GPU memory, which must not be in use.
   void destroy();
-  /// Draws the next one that is missing, the chosen scene's first. True when one has come.
+  /// Draws the next missing picture, the selected scene's first. True if a picture was finished.
   bool look();
   /// Stops drawing.
   void drop() { job_.reset(); }
@@ -36,8 +36,8 @@ class ScenePictures {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path drawn_;            // the scene that is being drawn
-  std::set<std::filesystem::path> tried_;  // scenes that had their turn
+  std::filesystem::path drawn_;            // the scene whose picture is being drawn
+  std::set<std::filesystem::path> tried_;  // scenes for which drawing was already tried
 };
 
 }  // namespace typodont

@@ -66,7 +66,7 @@ bool is_mesh(const fs::path& file) {
   return std::ranges::find(haptics::mesh_endings(), ending) != haptics::mesh_endings().end();
 }
 
-/// Both come with a scene: it is looked for, chosen, and told of.
+/// Starts work that creates a scene. Afterwards the scene is found, selected and announced.
 void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
@@ -74,7 +74,7 @@ void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text,
       [make = std::move(make), file, language = s.language](Progress& progress) {
         try {
           *file = make(progress);
-        } catch (const RuleRefused& refused) {  // a teacher knows the rule by its name on the page, not by its key
+        } catch (const RuleRefused& refused) {  // the teacher knows the rule by its title on the page, not by its key
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -98,7 +98,7 @@ void take_dropped(OperatorState& s) {
   if (s.dropped.empty() || s.dropped.size() >= form.file.size()) return s.fail(s.text("op.drop_one"));
   form = {};
   s.dropped.copy(form.file.data(), form.file.size() - 1);
-  // The names of DICOM files and folders are often those of persons.
+  // The names of DICOM files and folders often contain names of patients.
   std::string name = haptics::is_dicom(file) ? fmt::format("{} {}", s.text("op.scan"), date_and_time().substr(0, 10))
                                              : file.stem().string();
   name.resize(std::min(name.size(), form.name.size() - 1));
@@ -113,7 +113,7 @@ void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
             return bring_in(tooth, progress);
           } catch (const Error& e) {
             if (tooth.as_scanned || !is_mesh(tooth.input)) throw;
-            throw Error(fmt::format("{}. {}", e.what(), hint));  // what scanners write is rarely a closed tooth
+            throw Error(fmt::format("{}. {}", e.what(), hint));  // scans are rarely closed surfaces, so a hint is added
           }
         });
 }
@@ -128,7 +128,7 @@ void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored&
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // What the form would have refused is no reason to lose the rest.
+  // An invalid entry in the form must not discard the rest.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

@@ -1,4 +1,4 @@
-// Exercises of one's own, made beside the window: from a scan or mesh, and from what an author painted and drilled.
+// Creates the user's own exercises beside the window: from a scan or mesh, and from what an author painted and drilled.
 // Main thread.
 #pragma once
 
@@ -9,16 +9,16 @@
 
 namespace typodont {
 
-/// The file or folder that was let fall on the window stands in the form, with a name for it.
+/// Enters the file or folder that was dropped on the window into the form, with a proposed name.
 void take_dropped(OperatorState& s);
 
-/// As OperatorState::import says; chosen once it is there.
+/// Imports with the settings in OperatorState::import, and selects the new scene.
 void bring_in(OperatorState& s, LongWork& work, Choices& choices);
-/// As OperatorState::exercise says, of what was authored, which stays until the work has ended; chosen once it is
-/// there.
+/// Saves `authored` with the settings in OperatorState::exercise, and selects the new scene. `authored` must live until
+/// the work has ended.
 void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored);
-/// At the program's end, at once: under the exercise's name and the date, so that it replaces none. Its file. Throws
-/// Error.
+/// At the program's end: saves at once under the exercise's name and the date, so that nothing is replaced. Returns the
+/// file. Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);
 
 }  // namespace typodont

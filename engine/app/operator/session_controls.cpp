@@ -70,7 +70,8 @@ SessionControls::SessionControls(OperatorState& s, InterfaceWindow& w, float wid
 
 float SessionControls::height() const {
   ImGui::PushFont(w_.style().small);
-  const int lines = views_.lines(width_) + shown_.lines(width_);  // whatever is shown: the picture keeps its size
+  // reserve all lines, so that the picture keeps its size
+  const int lines = views_.lines(width_) + shown_.lines(width_);
   const float small = ImGui::GetFrameHeightWithSpacing();
   ImGui::PopFont();
   return 2 * ImGui::GetStyle().WindowPadding.y + first_line() +

@@ -1,4 +1,4 @@
-// Below a session's picture: what is recorded and taken back, how the picture shows the work.
+// Controls below a session's picture: recording, undo, and the display of the work.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 
 namespace typodont {
 
-/// Buttons one after the other, in as many lines as they need.
+/// A row of buttons that continues on the next line if necessary.
 class Flow {
  public:
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // not a button: what the ones after it are about
+    bool lead = false;  // a label for the buttons that follow
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
   int lines(float width) const;
-  /// Which was pressed; −1: none.
+  /// Index of the pressed button; −1: none.
   int draw(float width) const;
 
  private:
@@ -27,14 +27,14 @@ class Flow {
   std::vector<Item> items_;
 };
 
-/// Drawn in one frame.
+/// The controls of one frame.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);
 
   float height() const;
   void draw();
-  /// There is a picture to look at.
+  /// True if there is a picture to control.
   bool possible() const;
 
  private:
@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // or else one of these
+    Tissue tissue = Tissue::kAir;  // or this tissue
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

@@ -48,7 +48,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   options.monitor = rig.embedded ? -1 : s_.monitor;
   brush_down_ = false;
   scene_ = scene;
-  // A session is written down from its beginning, wherever that is kept, so that it may still be kept at its end.
+  // A session is recorded from its beginning, so that the user can still decide at its end to keep it.
   s_.keep = s_.record && !s_.author;
   recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
   written_ = s_.keep || s_.author ? recording_ : unkept_file();
@@ -104,7 +104,7 @@ SessionDesk::Turn SessionDesk::step() {
   const WorkbenchStatus before = s_.status;
   bench_->look_from(s_.viewpoint, s_.own_view ? s_.live_size : glm::ivec2(0));
   const bool goes_on = bench_->step(s_.live_input, s_.live_size);
-  s_.live_input.wheel = 0;  // done: the page may not be drawn again before the next step
+  s_.live_input.wheel = 0;  // processed; the page may not be drawn again before the next step
   s_.live_input.pressed.clear();
   if (!goes_on) return Turn::kOver;
   if (s_.author) paint();
@@ -150,7 +150,7 @@ bool SessionDesk::nothing_moves(const WorkbenchStatus& before) const {
          std::all_of(s_.forces.begin(), s_.forces.end(), [](float f) { return f == 0; });
 }
 
-/// What may be looked at in this session, and how.
+/// Determines which views are available in this session.
 void SessionDesk::begin_views(const Scene& scene) {
   const LiveViews& views = *bench_->views();
   s_.look = {};
@@ -237,9 +237,9 @@ void SessionDesk::show_own_view(bool own) {
   ++s_.look_changes;
 }
 
-/// The brush follows the tool's head: a ball where it is set down, then one swept as far as it moves.
+/// Moves the brush with the tool's head: a ball where it is set down, then a sweep along its motion.
 void SessionDesk::paint() {
-  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // what a broken device says is nowhere
+  if (!s_.painting || !is_finite(s_.status.tick.X_WT.p)) {  // the pose of a broken device may not be finite
     brush_down_ = false;
     return;
   }
@@ -272,8 +272,8 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
     }
   };
   try_to([&] { s_.outcome.summary = bench_->stop(); });
-  window_.wait_idle();  // it may still be showing the picture
-  if (s_.author) {      // however it ended: the tissue is whole
+  window_.wait_idle();  // the window may still be drawing the picture
+  if (s_.author) {      // the tissue is complete however the session ended
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;
@@ -295,7 +295,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   return std::make_shared<const Unscored>(*scene_, std::move(*tissue), std::move(*hand));
 }
 
-/// In the trainee's folder, or nowhere.
+/// Moves the recording to the trainee's folder, or deletes it.
 void SessionDesk::keep_recording() {
   s_.outcome.recording.clear();
   if (!s_.recording) return;
@@ -306,7 +306,7 @@ void SessionDesk::keep_recording() {
   }
   if (written_ != recording_) {
     fs::rename(written_, recording_, code);
-    if (code) fs::copy_file(written_, recording_, code);  // the trainee's folder lies on another disk
+    if (code) fs::copy_file(written_, recording_, code);  // rename fails if the trainee's folder is on another disk
   }
   s_.outcome.recording = code ? written_ : recording_;
   if (code) s_.fail(fmt::format("{}: {} ({})", recording_.string(), code.message(), written_.string()));

@@ -1,5 +1,5 @@
-// The session in the operator's window: begins it, shows turn by turn how it stands, passes on what is asked of it,
-// ends it and keeps what it left. Main thread.
+// The session in the operator's window: starts it, shows its state, passes on requests, ends it and stores its results.
+// Main thread.
 #pragma once
 
 #include <filesystem>
@@ -16,15 +16,15 @@
 
 namespace typodont {
 
-/// What an authoring session left: the makings of an exercise.
+/// Result of an authoring session: the data for an exercise.
 struct Authored {
-  Scene scene;  // what it was made from
+  Scene scene;  // the scene that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // painted or drilled, and no exercise yet
+  bool unsaved = false;  // painted or drilled but not yet saved as an exercise
 };
 
-/// What a session left that is scored without a recording.
+/// Result of a session that is scored without a recording.
 struct Unscored {
   Scene scene;
   haptics::TissueVolume tissue;
@@ -36,26 +36,26 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Throws what keeps it from beginning; then there is none.
+  /// Throws the error that prevents the start; then there is no session.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
-  /// kChanged: the trainee's picture is another, or the clock shows the next second; kOver: it has to be ended.
+  /// kChanged: the trainee's picture changed or the clock shows the next second; kOver: the session must be ended.
   Turn step();
-  /// After a turn: nothing that the session's page shows has changed but the clock, nor will, of itself.
+  /// After step(): nothing on the session's page except the clock has changed or will change by itself.
   bool at_rest() const { return at_rest_; }
-  /// `why`: where that was no ordinary end. The recording is where it should be afterwards. Null where there is a
-  /// recording to score, or nothing: an author's session, one that failed.
+  /// `why`: reason of an abnormal end. Afterwards the recording is at its final place. Returns null if there is a
+  /// recording to score, or nothing to score: an author's session, or one that failed.
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// What is asked of a running session; false where the request is about something else.
+  /// Executes a request to a running session; false if the request concerns something else.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
-  /// Of the last session, where it was one for authors.
+  /// Result of the last session if it was an authoring session.
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// The window's device is about to go: the session goes on without a picture until there is another.
+  /// The window's device will be destroyed: the session continues without a picture until there is a new device.
   void drop_picture();
   void make_picture();
 
@@ -71,15 +71,15 @@ class SessionDesk {
   OperatorState& s_;
   InterfaceWindow& window_;
   std::optional<Workbench> bench_;
-  std::optional<Scene> scene_;  // of the session
+  std::optional<Scene> scene_;  // scene of the session
   std::unique_ptr<Authored> authored_;
   bool brush_down_ = false;
   dvec3 brush_at_{0};
   std::filesystem::path recording_, written_,
-      saved_;  // where the recording should lie, where it is written; the tissue
+      saved_;  // final path of the recording, its path during the session, path of the tissue
   Nanos score_time_ = 0, curve_time_ = 0;
   bool at_rest_ = false;
-  Pose rests_at_;  // where the tool came to rest
+  Pose rests_at_;  // final pose of the tool
 };
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// A session as the instructor watches and steers it: the trainee's picture, what is held and how, and the way to stop.
+// The page of a running session for the instructor: the trainee's picture, tool and force, and the stop button.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// What is wrong in this phase of an implant exercise, how deep the tool is, how hot the bone.
+/// State of the present phase of an implant exercise: problems, depth of the tool, bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -68,7 +68,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The items that count, as bars, so that a glance tells which one suffers.
+/// The score's items as bars, so that a low one is visible at a glance.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
@@ -82,24 +82,25 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // What was cut since it was last looked at is not in it yet.
+    // does not include the latest cuts
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // Nothing is right or wrong yet while hardly anything is done.
+    // While almost nothing is done, no item is marked as good or bad.
     constexpr double kBegun = 0.05;
-    const float share = item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
+    const float fraction =
+        item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
     ImGui::PushFont(w.style().small);
-    const ImVec4 color =
-        share < 0 ? ImGui::GetStyleColorVec4(ImGuiCol_Text) : share_color(static_cast<double>(share), s.score.pass);
+    const ImVec4 color = fraction < 0 ? ImGui::GetStyleColorVec4(ImGuiCol_Text)
+                                      : score_color(static_cast<double>(fraction), s.score.pass);
     row(s.text(fmt::format("score.{}", item.name)), session::quantity_text(item.value, item.unit, s.language), &color);
     ImGui::PopFont();
-    if (share < 0) continue;
+    if (fraction < 0) continue;
     const ImVec2 at = ImGui::GetCursorScreenPos();
     const float width = ImGui::GetContentRegionAvail().x, height = 0.18f * u;
     ImDrawList& draw = *ImGui::GetWindowDrawList();
     draw.AddRectFilled(at, {at.x + width, at.y + height}, ImGui::GetColorU32(ImGuiCol_FrameBg), height);
-    draw.AddRectFilled(at, {at.x + width * std::clamp(share, 0.0f, 1.0f), at.y + height}, ImGui::GetColorU32(color),
+    draw.AddRectFilled(at, {at.x + width * std::clamp(fraction, 0.0f, 1.0f), at.y + height}, ImGui::GetColorU32(color),
                        height);
     ImGui::Dummy({width, height});
   }
@@ -121,7 +122,7 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// What the mouse does over a picture from a viewpoint of one's own: turn, shift, come nearer.
+/// Mouse control of the free viewpoint: turn, shift, zoom.
 void turn(OperatorState& s, bool hovered, bool active) {
   const ImGuiIO& io = ImGui::GetIO();
   Viewpoint v = s.viewpoint;
@@ -135,7 +136,7 @@ void turn(OperatorState& s, bool hovered, bool active) {
   s.viewpoint = clamped(v);
 }
 
-/// The same by keys.
+/// Keyboard control of the free viewpoint.
 void turn_by_keys(OperatorState& s) {
   const ImGuiIO& io = ImGui::GetIO();
   if (!s.own_view || io.WantTextInput || io.KeyCtrl) return;
@@ -153,19 +154,20 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::BeginChild("live", size, false, ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoNav);
   s.live_hovered = false;
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
-      false;  // the hand stays where it was while the pointer is elsewhere
+      false;  // the hand does not move while the pointer is outside the picture
   s.live_input.wheel = 0;
-  // This window's own picture fills the room there is; another's keeps its proportions.
+  // A picture of this window fills the available area; a picture of another window keeps its aspect ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
   s.live_size = {static_cast<int>(fit.x), static_cast<int>(fit.y)};
   if (s.live) {
     ImGui::SetCursorPos(at);
-    // A mirror turns the picture; here it is turned back.
+    // Undo the reflection of a mirror rig.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
-    const auto corner = [&](double x, double y) {  // of the picture as the user sees it, to the texture
+    // converts a corner of the picture as the user sees it to the texture
+    const auto corner = [&](double x, double y) {
       const glm::dvec2 p = x * across + y * up;
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
     };
@@ -197,7 +199,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Which picture this is, and what the mouse does in it.
+  // Label the picture and its mouse actions.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -233,29 +235,29 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     }
   }
   row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm));
-  auto speed = static_cast<float>(100 * s.settings.speed_share);
+  auto speed = static_cast<float>(100 * s.settings.speed_fraction);
   ImGui::SetNextItemWidth(-1);
   bool changed =
       ImGui::SliderFloat("##speed", &speed, 0, 100, fmt::format("{} %.0f %%", s.text("op.speed_limit")).c_str(),
                          ImGuiSliderFlags_AlwaysClamp);
-  if (changed) s.settings.speed_share = speed / 100;
+  if (changed) s.settings.speed_fraction = speed / 100;
   const double step = (ImGui::IsKeyPressed('=') || ImGui::IsKeyPressed(keys::kKeypadAdd) ? kSpeedStep : 0) -
                       (ImGui::IsKeyPressed('-') || ImGui::IsKeyPressed(keys::kKeypadSubtract) ? kSpeedStep : 0);
   if (step != 0 && !ImGui::GetIO().WantTextInput) {
-    s.settings.speed_share = std::clamp(s.settings.speed_share + step, 0.0, 1.0);
+    s.settings.speed_fraction = std::clamp(s.settings.speed_fraction + step, 0.0, 1.0);
     changed = true;
   }
   if (s.device.force_limit > 0) {
     const double more = (ImGui::IsKeyPressed(']') ? kSpeedStep : 0) - (ImGui::IsKeyPressed('[') ? kSpeedStep : 0);
     if (more != 0 && !ImGui::GetIO().WantTextInput) {
-      s.settings.force_share = std::clamp(s.settings.force_share + more, 0.0, 1.0);
+      s.settings.force_fraction = std::clamp(s.settings.force_fraction + more, 0.0, 1.0);
       changed = true;
     }
-    auto force = static_cast<float>(100 * s.settings.force_share);
+    auto force = static_cast<float>(100 * s.settings.force_fraction);
     ImGui::SetNextItemWidth(-1);
     if (ImGui::SliderFloat("##force", &force, 0, 100, fmt::format("{} %.0f %%", s.text("op.force_share")).c_str(),
                            ImGuiSliderFlags_AlwaysClamp)) {
-      s.settings.force_share = force / 100;
+      s.settings.force_fraction = force / 100;
       changed = true;
     }
   }
@@ -264,8 +266,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: at the tool's head, while the button or P is held down. Hardness is that of the next
-/// strokes. Stiffness and colour are the tissue's: what it paints gets them wherever it is.
+/// The instructor's brush: it paints at the tool's head while the button or P is pressed. Hardness applies to the next
+/// strokes only. Stiffness and colour apply to the painted tissue everywhere.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -318,7 +320,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // What is wrong, in words, or that all is well.
+  // Lists the present problems, or states that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kSuffix = ".json";
-constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes: some ten thousand scores
+constexpr std::uintmax_t kMostKept = 4 << 20;  // bytes, limit for the cache; about ten thousand scores
 
 fs::path scores_folder() {
   const fs::path folder = cache::folder();
   return folder.empty() ? folder : folder / "scores";
 }
 
-/// Another when the file is, or the program that scores it.
+/// Changes with the file and with the program that computes the score.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   std::error_code code;
   const auto size = fs::file_size(session, code);
@@ -56,7 +56,7 @@ std::optional<KnownScore> kept_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return KnownScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // another version's: worked out anew
+  } catch (const Error&) {  // from another version: compute it again
     return std::nullopt;
   }
 }

@@ -1,5 +1,5 @@
-// What recorded sessions scored, for their list: kept between runs, and worked out for the rest one after another while
-// the list is looked at. Main thread.
+// Scores of recorded sessions for their list. They are cached between runs; missing scores are computed one by one
+// while the list is shown. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -14,9 +14,9 @@
 
 namespace typodont {
 
-/// As it was kept for this file and this program; nothing where it has to be worked out.
+/// The cached score for this file and this program; nothing if it must be computed.
 std::optional<KnownScore> kept_score(const std::filesystem::path& session);
-/// For the next time it is looked at. Any thread.
+/// Stores a score in the cache. Any thread.
 void keep_score(const std::filesystem::path& session, const KnownScore& score);
 KnownScore known(const session::Score& score);
 
@@ -24,9 +24,9 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// Works out the next one that is missing, the newest first. True when one has come.
+  /// Computes the next missing score, the newest session first. True if a score was finished.
   bool look();
-  /// Stops doing so.
+  /// Stops the computation.
   void drop() { job_.reset(); }
 
  private:
@@ -34,8 +34,8 @@ class SessionScores {
 
   OperatorState& s_;
   std::unique_ptr<Job> job_;
-  std::filesystem::path scored_;           // the session that is being scored
-  std::set<std::filesystem::path> tried_;  // those that had their turn
+  std::filesystem::path scored_;           // the session whose score is being computed
+  std::set<std::filesystem::path> tried_;  // sessions for which this was already tried
 };
 
 }  // namespace typodont

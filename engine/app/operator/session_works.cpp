@@ -21,11 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the result page shows of a session that has ended.
+/// Content of the result page for a finished session.
 struct Made {
   session::Score score;
   render::Picture picture;
-  bool compared = false;  // against the ideal
+  bool compared = false;  // compared with the ideal
 };
 void show(OperatorState& s, Made& made) {
   s.outcome.score = made.score;

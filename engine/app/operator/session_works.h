@@ -1,4 +1,4 @@
-// What is made of recorded sessions, beside the window: reports, learning curves, films, surfaces. Main thread.
+// Creates reports, learning curves, films and surfaces from recorded sessions, beside the window. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -11,20 +11,20 @@
 
 namespace typodont {
 
-/// Recorded sessions and saved preparations anew, by the names their exercises have in this language.
+/// Lists the recorded sessions and saved preparations again, with the titles of their exercises in this language.
 void list_sessions(OperatorState& s);
 
-/// Of a recording that ended just now, or was found; written beside it, into the state's outcome. `then`: afterwards.
+/// Writes the report of a recording beside it, and puts the result into the state's outcome. Calls `then` afterwards.
 void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
-/// The score of a session without a recording, into the state's outcome.
+/// Computes the score of a session without a recording, for the state's outcome.
 void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of);
-/// In the browser; made where there is none.
+/// Shows the report in the browser; creates it first if necessary.
 void show_report(OperatorState& s, LongWork& work, const SessionEntry& of);
-/// Of all sessions beside this one.
+/// Learning curve for all sessions in the folder of this one.
 void make_curve(OperatorState& s, LongWork& work, const SessionEntry& of);
 void make_film(OperatorState& s, LongWork& work, const SessionEntry& of);
-/// Of the tissue as it was left; OperatorState::mesh_format says as what.
+/// Writes the final tissue as a surface in the format OperatorState::mesh_format.
 void make_surface(OperatorState& s, LongWork& work, const SessionEntry& of);
 
 }  // namespace typodont

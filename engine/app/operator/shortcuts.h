@@ -1,5 +1,4 @@
-// The window's keys for what is done on several pages: each does one thing, wherever it does anything, and each of
-// these things has one key.
+// The window's keyboard shortcuts that several pages share. Each key has one meaning, and each action has one key.
 #pragma once
 
 #include <array>
@@ -11,11 +10,11 @@
 namespace typodont {
 
 struct Shortcut {
-  int code = 0;  // as display::keys has it
+  int code = 0;  // key code of display::keys
   bool control = false;
-  std::string_view name;      // on buttons and in the list of keys
-  std::string_view help;      // key of the catalogue
-  std::array<Ask, 2> does{};  // the same to its user, though another thing may be asked of the program
+  std::string_view name;      // text for buttons and for the list of keys
+  std::string_view help;      // key in the text catalogue
+  std::array<Ask, 2> does{};  // requests that mean the same to the user
 };
 
 inline constexpr std::array kShortcuts = {
@@ -36,7 +35,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 
-/// Of a request that has one; of any other it does not compile.
+/// The shortcut of a request. Does not compile for a request without a shortcut.
 consteval const Shortcut& shortcut(Ask ask) {
   for (const Shortcut& one : kShortcuts)
     if (one.does[0] == ask || one.does[1] == ask) return one;

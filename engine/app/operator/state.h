@@ -1,5 +1,5 @@
-// What the operator's window shows and what was asked of it: plain state. The pages draw it and append requests; the
-// Operator carries them out between two frames. Main thread.
+// The state of the operator's window and the user's requests, as plain data. The pages draw the state and append
+// requests; the Operator executes them between two frames. Main thread.
 #pragma once
 
 #include <fmt/format.h>
@@ -27,48 +27,48 @@ namespace typodont {
 enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive };
 
 enum class Ask {
-  kStart,            // a session with what is chosen
-  kEndSession,       // force fades, the recording is completed
+  kStart,            // start a session with the selection
+  kEndSession,       // the force ramps down, the recording is completed
   kEmergencyStop,    // no force from the next tick on
-  kToStart,          // back to the choice
-  kAgain,            // the same once more
-  kLanguage,         // number: which
-  kDoctor,           // look at this computer
-  kRescan,           // scenes, hands, rigs anew
-  kOpenReport,       // in the browser
-  kOpenFolder,       // where the sessions are
-  kDeleteRecording,  // of the session just ended
+  kToStart,          // return to the start page
+  kAgain,            // repeat the last session
+  kLanguage,         // number: index of the language
+  kDoctor,           // check this computer
+  kRescan,           // search for scenes, hands and rigs again
+  kOpenReport,       // show it in the browser
+  kOpenFolder,       // the folder of the sessions
+  kDeleteRecording,  // the recording of the session that just ended
   kSettings,         // live settings have changed
-  kTool,             // number: its place in the tray
-  kPhaseTool,        // the instrument that the phase of an implant exercise asks for
-  kUndo,             // a stroke back …
-  kRedo,             // … and again
-  kSaveTissue,       // the preparation as it is
-  kKeep,             // number: 1 the recording is kept, 0 it is not
+  kTool,             // number: index in the tool set
+  kPhaseTool,        // the instrument for the present phase of an implant exercise
+  kUndo,             // undo a stroke
+  kRedo,             // redo a stroke
+  kSaveTissue,       // save the present tissue
+  kKeep,             // number: 1: keep the recording, 0: delete it
   kLook,             // OperatorState::look has changed
-  kOwnView,          // number: 1 from a viewpoint of one's own, 0 the trainee's picture
+  kOwnView,          // number: 1: free viewpoint, 0: the trainee's picture
   kColor,            // OperatorState::colors has changed; number: the tissue
-  kLoseDevice,       // for tests: as if the GPU had been reset
-  kSaveExercise,     // what was painted, and perhaps drilled, as an exercise of one's own
-  kHold,             // number: 1 no drill and no force for now, 0 go on
-  kStepDone,         // tick the task's current step off
-  kStepBack,         // take the last tick back
-  kArchive,          // recorded sessions, imports
-  kSessionReport,    // of the session chosen there: made where there is none, opened in the browser
-  kLearningCurve,    // of its trainee
-  kFilm,             // of the session
-  kExpert,           // the session is what reports of its exercise compare with
-  kWatch,            // the session again, in a window of its own
-  kExportMesh,       // the tissue as it left it
-  kGoOnFrom,         // a session from there
-  kImport,           // a scan or mesh, as ImportForm says
-  kDropped,          // the file or folder OperatorState::dropped was let fall on the window
-  kTutorial,         // chosen and started
-  kWelcomed,         // the first look around is over
-  kCancel,           // the long work that is under way
-  kLeaveKept,        // what is not saved is kept as an exercise; then OperatorState::leaving goes on
-  kLeaveDropped,     // it is given up; then the same
-  kStay,             // it does not go on
+  kLoseDevice,       // for tests: lose the GPU device
+  kSaveExercise,     // save painted and drilled tissue as an exercise
+  kHold,             // number: 1: stop drill and force, 0: continue
+  kStepDone,         // mark the task's current step as done
+  kStepBack,         // unmark the last step
+  kArchive,          // show recorded sessions and imports
+  kSessionReport,    // report of the selected session: created if necessary, opened in the browser
+  kLearningCurve,    // learning curve of its trainee
+  kFilm,             // film of the session
+  kExpert,           // let reports of its exercise compare with this session
+  kWatch,            // play the session in a separate window
+  kExportMesh,       // export its final tissue as a mesh
+  kGoOnFrom,         // continue a session from its end
+  kImport,           // import a scan or mesh with the settings in ImportForm
+  kDropped,          // the file or folder OperatorState::dropped was dropped on the window
+  kTutorial,         // select and start the tutorial
+  kWelcomed,         // the introduction on the first start is finished
+  kCancel,           // cancel the running task
+  kLeaveKept,        // save the unsaved work as an exercise, then execute OperatorState::leaving
+  kLeaveDropped,     // discard the unsaved work, then execute OperatorState::leaving
+  kStay,             // do not execute OperatorState::leaving
   kQuit,
 };
 struct Request {
@@ -78,157 +78,158 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // as recordings are called after it
+  std::string name;  // used in the names of recordings
   std::string title, description;
-  std::string fault;  // why it cannot be used; empty: it can
-  int picture = -1;   // place in OperatorState::pictures
-  std::string model;  // the contact model it names, or the usual one
-  bool own = false;   // the user's, not shipped
+  std::string fault;  // why it cannot be used; empty: it can be used
+  int picture = -1;   // index in OperatorState::pictures
+  std::string model;  // the scene's contact model, or the default
+  bool own = false;   // created by the user, not shipped
 };
 struct HandEntry {
-  std::string address;  // empty: typed by the user
+  std::string address;  // empty: the user types it
   std::string title, detail;
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // empty: in this window
+  std::filesystem::path file;  // empty: the picture is in this window
   std::string title;
   bool embedded = false;
 };
-/// A rule an instructor may choose.
+/// A rule that an instructor can select.
 struct RuleChoice {
   std::string name;
   bool counts = false;
-  bool from_ideal = true;  // the target is the ideal's own value, where there is one
+  bool from_ideal = true;  // use the ideal's own value as the target, if it has one
   float target = 0, tolerance = 1, weight = 10;
 };
-/// What makes a new exercise's ideal.
+/// Source of a new exercise's ideal.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // not yet looked at
+  bool fresh = true;  // not yet filled in
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
-  std::array<char, 1024> steps{};  // one a line
+  std::array<char, 1024> steps{};  // one step per line
   IdealFrom ideal = IdealFrom::kDrilled;
-  bool base_aims = false;  // the base has an ideal
+  bool base_aims = false;  // the base scene has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // a file
+  std::array<char, 512> mesh{};  // path of a file
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
-constexpr int kScannedSurface = 3;  // ImportForm::preset: the mesh itself is carved
+constexpr int kScannedSurface = 3;  // ImportForm::preset: carve the mesh itself
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
   std::array<char, 96> name{};
   int preset = 0;                    // ImportPreset, or kScannedSurface
-  int series = 0;                    // of several in a folder of DICOM files; 0: there is one
+  int series = 0;                    // index among several series in a folder of DICOM files; 0: there is only one
   int crown = 0;                     // Crown
-  float voxel_mm = 0, shell_mm = 0;  // 0: as the file has it; the default
-  float unit_mm = 1;                 // of a mesh
-  float spacing_mm = 0;              // of a scan's samples; 0: as the file says
+  float voxel_mm = 0, shell_mm = 0;  // 0: voxel size as in the file, default shell thickness
+  float unit_mm = 1;                 // unit of a mesh in mm
+  float spacing_mm = 0;              // sample spacing of a scan; 0: as in the file
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
 };
 
-/// What was done, when the session is over.
+/// Result of a finished session.
 struct Outcome {
   WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // empty: there is none
+  std::filesystem::path recording, report;  // empty: none
   session::Score score;
-  bool scored = false;      // the score is final; until then none is shown
-  render::Picture picture;  // of what was left, against the ideal where there is one; none: no pixels
-  bool compared = false;    // it is against the ideal
+  bool scored = false;  // the score is final; before that none is shown
+  // the final surface, with the difference to the ideal if there is one; without pixels if unknown
+  render::Picture picture;
+  bool compared = false;  // the picture shows the difference to the ideal
   std::string failure;
 };
 
 struct OperatorState {
   Page page = Page::kStart;
   session::Language language = session::Language::kEnglish;
-  bool chinese = false;  // this computer can write it
+  bool chinese = false;  // this computer has a font for Chinese
   bool first_run = false;
-  bool help = false;    // the list of keys is open
-  std::string message;  // one line that matters now: an error, a hint
+  bool help = false;    // the list of keys is shown
+  std::string message;  // one line: an error or a hint
   bool message_is_error = false;
-  std::vector<Request> asked;        // by the pages, this frame
-  std::vector<std::string> to_open;  // files and folders for the desktop to open
-  std::optional<Request> leaving;    // what was asked for while something is not saved: the user is asked first
+  std::vector<Request> asked;        // requests of the pages in this frame
+  std::vector<std::string> to_open;  // files and folders that the desktop should open
+  std::optional<Request> leaving;    // request that waits until the user has decided about unsaved work
 
-  // Start.
+  // Start page.
   std::vector<SceneChoice> scenes;
   std::vector<HandEntry> hands;
   std::vector<RigChoice> rigs;
-  std::vector<std::string> models;  // contact models by name
-  int model = -1;                   // of them; -1: the exercise's own
+  std::vector<std::string> models;  // names of the contact models
+  int model = -1;                   // index in `models`; -1: the exercise's own model
   std::vector<std::string> monitors;
-  int scene_shown = -1;  // the page scrolled to it
+  int scene_shown = -1;  // the scene to which the page has scrolled
   int scene = 0, hand = 0, rig = 0, monitor = -1;
-  std::array<char, 256> address{};  // of a hand that is typed
+  std::array<char, 256> address{};  // typed address of a hand
   std::array<char, 128> trainee{};
   bool record = true;
-  std::string real_time_refused;  // why the system gives no real time; empty: it does
-  bool no_real_time = false;      // the user takes a hand with motors all the same
-  bool author = false;            // paint tissue, set the ideal; such sessions are not recorded
+  std::string real_time_refused;  // why the system refuses real-time scheduling; empty: it grants it
+  bool no_real_time = false;      // the user accepts a device with motors without real-time scheduling
+  bool author = false;            // authoring mode: paint tissue, set the ideal; such sessions are not recorded
   std::vector<gpu::Image> pictures;
 
-  // Session.
+  // Session page.
   WorkbenchStatus status;
   session::Score score;
-  bool score_known = false;    // the result has been looked at once …
-  bool score_current = false;  // … and nothing was cut since
+  bool score_known = false;    // the result has been evaluated at least once
+  bool score_current = false;  // nothing was cut since the last evaluation
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
-  std::vector<std::string> tools;  // of the tray
+  std::vector<std::string> tools;  // names of the session's tools
   StepWatcher steps;
-  bool painting = false;  // the brush is down
+  bool painting = false;  // the brush is pressed
   Tissue paint_tissue = Tissue::kCaries;
   float paint_radius_mm = 0.6f;
-  float paint_hardness = 1;  // 0..1, of what is painted next
-  int step_shown = -1;       // the page scrolled to it
+  float paint_hardness = 1;  // 0..1, hardness for the next strokes
+  int step_shown = -1;       // the step to which the page has scrolled
   SessionSettings settings;
   bool recording = false;
-  bool keep = false;          // the recording, at the session's end
-  bool own_view = false;      // this window shows a viewpoint of its own, not the trainee's picture
-  bool trainee_seen = false;  // there is a trainee's picture to be shown here
-  bool own_possible = false;  // and one of one's own
+  bool keep = false;          // keep the recording at the session's end
+  bool own_view = false;      // this window shows a free viewpoint instead of the trainee's picture
+  bool trainee_seen = false;  // the trainee's picture can be shown here
+  bool own_possible = false;  // a free viewpoint can be shown here
   Viewpoint viewpoint;
-  Look look;                  // of the picture that is shown here
-  bool look_in_work = false;  // parts of it are still being made
+  Look look;                  // look of the picture in this window
+  bool look_in_work = false;  // parts of the look are still being computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
-  std::uint32_t tissues = 0;                                // in the scene, a bit each
-  int look_changes = 0;                                     // since the session's start
-  std::array<float, kTissueCount> stiffness{};              // author: of the material's own
-  std::array<std::array<float, 3>, kTissueCount> colors{};  // author: sRGB
+  std::uint32_t tissues = 0;                                // tissues in the scene, one bit each
+  int look_changes = 0;                                     // number of changes since the session's start
+  std::array<float, kTissueCount> stiffness{};              // authoring: factors on the materials' stiffness
+  std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring: sRGB colours
   bool held = false;
-  std::array<float, 240> forces{}, ticks_us{};  // the last seconds, for the curves
+  std::array<float, 240> forces{}, ticks_us{};  // curves of the last seconds
   int curve_at = 0;
-  const gpu::Image* live = nullptr;  // the trainee's left picture
+  const gpu::Image* live = nullptr;  // left eye of the trainee's picture
   glm::dmat2 live_upright{1.0};
-  bool live_is_own = false;        // the picture is drawn for this window, which then is the trainee's too
-  glm::ivec2 live_size{640, 360};  // set by the page: pixels there are for it
-  display::UserInput live_input;   // set by the page: what was done over the picture
+  bool live_is_own = false;        // the trainee sees the picture in this window
+  glm::ivec2 live_size{640, 360};  // pixels available for it; set by the page
+  display::UserInput live_input;   // input over the picture; set by the page
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // width / height of the picture
 
-  // Result.
+  // Result page.
   Outcome outcome;
-  const gpu::Image* result_picture = nullptr;  // the outcome's
+  const gpu::Image* result_picture = nullptr;  // picture of the outcome
   ExerciseForm exercise;
 
-  // Archive.
+  // Archive page.
   std::vector<SessionEntry> sessions;
   int session = 0, mesh_format = 0;
   ImportForm import;
   std::string dropped;
 
-  // Doctor.
+  // Page about this computer.
   std::vector<DoctorFinding> findings;
 
-  // Long work under way.
+  // The running long task.
   bool busy = false;
-  double busy_share = 0;
+  double busy_fraction = 0;
   std::string busy_what;
 
   void ask(Ask what, int number = 0) { asked.push_back({what, number}); }
@@ -242,23 +243,23 @@ struct OperatorState {
     log::error("{}", message);
   }
   const char* text(std::string_view key) const { return session::text(key, language).data(); }
-  /// A text of the catalogue with its gaps filled.
+  /// A catalogue text with its placeholders filled in.
   template <class... Args>
   std::string words(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(session::text(key, language)), std::forward<Args>(args)...);
   }
-  /// "Ctrl+Z" as it stands on the reader's keyboard: "Strg+Z".
+  /// A shortcut with the reader's key names: "Ctrl+Z" in German is "Strg+Z".
   std::string keys(std::string name) const {
     for (const auto& [english, key] : {std::pair{"Ctrl", "op.control"}, std::pair{"Space", "op.space_bar"}})
       if (const std::size_t at = name.find(english); at != std::string::npos)
         name.replace(at, std::string_view(english).size(), text(key));
     return name;
   }
-  /// With the language's decimal sign.
+  /// A number with the language's decimal sign.
   std::string number(double value, int decimals) const { return session::number_text(value, decimals, language); }
 };
 
-// The pages, each between InterfaceWindow::begin() and end().
+// The pages. Call each between InterfaceWindow::begin() and end().
 void draw_start_page(OperatorState& s, InterfaceWindow& w);
 void draw_loading_page(OperatorState& s, InterfaceWindow& w);
 void draw_session_page(OperatorState& s, InterfaceWindow& w);
@@ -266,7 +267,7 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
-/// Asks what is to become of what is not saved, while OperatorState::leaving waits.
+/// Asks about unsaved work while OperatorState::leaving waits.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);
 
 }  // namespace typodont

@@ -9,10 +9,10 @@ namespace typodont {
 
 namespace {
 
-constexpr Nanos kTouch = 500'000'000;  // ns of touching in all
+constexpr Nanos kTouch = 500'000'000;  // ns, total time of contact that counts as touching
 constexpr double kDrilled = 0.05 * kCubicMillimetre;
-constexpr double kMoved = 10 * kMillimetre;  // of the hand's path
-constexpr double kMost = 20 * kMillimetre;   // a jump of the input, not a movement
+constexpr double kMoved = 10 * kMillimetre;  // m, length of the hand's path that counts as moving
+constexpr double kMost = 20 * kMillimetre;   // m, a larger step between two ticks is a jump of the input
 
 }  // namespace
 
@@ -43,7 +43,7 @@ bool StepWatcher::follow(const Deeds& now) {
                     : deed == "touch" ? touched_ > kTouch
                     : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled
                     : deed == "tool"  ? now.tick.tool != start_.tick.tool
-                    : deed == "speed" ? std::abs(now.settings.speed_share - start_.settings.speed_share) > 0.01
+                    : deed == "speed" ? std::abs(now.settings.speed_fraction - start_.settings.speed_fraction) > 0.01
                     : deed == "undo"  ? now.undone > start_.undone
                     : deed == "redo"  ? now.redone > start_.redone
                     : deed == "view"  ? now.views > start_.views

@@ -1,5 +1,5 @@
-// The steps of a task, one after the other: each is ticked off by whoever watches, or by what was done, where the task
-// says which deed counts ("done", see session::kStepDeeds). Main thread.
+// The steps of a task, in order. A step is completed by a click, or by the user's action if the task names one ("done",
+// see session::kStepDeeds). Main thread.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -8,13 +8,13 @@
 
 namespace typodont {
 
-/// What a session shows of itself, as far as steps look at it.
+/// The part of a session's state that steps depend on.
 struct Deeds {
   ServoTick tick;
   SessionSettings settings;
-  int undone = 0, redone = 0, views = 0;  // counts since the session's start
+  int undone = 0, redone = 0, views = 0;  // numbers since the session's start
   bool held = false;
-  std::size_t phase = 0;  // of an implant exercise: how many are over
+  std::size_t phase = 0;  // for an implant exercise: number of completed phases
 };
 
 class StepWatcher {
@@ -23,25 +23,25 @@ class StepWatcher {
   explicit StepWatcher(const session::Task& task) : task_(task) {}
 
   int count() const { return static_cast<int>(task_.steps.size()); }
-  /// The first that is not done; count() when all are.
+  /// Index of the first step that is not done; count() if all are done.
   int current() const { return current_; }
   const session::TaskText& text(int step) const { return task_.steps[static_cast<std::size_t>(step)]; }
-  /// True when the current step waits for a deed rather than for a tick.
+  /// True if the current step is completed by an action instead of a click.
   bool waits() const;
 
-  /// Looks at what was done since the current step began. True when that was it.
+  /// Evaluates the actions since the current step began. True if the step is now completed.
   bool follow(const Deeds& now);
-  /// Ticked off, or taken back, by hand.
+  /// Completes the current step, or reopens the last one, by a click.
   void next();
   void back();
 
  private:
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the current step has a starting point
+  bool begun_ = false;  // the start values of the current step are set
   Deeds start_;
-  Nanos touched_ = 0, last_t_ = 0;  // ns with the head on tissue in this step
-  double path_ = 0;                 // m
+  Nanos touched_ = 0, last_t_ = 0;  // ns of contact in this step
+  double path_ = 0;                 // m, length of the hand's path in this step
   dvec3 last_p_{0};
 };
 

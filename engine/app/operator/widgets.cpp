@@ -60,7 +60,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  std::size_t fits = 0, words = 0;  // bytes that fit, and those of whole words
+  std::size_t fits = 0, words = 0;  // number of bytes that fit, and number of those in whole words
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
     while (next < text.size() && (static_cast<unsigned char>(text[next]) & 0xc0) == 0x80) ++next;
@@ -69,7 +69,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
     fits = end = next;
     if (end < text.size() && text[end] == ' ') words = end;
   }
-  // Chinese has no spaces, and a single long word must not vanish.
+  // Chinese has no spaces, and a single long word must not disappear.
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
@@ -85,7 +85,7 @@ void one_line(const std::string& text, float room) {
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
-  // The value is always whole; a name that is too long ends before it.
+  // The value is always complete; a name that is too long is shortened.
   ImGui::PushStyleColor(ImGuiCol_Text, kDim);
   one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
   ImGui::PopStyleColor();
@@ -118,9 +118,9 @@ bool toggle_button(const char* text, bool on, ImVec2 size) {
   return colored_button(text, size, {0.18f, 0.38f, 0.44f, 1}, {0.22f, 0.44f, 0.51f, 1}, {0.24f, 0.50f, 0.58f, 1});
 }
 
-ImVec4 share_color(double share, const session::PassMark& pass) {
+ImVec4 score_color(double fraction, const session::PassMark& pass) {
   const double mark = pass.points / 100;
-  return share < mark ? kBad : share < (1 + mark) / 2 ? kWarn : kGood;
+  return fraction < mark ? kBad : fraction < (1 + mark) / 2 ? kWarn : kGood;
 }
 
 bool pressed(const Shortcut& shortcut) {
@@ -136,7 +136,7 @@ void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char*
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
-  // These would end the work that is under way.
+  // These actions would end the running task.
   if (!s.busy && s.page != Page::kDoctor && pressed(shortcut(Ask::kDoctor))) s.ask(Ask::kDoctor);
   if (!s.busy && pressed(shortcut(Ask::kTutorial))) s.ask(Ask::kTutorial);
   if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
@@ -171,7 +171,7 @@ void message_line(const OperatorState& s) {
 
 void busy_bar(OperatorState& s, float width) {
   if (!s.busy) return;
-  ImGui::ProgressBar(static_cast<float>(s.busy_share), {width, 0}, s.busy_what.c_str());
+  ImGui::ProgressBar(static_cast<float>(s.busy_fraction), {width, 0}, s.busy_what.c_str());
   ImGui::SameLine();
   if (ImGui::Button(s.text("op.cancel"))) s.ask(Ask::kCancel);
 }

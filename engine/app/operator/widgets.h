@@ -1,4 +1,4 @@
-// The few shapes all pages are made of. Sizes are multiples of the writing's height.
+// Common elements of all pages. Sizes are multiples of the text height.
 #pragma once
 
 #include <imgui.h>
@@ -17,67 +17,68 @@ namespace typodont::widgets {
 inline const ImVec4 kGood{0.45f, 0.78f, 0.58f, 1}, kWarn{0.93f, 0.74f, 0.36f, 1}, kBad{0.93f, 0.42f, 0.36f, 1};
 inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
 
-/// A window that fills everything.
+/// Begins a window that fills the whole area.
 void begin_page(InterfaceWindow& w);
 void end_page();
 
-/// A part of the page that holds panels, without a ground of its own; ImGui::EndChild() ends it.
+/// Begins an area for panels, without its own background. End it with ImGui::EndChild().
 void begin_column(const char* id, ImVec2 size);
-/// A panel with a heading; `size` as BeginChild takes it.
+/// Begins a panel with a heading; `size` as for BeginChild.
 bool begin_panel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
 void end_panel();
 
 void heading(const char* text, InterfaceWindow& w);
 void dim(const std::string& text);
 void dim_wrapped(const std::string& text);
-/// The beginning of a text that is no wider than `room`, between words where it can and never inside a letter, with an
-/// ellipsis; the whole where that fits. `width`: of a text.
+/// The text, shortened with an ellipsis if it is wider than `room`. It is cut between words if possible and never
+/// inside a character. `width`: measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// The same of the writing as it is now.
+/// The same in the present font.
 std::string fitted(const std::string& text, float room);
-/// One line; where it does not fit, its beginning, and all of it for the pointer that rests on it.
+/// Shows one line; a shortened line shows its full text as a tooltip.
 void one_line(const std::string& text, float room);
-/// Name at the left, value at the panel's right edge.
+/// Shows the name at the left and the value at the panel's right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
-/// The one thing to do on a page.
+/// The main action of a page.
 bool main_button(const char* text, ImVec2 size);
-/// Stops everything.
+/// The button that stops everything.
 bool stop_button(const char* text, ImVec2 size);
-/// A button that is held down while `on`.
+/// A button that looks pressed while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// The colour of what earned this share of its points; red where the pass mark is missed.
-ImVec4 share_color(double share, const session::PassMark& pass);
+/// Colour for the fraction of points that was earned; red if the pass mark is missed.
+ImVec4 score_color(double fraction, const session::PassMark& pass);
 
-/// A button that names its shortcut, and the shortcut itself: either asks for it. `main`: the one thing to do.
+/// A button that shows its shortcut. The button and the shortcut both issue the request. `main`: the main action.
 void ask_button(OperatorState& s, Ask ask, const Shortcut& shortcut, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
-/// The shortcut alone, pressed in this frame.
+/// True if the shortcut was pressed in this frame.
 bool pressed(const Shortcut& shortcut);
-/// The shortcuts that every page has but a running session's.
+/// Handles the shortcuts of all pages except a running session's.
 void page_shortcuts(OperatorState& s);
 
-/// Pressed in this frame. While somebody is typing, keys that write are theirs, and with Ctrl those that edit.
+/// True if the key was pressed in this frame. While a text field has the focus, its typing and editing keys are
+/// excluded.
 bool key(int code, bool control = false);
 
-/// A path, and with Ctrl+O the list of what lies there. `endings`: of files, in small letters.
+/// A field for a path; Ctrl+O opens the list of files. `endings`: file extensions in lower case.
 void file_field(const char* id, const char* hint, std::span<char> text, FileChooser& chooser,
                 std::span<const std::string> endings, OperatorState& s, InterfaceWindow& w);
-/// Millimetres a mesh's unit has.
+/// A field for the unit of a mesh in mm.
 void unit_field(float& unit_mm);
 
-/// What the system granted the session's loop and what not, line by line, as the report will tell it; nothing before
-/// its first tick.
+/// One line about a right that the system granted or refused to the session's loop, as in the report; none before the
+/// first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;
 };
 std::vector<GrantedLine> granted_lines(const OperatorState& s);
 
-/// The line at the page's foot.
+/// The message line at the bottom of a page.
 void message_line(const OperatorState& s);
-/// The bar of long work, with its way out.
+/// Progress bar of a long task, with a cancel button.
 void busy_bar(OperatorState& s, float width);
 
 }  // namespace typodont::widgets

@@ -9,17 +9,17 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCoarse = 4e-4;      // m: chips bounce off the tooth's shape, not off the new cavity's fine detail
-constexpr float kLeastShown = 3e-5f;  // m: smaller ones are drawn this large, and fainter
-// The finest dust hangs in the air as mist: a parcel of it is wide and thin. As in shaders/debris.comp.
+constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a new cavity
+constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
+// The finest chips are drawn as mist: large and transparent. Same values as in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m
-constexpr int kLumps = 8;            // cuts that throw chips together, where a processor draws
+constexpr int kLumps = 8;            // number of cuts whose chips are created together with software rendering
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
 }  // namespace
 
 DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue) : materials_(materials) {
-  // Every n-th sample of the volume, so that no interpolation is needed.
+  // Take every n-th sample of the volume, so that no interpolation is needed.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   if (lo.x > hi.x) return;
@@ -46,7 +46,7 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // Each chip costs such a device as much to draw as triangles of the tooth: fewer, of more mass each.
+  // With software rendering a chip costs as much as triangles of the tooth, so there are fewer chips with more mass.
   lumps_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
@@ -148,9 +148,9 @@ std::span<const render::Particle> DebrisView::particles() {
   for (std::size_t i = 0; i < count; ++i) {
     const debris::DebrisPoint& point = points_[i];
     const bool mist = point.chip < kMistChip;
-    const float share = std::min(1.0f, point.diameter / kLeastShown) * (mist ? kMistOpacity : 1.0f);
+    const float fraction = std::min(1.0f, point.diameter / kLeastShown) * (mist ? kMistOpacity : 1.0f);
     particles_.push_back({point.p_W, std::max(point.diameter, kLeastShown) / 2 * (mist ? kMistWidth : 1.0f),
-                          glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), share});
+                          glm::vec3(materials_[static_cast<std::size_t>(point.tissue)].color), fraction});
   }
   return particles_;
 }

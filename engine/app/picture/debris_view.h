@@ -1,4 +1,4 @@
-// Chips for the picture: born from cuts, bouncing off a coarse copy of the tissue. Render thread.
+// Chips for the picture: cuts create them, and they bounce off a coarse copy of the tissue. Render thread.
 #pragma once
 
 #include <optional>
@@ -13,33 +13,33 @@
 
 namespace typodont {
 
-/// The same law for the GPU.
+/// The parameters of the motion for the GPU version.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::Newborn& newborn, const dvec3& color);
 
-/// Moved by the GPU, where there is one: their number then costs the processor nothing. Where a processor plays the GPU
-/// it moves them itself, several times quicker than through compute.
+/// A GPU moves the particles if there is one, at no cost for the CPU. With software rendering the CPU moves them
+/// directly, which is several times faster than compute shaders.
 class DebrisView {
  public:
   DebrisView(const MaterialTable& materials, const haptics::TissueVolume& tissue);
-  /// What draws them from now on; null: nothing does, or it is about to go. Those in the air are gone.
+  /// Sets the device that draws the particles; null: none, or it will be destroyed. Existing particles are lost.
   void use(gpu::Device* device);
 
   void add(const Cut& cut, const haptics::Tool& tool);
-  /// A loose piece falls apart where it was.
+  /// Breaks a loose piece into chips at its position.
   void add(const LoosePiece& piece);
-  /// Chips of all that was cut in a live session since the last call. `tray`: the tools the cuts name.
+  /// Creates the chips of all cuts in a live session since the last call. `tray`: the tools to which the cuts refer.
   void follow(Wiring& wiring, std::span<const haptics::Tool> tray);
-  /// A nozzle that draws chips in, from now on; nothing: switched off.
+  /// Sets the suction nozzle; nothing: switched off.
   void suck(const std::optional<debris::Suction>& suction);
   void step(double dt);
-  /// For render::Frame; null: particles() has them all.
+  /// For render::Frame; null: particles() contains all particles.
   render::ParticleCloud* cloud() { return cloud_ ? &*cloud_ : nullptr; }
-  /// As the renderer draws them; valid until the next call.
+  /// The particles in the renderer's format; valid until the next call.
   std::span<const render::Particle> particles();
   std::size_t alive() const { return cloud_ ? cloud_->alive() : debris_.alive(); }
-  /// The end: cuts that waited for others throw their chips, too. Where all mass went; what only a GPU knows, which
-  /// took it over, is not a number.
+  /// At the end: creates the chips of waiting cuts, and returns the balance of mass. Entries that only the GPU knows
+  /// are NaN.
   debris::DebrisLedger settle();
 
  private:
@@ -50,12 +50,12 @@ class DebrisView {
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  int lumps_ = 1, lumped_ = 0;  // cuts that throw their chips together; those that wait
-  PerTissue lump_{};            // m³, of these
-  Cut last_;                    // of these the last, and its tool's radius, m
+  int lumps_ = 1, lumped_ = 0;  // number of cuts to combine, and number of waiting cuts
+  PerTissue lump_{};            // m³ of the waiting cuts
+  Cut last_;                    // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
-  PerTissue given_{};         // kg, to the GPU
-  double given_dropped_ = 0;  // kg, of it
+  PerTissue given_{};         // kg passed to the GPU
+  double given_dropped_ = 0;  // kg that the GPU dropped
   std::optional<render::ParticleCloud> cloud_;
   std::vector<debris::Newborn> newborn_;
   std::vector<float> distance_;

@@ -1,5 +1,5 @@
-// Level of detail: how fine surfaces are made follows the pixels that show them. What a coarse picture cannot show is
-// not made; what comes nearer, or is drawn larger, is made finer.
+// Level of detail: the mesh tolerance follows the size of a pixel on the tissue, so that details below a pixel are not
+// meshed.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -7,21 +7,20 @@
 
 namespace typodont {
 
-/// m: what a pixel of an eye's picture covers on the plane of this rig's screen.
+/// Size in m of a pixel of an eye's picture in the plane of this rig's screen.
 double screen_pixel(const display::DisplayRig& rig);
 
-/// How far triangles may lie from the surface, voxels, where a pixel covers so much of it (m), but never so far that
-/// form is lost.
+/// Tolerance in voxels for a pixel of the given size (m), limited so that shapes are preserved.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// The same on the plane of this rig's screen: before anything is drawn.
+/// The same in the plane of this rig's screen; used before the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
-/// Follows the pixels frame by frame, in steps, so that a head that sways changes nothing. Drawing thread.
+/// Follows the pixel size frame by frame, in steps, so that small head motions change nothing. Drawing thread.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}
-  /// `pixel`: render::FrameStats::pixel, 0 where nothing is known. True when the tolerance changed.
+  /// `pixel`: render::FrameStats::pixel, 0 if unknown. True if the tolerance changed.
   bool follow(double pixel, const render::Quality& quality);
   float tolerance() const { return tolerance_; }  // voxels
 

@@ -1,4 +1,4 @@
-// The size of one eye's picture, asked for instead of the rig's.
+// Overrides the size of one eye's picture in the rig.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace typodont {
 
-/// "WIDTHxHEIGHT" of the option --size: pixels of one eye's picture. Throws Error.
+/// Parses "WIDTHxHEIGHT" of the option --size: pixels of one eye's picture. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// `eye`: pixels of one eye's picture; those of the panel follow from the layout.
+/// `eye`: pixels of one eye's picture; the panel's pixels follow from the layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

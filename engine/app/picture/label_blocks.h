@@ -1,5 +1,5 @@
-// Tissue labels around pieces of surface, read from the carver's volume once however many pieces look at them: in
-// blocks that know whether more than one tissue is in them. Carver's thread.
+// Tissue labels around pieces of surface, in blocks that are read from the carver's volume only once. Each block stores
+// whether it contains more than one tissue. Carver's thread.
 #pragma once
 
 #include <array>
@@ -16,18 +16,18 @@ namespace typodont {
 class LabelBlocks {
  public:
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
-  /// The volume may have changed since.
+  /// Discards all blocks, because the volume may have changed.
   void forget();
-  /// Looks at [low, high], voxels.
+  /// Loads the blocks of [low, high], voxels.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Places given to at() are relative to it: positive within what is looked at.
+  /// Origin for at(): coordinates relative to it are positive within the loaded range.
   const glm::ivec3& origin() const { return origin_; }
   Tissue at(const glm::ivec3& i) const {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
     return (*around_[static_cast<std::size_t>((b.x * count_.y + b.y) * count_.z + b.z)])[static_cast<std::size_t>(
         in.x << 2 * kShift | in.y << kShift | in.z)];
   }
-  /// The one tissue besides air in all blocks looked at; air where there are several, or none.
+  /// The only tissue besides air in all loaded blocks; air if there are several or none.
   Tissue only() const { return only_; }
 
  private:
@@ -35,14 +35,14 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    Tissue only;  // as only(), of this block
-    bool empty;   // nothing but air
+    Tissue only;  // the only tissue besides air in this block, as only()
+    bool empty;   // contains only air
   };
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  std::vector<std::unique_ptr<Block>> blocks_;  // the first `used_` are of now
+  std::vector<std::unique_ptr<Block>> blocks_;  // the first `used_` are valid
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
   std::vector<const Labels*> around_;

@@ -18,12 +18,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanos kGiveFor = 4'000'000;  // ns a turn that pictures may be given bricks
+constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-constexpr Nanos kBodiesInterval = 120'000'000;  // ns between copies: one keeps the carver from its patches for some ms
-constexpr int kNice = 5;                        // beside the hand and the picture
-constexpr double kDifferenceReach = 3e-3;       // m
-constexpr std::size_t kMostUnexplored = 600'000;  // ticks: ten minutes
+// ns between copies, because making one blocks the carver for some milliseconds
+constexpr Nanos kBodiesInterval = 120'000'000;
+constexpr int kNice = 5;                          // lower priority than the hand and the picture
+constexpr double kDifferenceReach = 3e-3;         // m
+constexpr std::size_t kMostUnexplored = 600'000;  // ticks, ten minutes
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -100,7 +101,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// As far as it goes without what the thread makes.
+/// Shows as much of the look as is possible before the thread has finished its part.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -118,7 +119,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // what the gum had covered
+    if (!p.replaced) all_again(p);  // bricks that the gum had covered
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -197,7 +198,7 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    if (!p.stage || !(m.wish == p.wish)) continue;  // another look was asked for meanwhile
+    if (!p.stage || !(m.wish == p.wish)) continue;  // another look was requested in the meantime
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
       if (body.mesh != render::kWorkingTooth) continue;
@@ -226,7 +227,7 @@ std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveView
   return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
-/// As it is now; null when the session ends first.
+/// A copy of the present tissue; null if the session ends first.
 std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
   wiring_.copy_wanted = true;
   while (true) {
@@ -257,13 +258,13 @@ void LiveViews::run() {
     }
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
-  std::array<Wish, 2> shown;                                   // what was last made …
-  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // … of which tissue
+  std::array<Wish, 2> shown;                                   // the look that was computed last
+  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // the version of the tissue for it
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
   bool ideal_made = false;
-  std::optional<SurroundingsShape> surroundings;  // made when first cut open: it takes a while, and memory
+  std::optional<SurroundingsShape> surroundings;  // created at the first section, because it takes time and memory
   while (true) {
     std::array<Wish, 2> wishes;
     {
@@ -308,7 +309,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    for (std::size_t i = 0; i < 2; ++i) {  // after the tooth's: what stands around is looked at less
+    for (std::size_t i = 0; i < 2; ++i) {  // after the tooth, because the surroundings matter less
       if (!around[i]) continue;
       try {
         if (!surroundings) surroundings = surroundings_shape(scene_.surroundings);
@@ -343,7 +344,7 @@ void LiveViews::run() {
   }
 }
 
-/// In place of what was made for the same before and nobody has taken.
+/// Stores a result and replaces an older one for the same picture that was not yet used.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

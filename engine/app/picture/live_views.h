@@ -1,8 +1,7 @@
-// What a session shows beyond the tooth's surface, and how it stands by the rules: section, tissues inside, difference
-// from the ideal, score so far. Made on a thread of its own from copies the carver makes for it, so that the hand never
-// waits; the bricks drawn so far are kept, so that a picture may join or be looked at otherwise at any time. The thread
-// starts when there is something for it: at once where somebody watches the score, else with the first look that needs
-// it.
+// Everything that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal, score
+// so far. A separate thread computes it from copies that the carver makes, so that the hand never waits. The bricks
+// drawn so far are stored, so that a picture may be added or change its look at any time. The thread starts when it is
+// needed: at once if the score is shown, otherwise with the first look that needs it.
 #pragma once
 
 #include <condition_variable>
@@ -24,58 +23,58 @@
 
 namespace typodont {
 
-/// The two pictures a session may have.
+/// The two possible pictures of a session.
 enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is only read here; `around` outlives this. `judged`: the score so far is wanted, too.
+  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: compute the score so far,
+  /// too.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
-  /// Waits for what its thread is making.
+  /// Waits until its thread has finished the present work.
   ~LiveViews();
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
-  // The drawing thread's.
-  /// A picture that is there from now on, or that is gone (null).
+  // For the drawing thread.
+  /// Adds a picture, or removes it (null).
   void attach(Eyes eyes, PictureStage* stage);
-  /// What the carver changed.
+  /// Takes the carver's changed bricks.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Once a turn: gives the pictures what is there for them, a few milliseconds' worth. True when one was given
-  /// something.
+  /// Once per turn: passes new data to the pictures, for a few milliseconds. True if a picture received something.
   bool advance();
-  /// True while a look is still being made.
+  /// True while a look is still being computed.
   bool making(Eyes eyes) const;
-  /// Its thread runs.
+  /// True if its thread is running.
   bool started() const { return thread_.joinable(); }
 
-  /// Tissues the scene holds, a bit each; whether it names an ideal; the middle of the tooth.
+  /// Bits of the tissues in the scene; whether it names an ideal; the middle of the tooth.
   std::uint32_t tissues() const { return tissues_; }
   bool has_ideal() const { return scene_.task && scene_.task->ideal; }
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// What the geometry said when it was last looked at; nothing before that. Its `hand` is the caller's to fill.
+  /// Result of the last evaluation of the geometry; nothing before the first. The caller fills its member `hand`.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
-  /// False until then, unless it cannot be looked at.
+  /// True after the first evaluation, or if evaluation is impossible.
   bool score_known() const { return judged_ || !judging_; }
-  /// Of the tissue as it is now, not as it was before the last cuts.
+  /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
-  /// Of a task that is to explore: feeds the ticks.
+  /// For an exploration task: processes a tick.
   void explore(const ServoTick& tick);
-  /// What was explored, once the session is over; the ticks that no meter has seen.
+  /// After the session: the exploration, and the ticks that no meter has processed.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    int stage = 0;  // of one picture after the other
+    int stage = 0;  // stage of a picture; the stages of a picture follow each other
     bool operator==(const Wish&) const = default;
-    /// Something beyond the surface's own bricks must be made for it.
+    /// True if the look needs bodies besides the surface's own bricks.
     bool needs_bodies() const;
   };
   struct Body {
@@ -90,11 +89,11 @@ class LiveViews {
   struct Picture {
     PictureStage* stage = nullptr;
     Look look;
-    Wish wish;                           // as given to the thread
-    bool made = true;                    // and answered
-    int stages = 0;                      // it had so far
-    bool replaced = false;               // the tooth's own bricks are not shown
-    std::vector<std::uint64_t> pending;  // bricks it has yet to get
+    Wish wish;                           // the look requested from the thread
+    bool made = true;                    // the request was answered
+    int stages = 0;                      // number of stages that the picture has had so far
+    bool replaced = false;               // the tooth's own bricks are hidden
+    std::vector<std::uint64_t> pending;  // bricks that must still be passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }
   void all_again(Picture& picture);
@@ -113,17 +112,17 @@ class LiveViews {
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
-  // The drawing thread's.
+  // used only by the drawing thread
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
-  std::uint64_t judged_version_ = 0;  // of the tissue that it is of
+  std::uint64_t judged_version_ = 0;  // version of the tissue for `judged_`
   bool judging_;
   std::shared_ptr<const ToothField> ideal_;
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that wait for the meter
 
-  // Both threads', under the mutex.
+  // used by both threads under the mutex
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;
@@ -135,7 +134,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> fresh_explore_;
   bool gave_up_ = false;
 
-  std::jthread thread_;  // last: it uses the others
+  std::jthread thread_;  // declared last: it uses the other members
 };
 
 }  // namespace typodont

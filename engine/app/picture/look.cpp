@@ -12,10 +12,10 @@ namespace {
 constexpr double kSteepest = 89 * kPi / 180;
 constexpr double kNearest = 0.06, kFarthest = 1.2;  // m
 constexpr double kMostShift = 0.05;                 // m
-constexpr double kHalfAngle = 4.2 * kPi / 180;      // of the picture's height, as seen from there
+constexpr double kHalfAngle = 4.2 * kPi / 180;      // rad, half the vertical field of view
 
 struct Axes {
-  dvec3 toward, right, up;  // unit: to the viewer, to the viewer's right and up
+  dvec3 toward, right, up;  // unit vectors: towards the viewer, the viewer's right and up
 };
 Axes axes_of(const Viewpoint& v) {
   const double level = std::cos(v.elevation);

@@ -1,4 +1,4 @@
-// How a picture of a session shows the scene, and from where whoever watches looks at it. Plain data.
+// How a picture shows the scene, and from which viewpoint. Plain data.
 #pragma once
 
 #include <cstdint>
@@ -9,37 +9,37 @@
 
 namespace typodont {
 
-/// What of the scene a picture shows. Two of these may differ at a time: the trainee's, and that of who watches.
+/// Selects what a picture shows. The trainee's picture and the observer's can have different looks.
 struct Look {
   render::View view = render::View::kLook;
-  int section_axis = 1;      // 0 x, 1 y, 2 z: what the plane of View::kSection stands across
-  double section = 0;        // m from the tooth's middle, along that axis
-  glm::dvec4 plane{0};       // the section's own plane instead, as render::Frame has it; zero: none
-  std::uint32_t hidden = 0;  // View::kLook: a bit per tissue that is left out
+  int section_axis = 1;      // axis perpendicular to the plane of View::kSection: 0 x, 1 y, 2 z
+  double section = 0;        // m from the tooth's middle along that axis
+  glm::dvec4 plane{0};       // explicit plane of the section, as in render::Frame; zero: use section_axis and section
+  std::uint32_t hidden = 0;  // for View::kLook: one bit for each hidden tissue
   bool tool = true, debris = true, mirror = true, surroundings = true;
 
   bool operator==(const Look&) const = default;
   bool hides(Tissue tissue) const { return (hidden >> static_cast<unsigned>(tissue) & 1u) != 0; }
 };
 
-/// A viewpoint of one's own, around the work. It belongs to no eye that is tracked.
+/// A free viewpoint around the work, without eye tracking.
 struct Viewpoint {
-  double azimuth = -1.5707963267948966;  // rad about W's z, from x: where the viewer stands
+  double azimuth = -1.5707963267948966;  // rad about W's z, from x: direction of the viewer
   double elevation = 1.0;                // rad above the horizon
   double distance = 0.15;                // m
-  glm::dvec2 shift{0, 0};                // m, of what is looked at: to the viewer's right, up
+  glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
 };
 
-/// Within what can be looked from: never through the zenith, never into the tooth.
+/// Limits a viewpoint to valid values: below the zenith and outside the tooth.
 Viewpoint clamped(const Viewpoint& from);
 
-/// The rig of a picture of these pixels that shows what is around `middle_W` from there.
+/// A rig with this viewpoint for a picture of this size that shows the surroundings of `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
-/// Where a rig's user looks from, as far as one can stand there.
+/// The viewpoint of a rig's user, within the limits.
 Viewpoint viewpoint_of(const display::DisplayRig& rig, const dvec3& middle_W);
 
-/// The plane of a look's section for a viewer at p_WE: tissue on the far side stays. xyz: unit normal, w: m.
+/// Section plane of a look for a viewer at p_WE; the tissue on the far side is kept. xyz: unit normal, w: m.
 glm::dvec4 section_plane(const Look& look, const dvec3& middle_W, const dvec3& p_WE);
 
 }  // namespace typodont

@@ -1,4 +1,4 @@
-// A picture that shows the work larger than life.
+// Magnified pictures of the work.
 #pragma once
 
 #include "engine/display/display_rig.h"
@@ -6,9 +6,8 @@
 
 namespace typodont {
 
-/// As the rig's "magnify" asks: the rig with its screen and eyes shrunk about the point that it names, else about the
-/// middle of the tissue's upper side. Logs what becomes of co-location. Any rig but a headset's, which magnifies by
-/// itself.
+/// Applies the rig's "magnify": shrinks screen and eyes towards the rig's point, otherwise towards the middle of the
+/// tissue's upper side. Logs the effect on co-location. Not for headsets, which magnify by themselves.
 display::DisplayRig magnified_for(const display::DisplayRig& rig, const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

@@ -8,11 +8,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = 1.05;  // of the picture around the packing
+constexpr double kMargin = 1.05;  // ratio of the picture's width to that of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
-constexpr double kAmbient = 0.25;  // share of the colour that no shadow takes
+constexpr double kAmbient = 0.25;  // fraction of the colour that remains in the shadow
 
-/// Draws the spheres whose centre has y >= `front` into the square that begins at column `left`.
+/// Draws the spheres whose centre has y >= `front` into a square that begins at column `left`.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,
           const dvec3& middle, double metres_per_pixel, double front) {
   const int n = picture.size.y;

@@ -1,4 +1,4 @@
-// A packing as a picture, for a person to judge: the spheres from outside, and cut open. Set-up time.
+// Draws a packing for visual inspection: from outside and as a section. Set-up time.
 #pragma once
 
 #include "engine/contract/sphere_packing.h"
@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Two views along W's y axis, z up: on the left all spheres, on the right only those behind the middle. Spheres have
-/// their tissue's colour. `pixels`: height; the picture is twice as wide.
+/// Two views along W's y axis, z up: all spheres at the left; at the right only those behind the middle. Spheres have
+/// the colour of their tissue. `pixels`: height; the picture is twice as wide.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// Two pictures beside each other on one screen: a student's session and an expert's, as one person sees both. Each is a
-// stage of its own; the screen is composed of their left eyes' pictures. Drawing thread.
+// Shows two sessions side by side on one screen, for example a student's and an expert's. Each side is a stage of its
+// own; the screen shows their left eyes' pictures. Drawing thread.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace typodont {
 
 class PairStage {
  public:
-  /// Of each side: its tools and materials. `options`: window, monitor, quality, hud. Throws like PictureStage.
+  /// `servo`: each side's tools and materials. `options`: window, monitor, quality, hud. Throws like PictureStage.
   PairStage(const display::DisplayRig& rig, const std::array<haptics::ServoSettings, 2>& servo,
             const PictureStage::Options& options);
   ~PairStage();
@@ -21,17 +21,17 @@ class PairStage {
   PairStage& operator=(const PairStage&) = delete;
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
-  /// Both drawn, and shown together. What each side's picture took.
+  /// Draws both pictures and shows them together. Returns the statistics of each.
   std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
                                          const std::array<std::span<const render::Particle>, 2>& particles, double dt,
                                          const std::array<std::string, 2>& hints);
-  /// What is on the screen; only where it is not a window.
+  /// The screen's content; only without a window.
   render::Picture screen();
   display::Output& output() { return *output_; }
 
  private:
   void follow_size();
-  /// The picture of both to what each is drawn at.
+  /// Fits the composed picture to the size of the two pictures.
   void fit();
 
   gpu::Device device_;

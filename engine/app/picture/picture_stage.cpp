@@ -15,9 +15,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kReadEvery = 0.1;  // s between numbers of the writing: quicker ones nobody reads
+constexpr double kReadEvery = 0.1;  // s between updates of the displayed numbers, so that they are readable
 
-/// With a look of its own where the renderer has one for it, else as it is felt.
+/// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
 render::ToolShape shape_of(const haptics::Tool& tool) {
   const std::string_view name = name_of(tool.shape);
   if (render::has_own_look(name)) return render::tool_shape(name, tool.diameter, tool.length);
@@ -30,9 +30,9 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
   return render::outlined_shape(std::move(outline));
 }
 
-/// Two flutes of a twist drill, the scale's rings, threads.
+/// Adds two flutes of a twist drill, depth marks and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
-  constexpr double kFluteRise = 12e-3;         // m of drill in a turn of its flutes
+  constexpr double kFluteRise = 12e-3;         // m of drill per turn of its flutes
   constexpr double kDrillShank = 2.35e-3 / 2;  // m, ISO 1797 type 1
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
@@ -49,7 +49,7 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// As the catalogue calls it, without its size: "round" of round_012; an inline tool goes by its form.
+/// The tool's name in the catalogue without its size: "round" for round_012; an inline tool is named by its shape.
 std::string catalogue_name(const haptics::Tool& tool) {
   std::string name = tool.name;
   if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
@@ -85,7 +85,7 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  glm::ivec3 lo, hi;  // with the band: some margin
+  glm::ivec3 lo, hi;  // bounds including the band
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
 }
@@ -157,7 +157,7 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // also where the device is lost
+  vkDeviceWaitIdle(device_.device);  // also valid for a lost device
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -173,10 +173,10 @@ void PictureStage::show(std::span<const render::MeshUpdate> bricks, const dvec3&
 bool PictureStage::resize(glm::ivec2 eye_size) {
   eye_size = glm::max(eye_size, glm::ivec2(16));
   if (eye_size == screen_size_) return false;
-  vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old ones
+  vkDeviceWaitIdle(device_.device);  // the caller's window may still be showing the old pictures
   screen_size_ = eye_size;
   renderer_->resize(eye_size);
-  // The panel takes the picture's proportions: it grows about its middle, so that what was seen stays in sight.
+  // The panel takes the picture's aspect ratio and grows about its middle, so that the visible part stays visible.
   display::Screen& screen = rig_.screen;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const dvec3 middle = (screen.lower_right + screen.upper_left) / 2.0;
@@ -204,11 +204,11 @@ void PictureStage::surround(const Surroundings& around) {
   typodont::surround(*renderer_, around_, coarse_around_);
 }
 
-/// What stands around is fine or coarse by what a pixel shows of the tooth it stands around.
+/// The surroundings are fine or coarse depending on the pixel size at the tooth.
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
-  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);  // a head that sways changes nothing
+  const bool coarse = error > around_.coarse_from * (coarse_around_ ? 0.85 : 1.0);  // hysteresis for small head motions
   if (coarse == coarse_around_) return;
   coarse_around_ = coarse;
   typodont::surround(*renderer_, around_, coarse_around_);
@@ -251,7 +251,7 @@ void PictureStage::follow_size() {
   if (size == screen_size_ || size.x <= 0 || size.y <= 0) return;
   ring_.wait_idle(device_);
   screen_size_ = size;
-  // A stereo surface holds each eye in a layer of its own, as large as the window.
+  // A stereo surface has one layer per eye, each as large as the window.
   const bool layers = options_.window && rig_.screen.layout == display::Layout::kFrameSequential;
   renderer_->resize(layers ? size : display::eye_pixels_in(rig_.screen.layout, size));
 }
@@ -260,7 +260,8 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  if (display::sees(rig_, head)) rig_.head = head;  // else as last seen: nobody's eyes are behind the picture
+  // otherwise keep the last pose: the eyes cannot be behind the picture
+  if (display::sees(rig_, head)) rig_.head = head;
 }
 
 std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
@@ -268,7 +269,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Eyes, lamp and mouth mirror: what says what could be seen.
+/// Eyes, lamp and mouth mirror of the next frame.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -277,7 +278,7 @@ render::Frame PictureStage::look() const {
   }
   frame.views = rig_.screen.layout == display::Layout::kMono ? 1 : 2;
 
-  // The lamp hangs over the user's left shoulder, wherever the rig puts the user; it stays there when the head moves.
+  // The lamp is over the user's left shoulder for every rig; it does not follow the head.
   const display::Screen seen = rig_.mirror ? display::reflect(*rig_.mirror, rig_.screen) : rig_.screen;
   const dvec3 middle = (seen.lower_right + seen.upper_left) / 2.0;
   const dvec3 toward = glm::normalize(rest_.eye_center - middle), up = glm::cross(toward, rest_.right);
@@ -296,7 +297,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
                                       const std::string& hint) {
   const Nanos began = now();
   if (output_ && !output_->visible()) {
-    missed_ = true;  // what it showed may be gone when it is back
+    missed_ = true;  // the content of a minimised window may be lost
     return {};
   }
   follow_size();
@@ -346,7 +347,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller's window shows it at once
+    ring_.wait_idle(device_);  // the caller's window shows it immediately
     timing_.shown = to_seconds(now() - began);
     return stats;
   }
@@ -354,7 +355,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // What the picture's tiles left out is on the screen already: on a processor that is most of composing.
+    // Parts that did not change are already on the screen; with software rendering this saves most of the composing.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)
@@ -364,9 +365,10 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      stats.passes += static_cast<int>(target->layers.size());  // in memory it is composed without
+      stats.passes += static_cast<int>(target->layers.size());  // a target in memory is composed without a pass
     ring_.submit(device_, target->ready, target->done);
-    // Recording and queueing here, drawing there, and on average half a refresh until the screen shows it.
+    // Recording and submission on the CPU, drawing on the GPU, and on average half a refresh until the screen shows the
+    // frame.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

@@ -1,4 +1,4 @@
-// Steps down the ladder of quality while frames take too long, and back up when there is room. Drawing thread.
+// Lowers the quality while frames take too long, and raises it when there is enough time. Drawing thread.
 #pragma once
 
 #include <algorithm>
@@ -9,23 +9,23 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// `slow`: frames that take longer than this, s, step down; `quick`: shorter ones step up, later and later where the
-  /// step above proved too slow before. A little less than a thirtieth of a second, so that thirty a second are
-  /// reached.
+  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` raise it. The wait before raising
+  /// grows each time the higher level proved too slow. The default of `slow` is a little less than 1/30 s, so that 30
+  /// frames per second are reached.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
       : slow_(slow), quick_(quick), step_(first), mean_((slow + quick) / 2) {}
-  /// Where a processor draws: from about what it is quick enough for, and up where a frame leaves room for the next
-  /// step's, which takes up to twice as long.
+  /// For software rendering: starts at a level that a CPU can draw, and raises the quality if a frame leaves time for
+  /// the next level, which takes up to twice as long.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
   int place() const { return static_cast<int>(step_); }  // 0: best
   int changes() const { return changes_; }
   double slow() const { return slow_; }  // s
-  /// True when the step changed. Only frames that were drawn count.
+  /// True if the level changed. Call only for frames that were drawn.
   bool frame_took(double seconds) {
-    // The first of a step make its pipelines, which no later one does.
+    // The first frames of a level create its pipelines and are ignored.
     if (fresh_ > 0) return --fresh_, false;
-    // One frame that was kept waiting is none of the picture's doing.
+    // Limit the weight of a single delayed frame.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -40,7 +40,7 @@ class QualityLadder {
  private:
   static constexpr double kSlow = 1.0 / 33;  // s
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       kMostPatience = 7200;  // frames
+                       kMostPatience = 7200;  // frames, upper limit of the wait before raising
 
   bool go(std::size_t step, bool up) {
     step_ = step;
@@ -55,8 +55,8 @@ class QualityLadder {
   double slow_, quick_;  // s
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
-  bool tried_ = false;  // the last change was up
-  double mean_;         // s
+  bool tried_ = false;  // the last change raised the quality
+  double mean_;         // s, running mean
 };
 
 }  // namespace typodont

@@ -20,18 +20,18 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
   const ToothField field(volume);
   return plane_face(
       {normal, offset}, field.low(), field.high(), field.voxel(), volume.frame().origin,
-      [&](const dvec3& p) { return field.distance(p); }, [&](const dvec3& p) { return field.shares(p); });
+      [&](const dvec3& p) { return field.distance(p); }, [&](const dvec3& p) { return field.fractions(p); });
 }
 
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue) {
   const ToothField field(volume);
   const double h = field.voxel();
-  // The dentin's outer surface is wanted, not that of the cavities in it: pulp and decay count as filled.
+  // The outer surface of the dentin is wanted, without its cavities: pulp and caries count as dentin.
   const auto counts = [&](Tissue found) {
     return found == tissue || (tissue == Tissue::kDentin && (found == Tissue::kPulp || found == Tissue::kCaries));
   };
   const auto here = [&](const dvec3& p) { return counts(field.tissue(p)) && field.distance(p) < 0; };
-  // Whole voxels from the volume's origin, so that samples lie on samples.
+  // Align to whole voxels from the volume's origin, so that samples coincide.
   const dvec3 origin = volume.frame().origin;
   const dvec3 lo = origin + h * glm::floor((field.low() - origin) / h);
   glm::dvec3 first(1e9), last(-1e9);
@@ -50,12 +50,12 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   std::vector<render::MeshUpdate> updates = mesh_of_field(
       first, last, h, 0.15f,
       [&](const dvec3& p) {
-        double share = 0;  // binomial weights over 27 samples
+        double fraction = 0;  // sum of binomial weights over 27 samples
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
-              if (here(p + h * dvec3(x, y, z))) share += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        return (0.5 - share) * 2 * h;
+              if (here(p + h * dvec3(x, y, z))) fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
+        return (0.5 - fraction) * 2 * h;
       },
       [&](const dvec3&) { return tissue; });
   for (render::MeshUpdate& update : updates)
@@ -74,13 +74,14 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
       [&](const dvec3& p) {
         const double whole = field.distance(p);
         if (whole > h) return whole;
-        double share = 0;  // of what is left, binomial weights over 27 samples
+        double fraction = 0;  // fraction of the remaining tissue, binomial weights over 27 samples
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
-              if (left(field.tissue(p + h * dvec3(x, y, z)))) share += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue labels thin out: there the surface is the tissue's own.
-        return std::max(whole, share > 0.999 ? -h : (0.5 - share) * 2 * h);
+              if (left(field.tissue(p + h * dvec3(x, y, z))))
+                fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
+        // Outside the tissue there are few labels; there the surface is that of the tissue.
+        return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {
         const Tissue here = field.tissue(p);

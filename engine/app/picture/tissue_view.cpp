@@ -8,8 +8,8 @@ namespace typodont {
 
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress) {
-  const auto at = [&](double share) {
-    if (progress) progress(share);
+  const auto at = [&](double fraction) {
+    if (progress) progress(fraction);
   };
   surface::SurfaceMesher mesher({.tolerance = tolerance});
   FieldBrick brick;
@@ -64,10 +64,11 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-constexpr int kLook = 14;        // voxels under a corner, at most
-constexpr int kAnewAtOnce = 32;  // bricks: some milliseconds, so that the hand's patches are never kept waiting
+constexpr int kLook = 14;        // voxels below a vertex that are searched at most
+constexpr int kAnewAtOnce = 32;  // bricks per update, some milliseconds, so that the hand's patches never wait
 
-/// m: how deep one sees into a tissue. Enamel lets the colour of dentin and of decay through, thin dentin that of pulp.
+/// Depth in m to which one sees into a tissue. The colours of dentin and caries shine through enamel, that of pulp
+/// through thin dentin.
 constexpr double depth_seen(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -87,7 +88,7 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
-  // Labels where they are looked for, no farther: under the corners and a little around them.
+  // Range of labels to load: below the vertices and slightly around them.
   const auto reach_of = [&](const render::Vertex& v) {  // voxels
     return static_cast<float>(std::min(depth_seen(own(v)) / voxel, static_cast<double>(kLook)));
   };
@@ -98,14 +99,15 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  if (labels_.only() != Tissue::kAir) return;  // nothing else shows through, and no boundary runs here
+  // there is only one tissue, so nothing shines through and there is no boundary
+  if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Labels are whole voxels; the boundary drawn is that of their blurred shares, without steps.
+      // Labels are per voxel; the boundary is drawn where their smoothed fractions are equal, so that it has no steps.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
-      float weight[3][5];  // exp(−0.6 r²), a factor an axis
+      float weight[3][5];  // exp(−0.6 r²), one factor per axis
       for (int axis = 0; axis < 3; ++axis)
         for (int k = 0; k < 5; ++k) {
           const auto away = static_cast<float>(nearest[axis] + k - 2 - at[axis]);
@@ -126,13 +128,13 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
     }
     const float reach = reach_of(v);
     if (reach == 0) continue;
-    // All of it lies within the labels, whose places are positive: cutting off is rounding down.
+    // All coordinates are positive within the loaded labels, so truncation rounds down.
     const glm::vec3 start(dvec3(v.p) / voxel - dvec3(lo) + 0.5), inward = -v.n;
     const auto seen_at = [&](float way) { return labels_.at(glm::ivec3(start + way * inward)); };
     const Tissue outside = own(v);
     for (float way = 0.75f; way < reach; way += 0.5f) {
       if (seen_at(way) == outside) continue;
-      // It began within the last step: to an eighth of a voxel.
+      // The tissue begins within the last step: find the boundary to an eighth of a voxel.
       float near = std::max(way - 0.5f, 0.5f), far = way;
       for (int i = 0; i < 2; ++i) {
         const float middle = 0.5f * (near + far);
@@ -143,8 +145,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       const float left = 1 - far / reach;
       v.under = found;
       v.shows = left * std::sqrt(left);
-      // Labels are whole voxels: decay within one or two of the corner is the lesion beside it, whose edge is drawn,
-      // not one beneath.
+      // Caries within one or two voxels of the vertex is the edge of a lesion at the surface, which is drawn anyway,
+      // not a lesion below it.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

@@ -1,6 +1,5 @@
-// From the carver's tissue to what the renderer takes: the bricks that changed, as triangles. Of a body that consists
-// of triangles (contact models mesh_lod and vertex) these are its own, else those of its distance field. Carver's
-// thread.
+// Converts the carver's tissue to triangles for the renderer: the bricks that changed. A body of triangles (contact
+// models mesh_lod and vertex) provides its own; other bodies are meshed from the distance field. Carver's thread.
 #pragma once
 
 #include <filesystem>
@@ -19,39 +18,39 @@
 
 namespace typodont {
 
-/// The whole surface at once, corners shared. `tolerance`: how far triangles may lie from it, voxels; `progress`: told
-/// its share, 0..1; what that throws ends the work.
+/// The whole surface with shared vertices. `tolerance`: voxels, largest distance from the surface; `progress` gets the
+/// completed fraction 0..1 and may throw to stop the work.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
-/// A body's own triangles (TissueSurface::mesh) in the same form: voxels of this frame.
+/// Converts a body's own triangles (TissueSurface::mesh) to the same format, in voxels of this frame.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// The tissue as it is, to be saved while the carver goes on.
+/// A copy of the tissue, which can be saved while the carver continues.
 struct TissueCopy {
   haptics::TissueVolume volume;
-  std::optional<haptics::TissueMesh> own;  // the body's triangles, where it has them
+  std::optional<haptics::TissueMesh> own;  // the body's own triangles, if it has them
 };
 TissueCopy copy_of(haptics::Carver& carver);
-/// Writes the volume to `file` (.vdb) and the body's own triangles beside it as NAME_surface.stl, in millimetres.
+/// Writes the volume to `file` (.vdb), and the body's own triangles beside it as NAME_surface.stl in millimetres.
 /// Throws Error.
 void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: how far the triangles may lie from the surface, voxels. `drawn_as`: the scene's.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: the scene's.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// All bricks, the first time; afterwards those that changed since the last call. Positions are metres from the
-  /// volume's origin: place the mesh there.
+  /// At the first call all bricks, then the bricks that changed since the last call. Positions are metres from the
+  /// volume's origin, where the mesh must be placed.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// The same of a carver's tissue: the body's own triangles where it has them.
+  /// The same for a carver's tissue; uses the body's own triangles if it has them.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Another tolerance from now on: bricks made with the last one are made anew, some with each update().
+  /// Sets another tolerance. Existing bricks are meshed again, some at each update().
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// Of the field's surface; empty where only a body's own triangles were asked for.
+  /// The mesher of the field's surface; empty if only a body's own triangles were requested.
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
@@ -60,13 +59,13 @@ class TissueView {
   void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // of this update
+  LabelBlocks labels_;  // labels for this update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
-  bool another_tolerance_ = false;    // since the last update
-  std::vector<glm::ivec3> outdated_;  // bricks, yet to be made with this tolerance
+  bool another_tolerance_ = false;    // the tolerance changed since the last update
+  std::vector<glm::ivec3> outdated_;  // bricks that must still be meshed with this tolerance
 };
 
 }  // namespace typodont

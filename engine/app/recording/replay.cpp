@@ -27,7 +27,8 @@ namespace typodont {
 
 namespace {
 
-/// A file that a recording names; where it was made with the assets of another installation, that of this one.
+/// Path of a file that a recording names. If the recording was made with another installation, its assets are replaced
+/// by those of this one.
 std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
   std::filesystem::path shipped;
   bool in_assets = false;
@@ -40,9 +41,9 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
   return find_file(path, place);
 }
 
-/// A file that has changed since makes a replay of another tissue: say so instead of finding a difference later.
+/// Throws Error if a file has changed, because the replay would use another tissue and differ later.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
-  // The scene comes first and the rig last: both are in the session itself.
+  // The first file is the scene and the last one the rig; the session contains both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
   for (std::size_t i = 1; i < end; ++i) {
     const session::SourceFile& file = header.files[i];
@@ -51,7 +52,7 @@ void require_same_files(const session::SessionHeader& header, const ScenePlace& 
   }
 }
 
-/// What a session's scene may name, besides the assets.
+/// Folders, besides the assets, in which a session's scene may name files.
 std::vector<std::filesystem::path> folders_of(const std::filesystem::path& session) {
   namespace fs = std::filesystem;
   std::error_code code;
@@ -70,7 +71,7 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// A gap in the recording leaves numbers out; the carver counts what it is given.
+/// After a gap in the recording numbers are missing; the carver numbers the cuts itself.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -83,7 +84,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  constexpr int kMostRecordings = 32;  // that go on from each other
+  constexpr int kMostRecordings = 32;  // limit for recordings that continue from each other
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
@@ -126,7 +127,7 @@ haptics::TissueVolume tissue_at_end(const session::SessionReader& session, const
 }
 
 std::uint64_t place_of_tick_at(const session::SessionReader& session, Nanos t) {
-  std::uint64_t first = 0, end = session.tick_count();  // bisected: the wanted tick lies in [first, end)
+  std::uint64_t first = 0, end = session.tick_count();  // bisection: the wanted tick lies in [first, end)
   while (end - first > 1) {
     const std::uint64_t middle = first + (end - first) / 2;
     (session.ticks(middle, 1).front().t <= t ? first : end) = middle;
@@ -158,7 +159,8 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  const auto edit_through = [&](std::uint32_t patches) {  // those made before patch number `patches` + 1 was cut out
+  // applies the edits made before patch number `patches` + 1 was cut out
+  const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);
       repeat(steps.carver(), *edit);

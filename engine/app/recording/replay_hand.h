@@ -1,4 +1,4 @@
-// The hand of a recorded session as a hand again: --hand replay:SESSION.h5.
+// Uses the hand of a recorded session as a device: --hand replay:SESSION.h5.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace typodont {
 
-/// Pose and pedal of every recorded tick, interpolated to `rate`; it feels nothing. Throws Error when the file is no
-/// session or holds no tick.
+/// Pose and pedal of every recorded tick, interpolated to `rate`; ignores forces. Throws Error if the file is not a
+/// session or has no ticks.
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::path& session_file, double rate,
                                                         bool paced);
 
-/// Adds "replay:" to the addresses that haptics::open_hand takes. Set-up time, once.
+/// Adds "replay:" to the addresses of haptics::open_hand. Set-up time, once.
 void add_replay_driver();
 
 }  // namespace typodont

@@ -27,7 +27,7 @@ session::SessionHeader session_header(const Scene& scene, const std::filesystem:
   std::error_code code;
   if (std::filesystem::exists(scene_file, code)) {
     header.files.push_back(session::describe_file(scene_file));
-  } else {  // a scene that a program gave as text
+  } else {  // a scene that a program passed as text
     Fnv1a hash;
     hash.bytes(scene.text.data(), scene.text.size());
     header.files.push_back({scene_file.string(), scene.text.size(), session::to_text(hash)});
@@ -151,8 +151,8 @@ session::StreamSpec sound_stream() {
 
 namespace {
 
-constexpr Nanos kSoundEvery = 10'000'000;       // ns
-constexpr Nanos kFaultAgain = kNanosPerSecond;  // a fault that was away for less has not begun anew
+constexpr Nanos kSoundEvery = 10'000'000;       // ns between samples of the sound's parameters
+constexpr Nanos kFaultAgain = kNanosPerSecond;  // ns; a fault that returns sooner is not recorded as a new one
 
 std::vector<bool> that_turn(const Scene& scene) {
   std::vector<bool> turn;

@@ -1,4 +1,4 @@
-// What the program writes into a session beside the ticks.
+// Writes the program's additional data into a session, besides the ticks.
 #pragma once
 
 #include <array>
@@ -18,34 +18,34 @@
 
 namespace typodont {
 
-/// Scene and rig in full, hashes of the files they were made from, the hand, the volumes at the start.
+/// Complete scene and rig, hashes of their files, the hand, the initial volumes.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
 
-/// Samples of the second hand: its pose as held and its pedal, on the session's clock.
+/// Stream of the second hand: its pose and its pedal, on the session's clock.
 session::StreamSpec left_hand_stream();
 
-/// The eyes before a screen, and how the scene is shown; a row whenever that changed.
+/// Stream of the eyes in front of a screen and of the view; one row per change.
 session::StreamSpec head_stream();
 /// "look", "section", "xray", "difference".
 std::string_view view_name(render::View view) noexcept;
-/// The picture of a session on a screen: one row a frame.
+/// Stream of the pictures on a screen; one row per frame.
 session::StreamSpec picture_stream();
 std::vector<double> picture_stream_row(const PictureTiming& timing);
-/// The pictures in a headset: one row a frame.
+/// Stream of the pictures in a headset; one row per frame.
 session::StreamSpec xr_stream();
 std::vector<double> xr_stream_row(const display::HmdTiming& timing);
-/// What the synthesizer was given, a hundred times a second.
+/// Stream of the synthesizer's input, a hundred times per second.
 session::StreamSpec sound_stream();
 
-/// What a recording says beside its ticks, and read from them: tools taken up, faults that begin, what the sound was
-/// made of. Feed it every tick in order. The recorder's thread.
+/// Derives events from the ticks: changes of tool, beginnings of faults, input of the sound. Must get every tick in
+/// order. The recorder's thread.
 class TickNotes {
  public:
-  /// `sound`: the stream it goes to; nothing where there is no sound.
+  /// `sound`: index of its stream; nothing without sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
-  /// `sound_latency`: s from a tick to its sound, NaN where unknown.
+  /// `sound_latency`: s from a tick to its sound, NaN if unknown.
   void add(const ServoTick& tick, session::SessionWriter& writer,
            double sound_latency = std::numeric_limits<double>::quiet_NaN()) noexcept;
 
@@ -56,10 +56,10 @@ class TickNotes {
   Nanos sounded_ = 0;
   bool first_ = true;
   std::uint32_t tool_ = 0;
-  std::array<Nanos, 32> fault_seen_{};  // when each bit was last set
+  std::array<Nanos, 32> fault_seen_{};  // time at which each bit was last set
 };
 
-/// Volumes, pulp distance and field hash at the end.
+/// Final volumes, pulp distance and hash of the field.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

@@ -1,6 +1,6 @@
-// Compares what a replay makes with everything in a recording that its score is made of: every column of the ticks,
-// every cut, the volumes at the start and at the end, the tissue at the end. What it cannot compare are the replay's
-// own inputs: the hand's pose and pedal, the scene with its rules, when patches were taken up, strokes taken back.
+// Compares a replay with all data of a recording that the score depends on: every column of the ticks, every cut, the
+// initial and final volumes, the final tissue. It cannot compare the inputs of the replay: the hand's pose and pedal,
+// the scene with its rules, the ticks at which patches were adopted, undone strokes.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// One thread. Ticks and cuts in their order; what comes behind the recording's first gap is not compared.
+/// One thread. Ticks and cuts in order. Data after the recording's first gap is not compared.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);
@@ -22,16 +22,16 @@ class StreamCheck {
     std::uint64_t tick;  // index
     std::string what;    // "force at tick 12"
   };
-  /// The first one; nothing while there is none.
+  /// The first difference; nothing while there is none.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// False from the first gap on: the servo of then did more than the recording tells.
+  /// False after the first gap, because the recording lacks input of the servo there.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);
   void tick(const ServoTick& replayed, const ServoTick& recorded);
-  /// One that the replay made.
+  /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// After the last tick.
+  /// Call after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:
@@ -40,8 +40,8 @@ class StreamCheck {
 
   const session::SessionReader& session_;
   std::uint64_t last_tick_;  // index of the last tick before the first gap
-  std::uint64_t now_ = 0;    // index of the newest tick
-  std::size_t cut_ = 0;      // the next recorded one
+  std::uint64_t now_ = 0;    // index of the latest tick
+  std::size_t cut_ = 0;      // index of the next recorded cut
   std::optional<Difference> difference_;
 };
 

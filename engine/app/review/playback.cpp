@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kJump = 5;  // s that an arrow key goes
+constexpr double kJump = 5;  // s that an arrow key moves
 constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
 
 display::DisplayRig rig_of(const PlaybackOptions& options) {
@@ -83,7 +83,7 @@ class Side {
   }
   const std::string& view() const { return view_; }
 
-  /// To `t` seconds after the recording's begin; `dt` since the last picture.
+  /// Moves to `t` seconds after the recording's beginning; `dt` since the last picture.
   void go(double t, double dt) {
     player_.seek(player_.begin() + t);
     std::vector<render::MeshUpdate> surface = player_.take_surface();
@@ -99,7 +99,7 @@ class Side {
       debris_->step(std::clamp(dt, 0.0, 0.1));
     }
   }
-  /// As fine as the last picture could show it, from the next one on.
+  /// Chooses the level of detail for the next picture from the last one.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
@@ -115,7 +115,7 @@ class Side {
   }
 
  private:
-  /// What the tissue's cut changes is made anew only when it was cut.
+  /// Computes the inner bodies of a view again if the tissue was cut.
   void look_inside() {
     const haptics::TissueVolume& volume = player_.tissue();
     const std::uint64_t cuts = player_.tick().cuts;
@@ -124,7 +124,7 @@ class Side {
       const dvec3 away = glm::normalize(player_.tick().X_WG.p - stage_->rig().head.eye_center), up(0, 0, 1);
       const dvec3 level = away - up * glm::dot(away, up);
       const dvec3 n = glm::length(level) > 0.2 ? glm::normalize(level) : dvec3(0, 1, 0);
-      if (inside_cuts_ == ~std::uint64_t{0}) {  // through the middle of what is done, once and for all of it
+      if (inside_cuts_ == ~std::uint64_t{0}) {  // a fixed section through the middle of the work
         dvec3 middle(0);
         for (const Cut& cut : player_.session().cuts()) middle += cut.X_WB.p;
         const auto count = static_cast<double>(player_.session().cuts().size());
@@ -158,7 +158,7 @@ class Side {
   glm::dvec4 plane_{0, 0, 1, 0};
 };
 
-/// The sessions, the screen, and where playing stands.
+/// The sessions, the screen, and the position of the playback.
 class Playback {
  public:
   explicit Playback(const PlaybackOptions& options) {
@@ -178,7 +178,7 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // A film takes the time it needs; somebody who watches wants it to move.
+    // A film may take any time; a viewer needs a fluent picture.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

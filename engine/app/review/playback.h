@@ -1,5 +1,5 @@
-// Recorded sessions shown: in a window, where one can seek, slow down, loop and look at the same hand with other eyes;
-// or as a film. One session, or two beside each other. Drawing thread.
+// Plays recorded sessions: in a window with seeking, speed, loop and viewpoint, or as a film. One session, or two side
+// by side. Drawing thread.
 #pragma once
 
 #include <filesystem>
@@ -14,29 +14,29 @@ class Progress;
 
 struct PlaybackOptions {
   std::filesystem::path session;
-  std::filesystem::path beside;  // another one of the same work, at its right; empty: alone
-  std::string rig;               // file, or the name of one in assets/rigs; empty: window, and closeup for a film
-  std::optional<dvec3> eye_W;    // m, between the eyes; else the rig's
-  std::optional<double> ipd;     // m
-  double magnify = 0;            // instead of what the rig says; 0: as the rig says
-  double from = -1, to = 1e18;   // s of the recording
-  double speed = 1;              // negative: backwards
-  int loops = 1;                 // of a film; in a window 0 plays once, anything else for ever
+  std::filesystem::path beside;  // a second session, shown at the right; empty: none
+  std::string rig;  // rig file, or the name of a rig in assets/rigs; empty: "window", or "closeup" for a film
+  std::optional<dvec3> eye_W;   // m, midpoint between the eyes; nothing: the rig's
+  std::optional<double> ipd;    // m
+  double magnify = 0;           // magnification; 0: the rig's
+  double from = -1, to = 1e18;  // s of the recording, range to play
+  double speed = 1;             // negative: backwards
+  int loops = 1;                // repetitions of a film; in a window 0 plays once, any other value repeats for ever
   double fps = 30;
   std::string view = "look";   // look, section, xray, difference
-  std::filesystem::path film;  // .mp4; empty: a window
+  std::filesystem::path film;  // .mp4 file; empty: a window
   int monitor = -1;
 };
 
 struct PlaybackResult {
   std::uint64_t frames = 0;
-  double seconds = 0;   // of film
-  std::string message;  // what is missing in the film; empty when all is well
+  double seconds = 0;   // s, length of the film
+  std::string message;  // says what is missing in the film; empty if it is complete
 };
 
-/// Until the window is closed. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws Error, RunFailure.
+/// Returns when the window is closed. Keys: space, arrows, L, [ and ], R, V, Home, End, Esc. Throws Error, RunFailure.
 void show_session(const PlaybackOptions& options);
-/// Sound where it plays at its own speed, forward, once. Throws Error, RunFailure.
+/// Makes a film. It has sound if it plays forward, at normal speed, once. Throws Error, RunFailure.
 PlaybackResult film_session(const PlaybackOptions& options, Progress& progress);
 
 }  // namespace typodont

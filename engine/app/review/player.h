@@ -1,5 +1,5 @@
-// A recorded session as it can be watched: tissue and tool at any moment, forward and back. What is shown is what was
-// recorded: the same cuts in the same order, the strokes that were taken back taken back. Drawing thread.
+// Plays back a recorded session: tissue and tool at any moment, forward and backward. It applies the recorded cuts in
+// order, including undone strokes. Drawing thread.
 #pragma once
 
 #include <cstdint>
@@ -19,39 +19,40 @@ namespace typodont {
 
 class SessionPlayer {
  public:
-  /// Throws Error when the file is no session with ticks, or its tissue is not there or has changed.
+  /// Throws Error if the file is not a session with ticks, or if its tissue is missing or has changed.
   explicit SessionPlayer(const std::filesystem::path& session);
 
   const session::SessionReader& session() const { return session_; }
   const Scene& scene() const { return scene_; }
-  double begin() const { return begin_; }  // s, of the recording's ticks
+  double begin() const { return begin_; }  // s, time of the first recorded tick
   double end() const { return end_; }
 
-  /// To this moment, s. Forward it costs the cuts on the way; back, the strokes on the way and part of one.
+  /// Moves to time t, s. Forward it applies the cuts in between; backward it undoes the strokes in between and repeats
+  /// part of one.
   void seek(double t);
-  /// The last one not after that moment.
+  /// The last tick not after that moment.
   const ServoTick& tick() const { return tick_; }
-  /// Made on the way there, when it was forward: for chips.
+  /// Cuts applied by the last forward seek(), for chips.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
-  /// Whose surface this changes: from now on smooth to `tolerance` voxels, everything once more.
+  /// Sets the mesh tolerance in voxels; all bricks are then meshed again.
   void smooth_to(float tolerance);
-  /// Bricks whose surface changed since it was last asked.
+  /// Bricks that changed since the last call.
   std::vector<render::MeshUpdate> take_surface();
 
  private:
-  /// What happened to the tissue, one after another.
+  /// A change of the tissue.
   struct Deed {
     Nanos t = 0;
     const Cut* cut = nullptr;  // null: an edit
     bool redo = false;
   };
-  /// What has to be taken back to go back.
+  /// Data to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // of deeds_
-    std::size_t strokes;  // in the tissue once it was begun
-    bool forgets;         // strokes that were undone: no way back
+    std::size_t first;    // index in deeds_
+    std::size_t strokes;  // number of strokes of the tissue before it
+    bool forgets;         // it discards undone strokes, so that it cannot be undone
   };
   void from_the_start();
   void go_back(Nanos t);
@@ -62,31 +63,31 @@ class SessionPlayer {
   double begin_ = 0, end_ = 0;
   std::vector<Deed> deeds_;
   std::optional<haptics::Carver> carver_;
-  std::size_t next_ = 0;  // of deeds_
+  std::size_t next_ = 0;  // index in deeds_
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
-  std::vector<ServoTick> block_;  // some ticks, read at once
+  std::vector<ServoTick> block_;  // ticks that were read together
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
-  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() gave
-  bool anew_ = false;              // the carver began again since
+  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() has returned
+  bool anew_ = false;              // the carver was restarted since the last take_surface()
 };
 
-/// Where playing stands: seeking, speed, a loop. Pure.
+/// State of the playback: position, speed, loop. Pure function of its inputs.
 struct PlayClock {
-  double begin = 0, end = 1;  // s, of what can be played
-  double from = 0, to = 1;    // s, of the loop
+  double begin = 0, end = 1;  // s, range that can be played
+  double from = 0, to = 1;    // s, range of the loop
   double at = 0;              // s
   double speed = 1;           // negative: backwards
   bool paused = false, loop = false;
-  bool over = false;  // came to its end, which a loop never does
+  bool over = false;  // playback has reached its end; never with a loop
 
   void set_range(double a, double b);
-  /// `dt` seconds pass for who watches.
+  /// Advances by `dt` seconds of real time.
   void advance(double dt);
   void seek(double t);
-  /// Twice or half as fast, from an eighth to sixteen times.
+  /// Doubles or halves the speed, between 1/8 and 16.
   void faster(bool up);
 };
 

@@ -15,11 +15,11 @@ namespace typodont {
 
 namespace {
 
-constexpr float kTolerance = 0.3f;  // voxels that the report's triangles may lie off the surface
+constexpr float kTolerance = 0.3f;  // voxels, largest distance of the report's triangles from the surface
 
-constexpr int kMostLabels = 200;  // samples of the tissue along the longest side: some hundred kilobytes of a page
+constexpr int kMostLabels = 200;  // number of samples along the longest side; adds some hundred kilobytes to a page
 
-/// Every n-th voxel's label, so that no side has more than kMostLabels.
+/// The label of every n-th voxel, so that no side has more than kMostLabels.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   const DenseCopy all = dense_copy(volume);
   const int longest = std::max({all.field.size.x, all.field.size.y, all.field.size.z});
@@ -33,11 +33,11 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// A page of that many is some ten megabytes; of a finer mesh it shows the field's surface.
+/// Limit for a body's own triangles, which then take some ten megabytes of a page; with more triangles the page shows
+/// the field's surface.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// `own`: the tissue's triangles are those of volume.mesh(), not the field's. `ideal`: redistanced; empty: every point
-/// is where it should be.
+/// `own`: use the triangles of volume.mesh() instead of the field's. `ideal`: redistanced; empty: no deviations.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
@@ -80,7 +80,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     JudgedSession judged = judge_session(session);
-    // Its field was closed by a cap, or made a shell of a sheet.
+    // The field of an open mesh was closed with a cap or made a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);
@@ -107,7 +107,7 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// Those that `wanted` says, by what their files hold; not this one, and not what is no session.
+/// The sessions in the folder that satisfy `wanted`, without this one. Files that are not sessions are skipped.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

@@ -1,4 +1,4 @@
-// From a recording to its report: the tissue made again, judged, meshed and compared.
+// Prepares the report of a recording: rebuilds, scores, meshes and compares the tissue.
 #pragma once
 
 #include <filesystem>
@@ -13,29 +13,29 @@ namespace typodont {
 
 class Progress;
 
-/// Everything the report shows beyond the file itself. Where the tissue is not at hand, the volumes in the file are
-/// all, and a message says so.
+/// Additional data for the report. If the tissue is not available, only the volumes in the file are used, with a
+/// message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// The surface of a result, and how far it is off the task's ideal, without a recording. Throws Error where the scene's
-/// tissue or its ideal cannot be made.
+/// The final surface and its distance from the task's ideal, without a recording. Throws Error if the scene's tissue or
+/// its ideal cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
-/// The score as report_of has it, without pictures.
+/// The same score as in report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// The same by the rules of `scene` (judge_session). Throws Error where its tissue or its ideal cannot be made.
+/// The same by the rules of `scene` (judge_session). Throws Error if its tissue or its ideal cannot be built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
-/// Of all sessions in `folder`, by their files' names; what cannot be read is left out, and said. Throws Error where
-/// there is none, Cancelled.
+/// All sessions in `folder`, by file name; unreadable files are skipped with a message. Throws Error if there is no
+/// session, Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
-/// Sessions in `folder` of the same scene and trainee, made before this one; oldest first. What is no session is passed
-/// over.
+/// Sessions in `folder` of the same scene and trainee that are older than this one; oldest first. Files that are not
+/// sessions are skipped.
 std::vector<session::SessionSummary> earlier_sessions(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 
-/// The newest session in `folder` of the same scene, whoever made it, other than this one.
+/// The newest other session in `folder` with the same scene, by any trainee.
 std::optional<session::SessionSummary> expert_session(const std::filesystem::path& folder,
                                                       const session::SessionReader& session);
 

@@ -32,11 +32,11 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-constexpr std::size_t kMostWaiting = 1 << 16;  // bytes for one reader: about 100 messages
-constexpr std::size_t kMostAsked = 1 << 13;    // bytes of a reader's request
+constexpr std::size_t kMostWaiting = 1 << 16;  // bytes per reader, about 100 messages
+constexpr std::size_t kMostAsked = 1 << 13;    // bytes, size limit of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
-/// A socket that never waits.
+/// A non-blocking socket.
 class Socket {
  public:
   Socket() = default;
@@ -106,17 +106,19 @@ Socket open_socket(const Address& address, const std::string& text) {
   return socket;
 }
 
-/// One program that listens over WebSocket.
+/// A program that is connected over WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;           // its request, until it is answered
-  std::string waiting;         // to be sent
-  bool greeted = false;        // the handshake is done
-  std::optional<Nanos> stuck;  // since when nothing of `waiting` has gone, or its request has been due
+  std::string asked;     // its request, until it is complete
+  std::string waiting;   // data to send
+  bool greeted = false;  // the handshake is complete
+  // time since which no data of `waiting` could be sent, or since which its request is missing
+  std::optional<Nanos> stuck;
   bool gone = false;
 };
 
-/// Whether a page comes from this computer: scheme://host[:port]. "null" says nothing: a frame of any page may have it.
+/// True if a web page comes from this computer: scheme://host[:port]. "null" gives no information, because a frame of
+/// any page may have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -192,7 +194,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are few and are never left out: they may wait a while longer than states.
+  // Events are rare and are never skipped, so they have twice the buffer.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;
@@ -217,7 +219,7 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// The handshake (RFC 6455, 4.2). A page that a browser has from elsewhere may not listen: it names its origin.
+/// The handshake (RFC 6455, 4.2). Refuses web pages from other computers, which the browser's Origin header names.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
@@ -254,10 +256,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// Readers have nothing to say but their request and goodbye.
+/// After their request, readers only send control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // one that never stops talking takes no more of a turn
+  constexpr int kMostReads = 16;  // limits the time for a reader that sends without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -276,7 +278,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // NTP's format: seconds since 1900, and 2^-32 s.
+  // NTP format: seconds since 1900, in units of 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -286,7 +288,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // Nobody there, or no room in the system: that is the reader's loss.
+    // if nobody listens or the system's buffer is full, the message is lost
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

@@ -12,21 +12,22 @@ namespace typodont {
 
 namespace {
 
-constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;  // m: they are looked at, not worked on
-// voxels, fine and coarse
+constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;  // m, voxel sizes of bodies that are only drawn
+// voxels, fine and coarse mesh
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseFrom = 45e-6;     // m
-constexpr double kRootShown = 2.5e-3;     // m below the gum's edge; neighbours end there
-constexpr double kReach = 3e-3;           // m around the tooth in which its distance is known
-constexpr double kGumInside = 0.4e-3;     // m, so deep does the gum reach into the working tooth, to leave no gap
+constexpr double kCoarseFrom = 45e-6;     // m, surface error from which the coarse mesh is used
+constexpr double kRootShown = 2.5e-3;     // m below the gum's edge at which the neighbours end
+constexpr double kReach = 3e-3;           // m around the tooth in which its distance is computed
+constexpr double kGumInside = 0.4e-3;     // m by which the gum enters the working tooth, so that there is no gap
 constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
-constexpr double kCoveredBelow = 0.6e-3;  // m below its edge the gum is thick enough to hide the root
-constexpr double kCollarBlend = 1.0e-3;   // m
-constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m: cells of the faces of a section
-constexpr double kFaceOverlap = 0.05e-3;  // m that the gum's face reaches under those of the teeth, to leave no gap
-constexpr double kFaceUnder = 10e-6;      // m that it lies behind them
+constexpr double kCoveredBelow = 0.6e-3;  // m below its edge, from which the gum is thick enough to hide the root
+constexpr double kCollarBlend = 1.0e-3;   // m, blending length of the collar
+constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
+// m by which the gum's face overlaps those of the teeth, so that there is no gap
+constexpr double kFaceOverlap = 0.05e-3;
+constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind them
 
-/// Smooth minimum (Quilez): rounds the corner where two solids meet, k wide.
+/// Smooth minimum (Quilez): rounds the edge between two solids over a width of k.
 double smooth_min(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - h * h * k * 0.25;
@@ -35,7 +36,7 @@ double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// Where a neighbour's point lies in the tooth it is a copy of.
+/// Transforms points of a neighbour to the tooth of which it is a copy.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -48,7 +49,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// `from_tooth`: the other way round.
+  /// `from_tooth`: the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -69,7 +70,7 @@ struct ToothCopy {
 };
 
 struct Box {
-  dvec3 lo, hi;  // m, W
+  dvec3 lo, hi;  // m, bounds in W
 };
 void grow(dvec3& lo, dvec3& hi, const dvec3& p) {
   lo = glm::min(lo, p);
@@ -92,12 +93,12 @@ struct SurroundingsShape::Impl {
         middle(0.5 * (tooth.low() + tooth.high())) {
     for (const NeighbourTooth& n : plan.neighbours) copies.emplace_back(n, plan);
     if (!plan.gum) return;
-    // Deep enough for the roots.
+    // Make the jaw deep enough for the roots.
     for (int corner = 0; corner < 8; ++corner)
       jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
                                                             corner & 2 ? tooth.high().y : tooth.low().y,
                                                             corner & 4 ? tooth.high().z : tooth.low().z}));
-    // Half the width of the row of teeth where the gum begins: the jaw is a little wider.
+    // Half the width of the row of teeth at the gum; the jaw is slightly wider.
     for (double v = 0; v < 12e-3; v += 0.1e-3)
       for (const double side : {-1.0, 1.0}) {
         const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
@@ -124,7 +125,7 @@ struct SurroundingsShape::Impl {
     return b;
   }
 
-  /// How far p lies below the plane of the gum's edge, along the crown.
+  /// Depth of p below the plane of the gum's edge, along the crown's axis.
   double below_plane(const dvec3& p) const {
     return glm::dot(plan.margin - p, plan.margin_normal) / glm::dot(plan.crown, plan.margin_normal);
   }
@@ -137,16 +138,16 @@ struct SurroundingsShape::Impl {
     double teeth = own, raise = 0;
     for (const ToothCopy& copy : copies) {
       teeth = smooth_min(teeth, copy.distance(tooth, p), 1.8e-3);
-      // Between two teeth the gum climbs towards their contact and fills the gap beneath it.
+      // Between two teeth the gum rises towards their contact point and fills the gap below it.
       const double away = glm::dot(p - copy.place.contact, plan.arch) / 2.0e-3;
       raise = std::max(raise, plan.papilla * std::exp(-away * away));
     }
-    const double deep = below_plane(p) + raise;  // below the gum's edge here
-    // The collar: no thickness at its edge, swelling on the root below it.
+    const double deep = below_plane(p) + raise;  // depth below the gum's edge at this point
+    // The collar: zero thickness at its edge, increasing on the root below.
     const double swell = plan.thickness * 1.5;
     const double thick = deep > 0 ? plan.thickness * (1 - std::exp(-deep / swell)) : deep / 1.5;
     const double collar = teeth - thick;
-    // The jaw beneath: a bar along the arch with rounded edges, wider further down.
+    // The jaw below: a bar along the arch with rounded edges, wider at the bottom.
     const dvec3 r = p - middle;
     const double depth = below_plane(p), down = std::max(depth, 0.0);
     const double side = std::abs(glm::dot(r, across)) - (half_width + 0.6e-3 + 0.9e-3 * (1 - std::exp(-down / 3e-3)));
@@ -155,7 +156,7 @@ struct SurroundingsShape::Impl {
     jaw = smooth_max(jaw, end, 4e-3);
     jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
     const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
-    return std::max(body, -own - kGumInside);  // hollow where the working tooth stands: a bur must not find gum in it
+    return std::max(body, -own - kGumInside);  // hollow at the working tooth, so that a bur finds no gum inside it
   }
 };
 
@@ -188,12 +189,13 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      update.brick |= body << 60;  // above the tiles' own numbers
+      update.brick |= body << 60;  // numbers above those of the tiles
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // Out of sight a neighbour's surface ends soon beneath the gum; its face shows the root as far as the gum holds it.
+  // The surface of a neighbour ends shortly below the gum, where it is invisible; its face in a section shows the root
+  // within the gum.
   const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
     const double whole = copy.distance(shape.tooth, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p)))
@@ -203,7 +205,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
     const auto [lo, hi] = shape.box(copy);
     add(plane_face(
         {normal, offset}, lo, hi, kToothFace, origin, [&](const dvec3& p) { return with_root(copy, p); },
-        [&](const dvec3& p) { return shape.tooth.shares(copy.to_tooth(p)); }));
+        [&](const dvec3& p) { return shape.tooth.fractions(copy.to_tooth(p)); }));
   }
   if (!shape.plan.gum) return face;
   const auto [lo, hi] = shape.gum_box();
@@ -238,7 +240,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     auto [fine, coarse] = meshes_of_field<2>(
         lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
         [&](const dvec3& p) {
-          // No pulp where the root ends, out of sight: cut open for teaching, one looks upon that end from within.
+          // No pulp at the hidden end of the root, because a section shows that end from inside.
           const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
           return found == Tissue::kPulp ? Tissue::kDentin : found;
         });

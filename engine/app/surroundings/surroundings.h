@@ -1,6 +1,6 @@
-// What stands around the working tooth: its neighbours and the gum, made from the tooth's own volume where a scene asks
-// for it ("surroundings"). They are drawn, and a turning bur that gets into them does damage (task/damage.h). They are
-// not in the haptic field and are never cut.
+// The surroundings of the working tooth: its neighbours and the gum, built from the tooth's own volume if a scene
+// requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage (task/damage.h). They
+// are not in the haptic field and are never cut.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distances, m, negative inside; far away, or where there is none, any positive number. Several
-/// threads may ask.
+/// The surroundings as distance functions, m, negative inside; far away, or without a body, any positive number.
+/// Thread-safe.
 class SurroundingsShape {
  public:
-  /// Throws Error when the volume cannot be read.
+  /// Throws Error if the volume cannot be read.
   explicit SurroundingsShape(const SurroundingsPlan& plan);
   ~SurroundingsShape();
   SurroundingsShape(SurroundingsShape&&) noexcept;
@@ -26,12 +26,12 @@ class SurroundingsShape {
 
   bool has_neighbours() const;
   bool has_gum() const;
-  double neighbour(const dvec3& p_W) const;  // the nearest of them
+  double neighbour(const dvec3& p_W) const;  // the nearest of the neighbours
   double gum(const dvec3& p_W) const;
   double tooth(const dvec3& p_W) const;  // the uncut working tooth
 
-  /// The face that a plane cuts through them (as section_face of the tooth): the neighbours with their roots, the gum
-  /// around all. Positions relative to `origin`, m, W.
+  /// The face of a section (as section_face() for the tooth): the neighbours with their roots, and the gum around them.
+  /// Positions are relative to `origin`, m, W.
   std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
 
  private:
@@ -42,19 +42,19 @@ class SurroundingsShape {
 
 struct SurroundingMesh {
   render::MeshId id;
-  dvec3 origin;  // m, W, of its vertices
+  dvec3 origin;  // m, W, origin of its vertices
   std::vector<render::MeshUpdate> bricks;
-  std::vector<render::MeshUpdate> coarse;  // the same with fewer triangles
+  std::vector<render::MeshUpdate> coarse;  // the same body with fewer triangles
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The uncut tooth lies within the gum where dot(covered, (p_W, 1)) < 0: nobody sees it there. Zero: nowhere.
+  /// The uncut tooth is inside the gum, and invisible, where dot(covered, (p_W, 1)) < 0. Zero: nowhere.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m that triangles may be off the surface: from then on the coarse ones will do
+  double coarse_from = 0;  // m, allowed surface error from which the coarse mesh is good enough
 };
-/// Deterministic. Throws Error when the volume cannot be read.
+/// Deterministic. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
-/// What a scene wants to stand around its tooth (Scene::surroundings); nothing where it does not say.
+/// The surroundings for a scene (Scene::surroundings); empty if it has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);
 std::optional<SurroundingsShape> surroundings_shape(const std::optional<SurroundingsPlan>& plan);
 

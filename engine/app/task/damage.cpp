@@ -10,8 +10,8 @@ namespace typodont {
 namespace {
 
 constexpr double kCell = 0.1e-3;    // m
-constexpr double kMoved = 0.01e-3;  // m of way, of any part of the head, after which it is looked at again
-constexpr double kSlack = 0.01e-3;  // m, more than the fields' own error: touching is not yet damage
+constexpr double kMoved = 0.01e-3;  // m that a part of the head moves before the next evaluation
+constexpr double kSlack = 0.01e-3;  // m, tolerance above the fields' own error: touching is not damage
 
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;
@@ -52,8 +52,7 @@ void DamageMeter::sweep(const ServoTick& tick, const Head& head) {
         if (head.field.distance(R_TW * (p_W - tick.X_WG.p)) > 0) continue;
         if (shape_.neighbour(p_W) < -kSlack) {
           neighbour_.insert(cell_of(p_W));
-        } else if (shape_.gum(p_W) < -kSlack &&
-                   shape_.tooth(p_W) > kSlack) {  // the gum reaches into the tooth it hides
+        } else if (shape_.gum(p_W) < -kSlack && shape_.tooth(p_W) > kSlack) {  // the gum overlaps the tooth
           gum_.insert(cell_of(p_W));
         }
       }

@@ -1,6 +1,7 @@
-// What a bur does to what it should not touch: the neighbouring teeth and the gum of a scene's surroundings, which are
-// not in the haptic field. Found from the ticks alone, so a recording says it again: the turning head, as it is drawn,
-// swept through their field. A scene without surroundings pays nothing; away from them a tick costs two distances.
+// Damage of a bur to the neighbouring teeth and the gum of a scene's surroundings, which are not in the haptic field.
+// It is computed from the ticks alone, so that a recording gives the same result: the rotating head of the drawn tool
+// is swept through their field. A scene without surroundings has no cost; far from them a tick costs two distance
+// queries.
 #pragma once
 
 #include <memory>
@@ -16,10 +17,10 @@
 
 namespace typodont {
 
-/// Feed it every tick in order, in pieces of any size. One thread.
+/// Needs every tick in order, in pieces of any size. One thread.
 class DamageMeter {
  public:
-  /// `tools` as ServoTick::tool counts them.
+  /// `tools`: ServoTick::tool is an index into these.
   DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools);
   void add(std::span<const ServoTick> ticks);
   session::DamageMeasures result() const;
@@ -34,13 +35,13 @@ class DamageMeter {
 
   SurroundingsShape shape_;
   std::vector<Head> heads_;
-  std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells the bur was in
-  std::optional<Pose> last_;                           // where it was looked at last
+  std::unordered_set<std::uint64_t> neighbour_, gum_;  // cells that the bur entered
+  std::optional<Pose> last_;                           // pose at the last evaluation
   std::uint32_t last_tool_ = 0;
   double first_ = -1;
 };
 
-/// Of this scene; nothing where it has no surroundings. Throws Error.
+/// The meter for a scene; nothing if it has no surroundings. Throws Error.
 struct Scene;
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 

@@ -19,8 +19,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m around what was changed: how far scores look
-constexpr float kChanged = 0.02f;                         // voxels; less is the same
+constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m around the changes that scores evaluate
+constexpr float kChanged = 0.02f;                         // voxels; a smaller difference counts as equal
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
   std::vector<std::unique_ptr<haptics::Solid>> solids;
@@ -28,15 +28,15 @@ std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>
   return solids;
 }
 
-/// The sharp edge between labelled and other voxels as a smooth distance in voxels: a voxel counts by how much of the
-/// 27 around it are labelled, so that the surface passes between them and not in steps.
+/// Converts the boundary between labelled and other voxels to a smooth distance in voxels: each voxel counts with the
+/// fraction of labelled voxels among its 27 neighbours, so that the surface has no steps.
 std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissue>& wanted) {
   const glm::ivec3 n = copy.field.size;
   std::vector<float> marked(copy.tissue.size());
   for (std::size_t i = 0; i < marked.size(); ++i) {
     marked[i] = std::find(wanted.begin(), wanted.end(), copy.tissue[i]) != wanted.end() ? 1.0f : 0.0f;
   }
-  // A box of three along each axis.
+  // Box filter of width three along each axis.
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<float> blurred(marked.size());
     for (int x = 0; x < n.x; ++x) {
@@ -54,14 +54,14 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // About one per voxel where it crosses; a little outward, so that what is labelled at corners is within.
-  // Where the blur does not reach, the distance is yet to be found: redistanced() keeps values near the surface.
-  constexpr float kFar = 3;  // voxels, more than it keeps
+  // The slope is about one per voxel at the surface. An outward offset includes the corners of the labelled voxels.
+  // Beyond the filter's reach the distance is unknown; redistanced() keeps values near the surface.
+  constexpr float kFar = 3;  // voxels, beyond the range that redistanced() keeps
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
 
-/// A whole other tissue, sampled where `at` is sampled.
+/// Samples another volume at the voxels of `at`.
 void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   const DenseCopy from = dense_copy(other);
   const double ratio = from.frame.voxel / at.frame.voxel;
@@ -80,7 +80,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// The surface of a closed mesh: where it lies off the tissue's own surface by more than a voxel, that is to go.
+/// Takes the surface of a closed mesh as the ideal; tissue more than a voxel outside it is to be removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -175,7 +175,7 @@ session::Preparation cropped(const session::Preparation& in) {
   return out;
 }
 
-/// Voxels inside any of the solids.
+/// Marks the voxels inside any of the solids.
 std::vector<bool> inside(const std::vector<std::unique_ptr<haptics::Solid>>& solids, const DenseCopy& copy) {
   std::vector<bool> result;
   if (solids.empty()) return result;
@@ -207,7 +207,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
     ideal.allow_only({"volume"});
     sample_volume(haptics::TissueVolume::load(find_file(ideal["volume"].string(), scene.place)), copy);
   } else if (ideal.has("session")) {
-    // As somebody left it.
+    // The ideal is the final tissue of a session.
     ideal.allow_only({"session"});
     const session::SessionReader session(find_file(ideal["session"].string(), scene.place));
     sample_volume(tissue_at_end(session, scene_of(session, scene.place.recordings), copy_of(start)), copy);
@@ -236,7 +236,7 @@ TaskJudge::TaskJudge(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) const {
-  // A box that holds all three.
+  // A box that contains all three volumes.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -253,7 +253,7 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // All lie on the same lattice; only where they begin differs.
+  // All volumes use the same voxel lattice with different origins.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };
@@ -288,7 +288,7 @@ std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
 
 namespace {
 
-/// Mean hardness of what was removed, per tissue; nothing where no voxel has another than its tissue's own.
+/// Mean hardness of the removed part of each tissue; nothing if all voxels have their tissue's own hardness.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
   const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
@@ -332,12 +332,12 @@ JudgedSession judge_session(const session::SessionReader& session, Scene scene) 
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // not what the file says of it
+  input.before = start.volumes();  // computed, not read from the file
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
   if (auto meter = judge.explore_meter()) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.explore = meter->result();

@@ -1,4 +1,4 @@
-// A scene's task and its tissue in one place: the start and the ideal as volumes, and a result judged against them.
+// A scene's task with its tissue: the initial and the ideal volume, and the evaluation of a result against them.
 #pragma once
 
 #include <memory>
@@ -15,25 +15,24 @@
 
 namespace typodont {
 
-/// The tissue as the task wants it left; nothing where the task names no ideal. `start`: load_tissue(scene). Throws
-/// Error.
+/// The ideal tissue; nothing if the task has no ideal. `start`: load_tissue(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Judges results of one scene. Holds copies: what it was made from may change. One thread at a time.
+/// Evaluates results for one scene. Holds copies, so that its arguments may change. One thread at a time.
 class TaskJudge {
  public:
-  /// Throws Error where the task's ideal cannot be made.
+  /// Throws Error if the task's ideal cannot be built.
   TaskJudge(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Adds to `input` what the geometry of `after` says, and returns what it was read from (not of a task that is to
-  /// explore). About a second for a tooth.
+  /// Adds the measures of the geometry of `after` to `input`, and returns the geometry (nothing for an exploration
+  /// task). Takes about a second for a tooth.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
-  /// The three states on common voxels, as far as anything was or should have been changed.
+  /// The three states on common voxels, in the region that was or should have been changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// For a task that is to explore; feed it the ticks and put its result into the score's input.
+  /// For an exploration task: feed it the ticks and put its result into the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -43,28 +42,28 @@ class TaskJudge {
   std::vector<std::unique_ptr<haptics::Solid>> protect_, region_;
 };
 
-/// What is known of the hand once a session is over, recorded or not: all that a score needs beside the tissue.
+/// Data about the hand after a session, recorded or not: everything that a score needs besides the tissue.
 struct FinishedHand {
-  session::ScoreInput input;  // hand, damage
+  session::ScoreInput input;  // measures of the hand and damage
   std::optional<session::ExploreMeter> explore;
-  std::vector<ServoTick> unexplored;  // ticks that came before there was a meter
+  std::vector<ServoTick> unexplored;  // ticks before the meter existed
 };
-/// How a finished session is scored, without what the report shows beside it: the same as judge_session() of its
-/// recording. Takes a second or more. Throws Error where the scene's tissue or its ideal cannot be made.
+/// Score of a finished session without the report's other data: the same as judge_session() of its recording. Takes a
+/// second or more. Throws Error if the scene's tissue or its ideal cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
-/// Everything known of a recorded session: its tissue made again from its cuts, and what that scores.
+/// A recorded session with its tissue, rebuilt from the cuts, and its score.
 struct JudgedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
-  std::optional<session::Preparation> preparation;  // not of a task that is to explore
+  std::optional<session::Preparation> preparation;  // not for an exploration task
   session::ScoreInput input;
   session::Score score;
 };
-/// Throws Error where the tissue is not there or has changed.
+/// Throws Error if the tissue is missing or has changed.
 JudgedSession judge_session(const session::SessionReader& session);
-/// The same by the rules of `scene`, which is the session's own but for these (scene_with).
+/// The same by the rules of `scene`, which equals the session's scene except for its rules (scene_with).
 JudgedSession judge_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

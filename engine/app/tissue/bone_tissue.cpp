@@ -17,11 +17,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kEndosteum = 0.5e-3;  // m over which grey goes from cortical to cancellous at the shell's inner side
-constexpr double kGrain = 1.2e-3;      // m, size of the grey values' variation: some trabecular spacings
+// m over which the grey value changes from cortical to cancellous at the shell's inner side
+constexpr double kEndosteum = 0.5e-3;
+constexpr double kGrain = 1.2e-3;  // m, length scale of the grey values' variation: several trabecular spacings
 constexpr double kMostVoxels = 2e8;
 
-/// A repeatable number -1 … 1 for a lattice point (splitmix64).
+/// A pseudo-random number -1 … 1 for a lattice point (splitmix64).
 double lattice(std::uint64_t seed, const glm::ivec3& at) {
   std::uint64_t x = seed * 0x9e3779b97f4a7c15u +
                     static_cast<std::uint64_t>(static_cast<std::uint32_t>(at.x)) * 0xbf58476d1ce4e5b9u +
@@ -33,7 +34,7 @@ double lattice(std::uint64_t seed, const glm::ivec3& at) {
   return static_cast<double>(x >> 11) * 0x1p-52 - 1;
 }
 
-/// Value noise, -1 … 1, smooth.
+/// Smooth value noise, -1 … 1.
 double noise(std::uint64_t seed, const dvec3& p) {
   const glm::ivec3 at(glm::floor(p));
   dvec3 f = p - dvec3(at);
@@ -46,16 +47,16 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// All that the block says, but for the mesh itself.
+/// The parameters of the JSON block, except the mesh.
 struct Bone {
   double voxel = 0, band = 0;
-  dvec3 lo{0}, hi{0};  // of the box that is sampled, frame W
-  Pose X_MW;           // from the scene to the mesh
+  dvec3 lo{0}, hi{0};  // bounds of the sampled box, frame W
+  Pose X_MW;           // transformation from the scene to the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // of the cancellous bone's grey values
+  double variation = 0;  // variation of the grey values in cancellous bone
   std::uint64_t seed = 1;
-  double canal_wall = 0;  // m of cortical bone around the canal
+  double canal_wall = 0;  // m, thickness of cortical bone around the canal
   NerveCanal canal;
 };
 
@@ -78,7 +79,7 @@ Bone read(const Json& json) {
     json["domain_mm"].fail(fmt::format("{:.3g} voxels", size.x * size.y * size.z),
                            fmt::format("at most {:.0g}: a larger voxel or a smaller domain", kMostVoxels));
   }
-  // y points to the tongue, z stays up.
+  // y points to the tongue, z points up.
   dvec3 y = json["lingual"].vec3();
   y.z = 0;
   if (!(glm::length(y) > 1e-9)) json["lingual"].fail("a horizontal direction, not zero");
@@ -170,14 +171,14 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // A distance changes by no more than the way gone: blocks that are far outside need no closer look.
+  // A distance changes by at most the distance moved, so blocks that are far outside are skipped.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {
     const std::size_t i = dense.at(x, y, z);
     const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
     const double outer = at(p_W), canal = bone.canal.distance(p_W);
-    // The box's own faces close the jaw.
+    // The faces of the box close the jaw.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
@@ -189,7 +190,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // Under the shell the bone thins out over the endosteum.
+    // Below the shell the bone becomes less dense over the endosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

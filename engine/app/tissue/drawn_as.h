@@ -1,4 +1,5 @@
-// Which tissue each one is drawn as in the natural picture: a scene hides a lesion so (material key "looks_like").
+// Maps each tissue to the tissue as which it is drawn in the normal view; a scene uses it to hide a lesion (material
+// key "looks_like").
 #pragma once
 
 #include <array>
@@ -8,7 +9,7 @@
 
 namespace typodont {
 
-/// By tissue; each one as itself unless told otherwise.
+/// Indexed by tissue; by default each tissue is drawn as itself.
 class DrawnAs {
  public:
   DrawnAs() {
@@ -16,7 +17,7 @@ class DrawnAs {
   }
   void set(Tissue tissue, Tissue as) { as_[static_cast<std::size_t>(tissue)] = as; }
   Tissue operator()(Tissue tissue) const { return as_[static_cast<std::size_t>(tissue)]; }
-  /// Replaces labels by what they are drawn as.
+  /// Replaces labels by the tissues as which they are drawn.
   template <class Labels>
   void apply(Labels& labels) const {
     if (*this == DrawnAs()) return;

@@ -16,23 +16,23 @@
 
 namespace typodont {
 
-/// All tissue nearer than `radius` to the line from a to b gets another label. m, W.
+/// All tissue within `radius` of the line from a to b gets another label. m, W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
-  double stiffness_factor = 1;  // of the tissue's own stiffness: below 1 softer
-  double hardness = 1;          // 0..1, of what is painted: see haptics/hardness.h
+  double stiffness_factor = 1;  // factor on the tissue's own stiffness; below 1: softer
+  double hardness = 1;          // 0..1, of the painted tissue: see haptics/hardness.h
 };
 
 /// Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
-/// In their order: later strokes cover earlier ones. False where none met tissue.
+/// Applies the strokes in order: later strokes cover earlier ones. False if no stroke met tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// A tissue has one stiffness wherever it is: the mean of its strokes' factors, by their volume. 1 where none painted
-/// it.
+/// A tissue has the same stiffness everywhere: the mean of its strokes' factors, weighted by volume. 1 if no stroke
+/// painted it.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // without a mesh
-constexpr std::uintmax_t kMostKept = 1u << 30;        // bytes, of all
+constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // ns; faster sampling without a mesh is not cached
+constexpr std::uintmax_t kMostKept = 1u << 30;        // bytes, limit for all cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
 struct Close {
@@ -27,16 +27,16 @@ struct Close {
 };
 using File = std::unique_ptr<gzFile_s, Close>;
 
-/// What is kept but for the voxels.
+/// Cached data except the voxels.
 struct Head {
   VoxelFrame frame;
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // hardness follows
+  bool graded = false;  // hardness values follow
 };
 
-/// In pieces: zlib counts in ints. False where it did not go.
+/// Processes data in pieces, because zlib's sizes are ints. False if it failed.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;
@@ -61,7 +61,8 @@ bool get(gzFile file, T* data, std::size_t count) {
 
 /// Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  const File file(gzopen(path.c_str(), "wb1"));  // mostly one value: more would take longer and save little
+  // lowest compression: most values are equal, and higher levels would take longer and save little
+  const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
       file && put(file.get(), &head.frame, 1) && put(file.get(), &head.size, 1) && put(file.get(), &head.band, 1) &&
@@ -72,7 +73,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False where the file does not hold that.
+/// False if the file does not contain this tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
@@ -97,7 +98,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Nothing where a file of it cannot be read: sampling it will say why.
+/// Nothing if a file cannot be read; sampling will then report the reason.
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);

@@ -1,6 +1,5 @@
-// A scene's solids, or its mesh, on voxels. Where that takes long (a mesh's distances do), what was sampled is kept
-// between runs, under a key made of the JSON text, the meshes' bytes and this program, so that the next start need not
-// wait for it.
+// Samples a scene's solids or mesh on voxels. If that takes long (as for the distances of a mesh), the result is cached
+// between runs, under a key made of the JSON text, the meshes' bytes and this program.
 #pragma once
 
 #include "engine/base/json.h"
@@ -8,7 +7,7 @@
 
 namespace typodont {
 
-/// As haptics::read_solids(), or haptics::rasterize() of a tissue {"mesh": …}, bit for bit, kept or not. `files.find`
+/// Same bits as haptics::read_solids(), or haptics::rasterize() for a tissue {"mesh": …}, cached or not. `files.find`
 /// must be set. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 

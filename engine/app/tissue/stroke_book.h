@@ -1,5 +1,5 @@
-// What each stroke took away or painted, beside the tissue that can take it back: so that what is shown while a session
-// runs goes back too. Carver's thread.
+// Stores what each stroke removed or painted, so that undo also restores the numbers shown during a session. Carver's
+// thread.
 #pragma once
 
 #include <vector>
@@ -10,12 +10,12 @@
 
 namespace typodont {
 
-/// How the tissue stands.
+/// State of the tissue.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // times since the session's start
-  PerTissue removed{};                   // m³, of the strokes that stand
-  std::size_t painted = 0;               // brush strokes that stand
+  std::uint32_t undone = 0, redone = 0;  // numbers since the session's start
+  PerTissue removed{};                   // m³, of all strokes that are not undone
+  std::size_t painted = 0;               // number of brush strokes that are not undone
   std::uint64_t version = 0;             // changes with the tissue
 };
 
@@ -23,7 +23,7 @@ class StrokeBook {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Each is told the strokes that the tissue has once it was done.
+  // Each function gets the strokes of the tissue after the change.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -35,7 +35,7 @@ class StrokeBook {
     ++state_.painted;
     ++state_.version;
   }
-  /// A stroke was taken back, or brought again.
+  /// A stroke was undone or redone.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
@@ -53,7 +53,7 @@ class StrokeBook {
     state.strokes = strokes;
     return state;
   }
-  /// What was painted and not taken back, in its order.
+  /// The brush strokes that are not undone, in order.
   std::vector<PaintStroke> paint(const Strokes& strokes) const {
     std::vector<PaintStroke> all;
     for (std::size_t k = 0; k < std::min(strokes.done, entries_.size()); ++k)
@@ -66,7 +66,7 @@ class StrokeBook {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// Of the stroke that is being made; those that were undone before it are forgotten.
+  /// The entry of the present stroke; removes undone strokes before it.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();

@@ -1,4 +1,4 @@
-// Tissue as plain arrays and back: for what changes a whole volume at once, at set-up time.
+// Converts tissue to plain arrays and back, for changes of a whole volume at set-up time.
 #pragma once
 
 #include <vector>
@@ -13,17 +13,17 @@ struct DenseCopy {
   VoxelFrame frame;
   session::DenseField field;
   std::vector<Tissue> tissue;
-  std::vector<std::uint8_t> hardness;  // see haptics/hardness.h; empty where the volume is not graded
+  std::vector<std::uint8_t> hardness;  // see haptics/hardness.h; empty if all tissue has its own hardness
 };
 
 /// The volume within its bounds and two voxels around, or within a box of its voxels.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// `band` in metres, as TissueVolume::band(). Distances outside the tissue are not taken for true ones.
+/// `band` in metres, as TissueVolume::band(). Distances outside the tissue are treated as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
-/// What lies inside the solid is taken away; its labels stay.
+/// Removes the inside of the solid; the labels stay.
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
 
 }  // namespace typodont

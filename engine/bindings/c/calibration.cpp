@@ -1,4 +1,4 @@
-// Calibration of the C interface.
+// The calibration functions of the C interface.
 #include <algorithm>
 #include <span>
 #include <vector>

@@ -40,7 +40,7 @@ std::recursive_mutex& SessionFiles::mutex() {
   return one;
 }
 
-// A host's struct is never the servo's own: told so, the compiler copies 16 bytes at a time.
+// `__restrict` tells the compiler that the host's struct is not the servo's own; then it copies 16 bytes at a time.
 void put(const ServoTick& __restrict from, typodont_tick& __restrict out) noexcept {
   out.faults = from.faults;
   out.index = from.index;
@@ -93,7 +93,7 @@ const char* typodont_error(void) {
 }
 
 const char* typodont_tissue_name(uint32_t tissue) {
-  // The names are literals.
+  // The names are string literals, so they are null-terminated.
   return tissue < static_cast<std::uint32_t>(kTissueCount) ? name_of(static_cast<Tissue>(tissue)).data() : nullptr;
 }
 

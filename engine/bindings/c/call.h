@@ -1,4 +1,5 @@
-// What every function of the C interface does: takes its handle, lets no exception out, keeps the reason of a failure.
+// Common frame of every function of the C interface: it takes the handle, catches all exceptions, and stores the reason
+// of a failure.
 #pragma once
 
 #include <concepts>
@@ -35,9 +36,9 @@ template <> struct ObjectOf<typodont_servo> { using Type = ServoObject; static c
 template <> struct ObjectOf<typodont_session> { using Type = SessionObject; static constexpr Kind kKind = Kind::kSession; };
 // clang-format on
 
-/// Remembers why, for typodont_error(). `text` is copied: no allocation.
+/// Stores the reason for typodont_error(). `text` is copied without allocation.
 typodont_result fail(typodont_result result, const char* text) noexcept;
-/// The same from the exception that is being handled.
+/// As fail(), with the text of the exception that is being handled.
 typodont_result fail_by_exception() noexcept;
 
 /// Calls `body`, which throws or returns a result.
@@ -55,17 +56,17 @@ typodont_result guarded(Body&& body) noexcept {
   }
 }
 
-/// A handle's object, for this thread until the end of the scope.
+/// A handle's object, reserved for this thread until the end of the scope.
 template <class Handle>
-class Held {
+class HandleLock {
  public:
   using Object = typename ObjectOf<Handle>::Type;
-  explicit Held(const Handle* handle) noexcept : taken_(handle, ObjectOf<Handle>::kKind), handle_(handle) {}
+  explicit HandleLock(const Handle* handle) noexcept : taken_(handle, ObjectOf<Handle>::kKind), handle_(handle) {}
 
   explicit operator bool() const noexcept { return taken_.found() == Found::kHeld; }
   Object& operator*() const noexcept { return *static_cast<Object*>(taken_.object()); }
   Object* operator->() const noexcept { return static_cast<Object*>(taken_.object()); }
-  /// From now on the handle is a bad one.
+  /// Invalidates the handle and returns its object.
   std::unique_ptr<Object> drop() noexcept { return std::unique_ptr<Object>(static_cast<Object*>(taken_.drop())); }
   typodont_result why() const noexcept {
     return taken_.found() == Found::kBusy
@@ -82,12 +83,12 @@ class Held {
 /// Takes the handle and calls `body` with its object.
 template <class Handle, class Body>
 typodont_result with(Handle* handle, Body&& body) noexcept {
-  const Held<Handle> held(handle);
+  const HandleLock<Handle> held(handle);
   if (!held) return held.why();
   return guarded([&] { return body(*held); });
 }
 
-/// A new handle for `object`. Throws std::bad_alloc where no more fit.
+/// A new handle for `object`. Throws std::bad_alloc if the table is full.
 template <class Handle>
 Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
   void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
@@ -99,12 +100,12 @@ Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
 template <class Handle>
 typodont_result free_handle(Handle* handle) noexcept {
   if (!handle) return TYPODONT_OK;
-  Held<Handle> held(handle);
+  HandleLock<Handle> held(handle);
   if (!held) return held.why();
   return guarded([&] { held.drop().reset(); });
 }
 
-/// Files of sessions are read and written by one thread at a time: the HDF5 library serves no more.
+/// Serialises access to session files, because the HDF5 library may be used by only one thread at a time.
 class SessionFiles {
  public:
   SessionFiles() : lock_(mutex()) {}
@@ -119,14 +120,14 @@ inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
-constexpr std::uint32_t kLargestStruct = 4096;  // bytes: no version will have larger ones
-/// Whether a struct of this version, or of one before or after, can be used: `first` is its size in the first release.
+constexpr std::uint32_t kLargestStruct = 4096;  // bytes, upper limit for the size of a struct in any version
+/// Tests if a struct from this, an older or a newer version can be used: `first` is its size in the first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 
-/// Element i of an array of structs that are `stride` bytes apart.
+/// Element i of an array of structs at a distance of `stride` bytes.
 template <class T>
 T& element(T* array, std::size_t i, std::uint32_t stride) {
   using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;
@@ -150,7 +151,7 @@ static_assert(kTissueCount <= TYPODONT_TISSUES);
 inline void put(const PerTissue& from, double* to) {
   for (std::size_t i = 0; i < TYPODONT_TISSUES; ++i) to[i] = i < from.size() ? from[i] : 0;
 }
-/// All but struct_size.
+/// Fills all members except struct_size.
 void put(const ServoTick& from, typodont_tick& out) noexcept;
 void put(const Cut& from, typodont_cut& out) noexcept;
 

@@ -1,4 +1,4 @@
-// The haptic core of the C interface: ticks on one thread or on two, the tissue, recordings.
+// The haptic core in the C interface: ticks on one thread or on two, the tissue, recordings.
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -21,12 +21,12 @@ constexpr const char* kBadPose =
 constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such place";
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
-/// Hosts change how the processor rounds and treats denormals (games do); equal samples must give equal bits there,
-/// too.
+/// Sets the processor's rounding and denormal modes. Hosts (games) change them, but equal samples must give equal bits
+/// there, too.
 class IeeeArithmetic {
  public:
 #ifdef __SSE2__
-  static constexpr unsigned kFlushAndRound = 0xE040;  // FTZ, rounding, DAZ of MXCSR
+  static constexpr unsigned kFlushAndRound = 0xE040;  // MXCSR bits: FTZ, rounding, DAZ
   IeeeArithmetic() noexcept : was_(_mm_getcsr()) {
     if (was_ & kFlushAndRound) _mm_setcsr(was_ & ~kFlushAndRound);
   }
@@ -97,8 +97,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// Of a core whose servo was given away: what the servo has done since, to the tissue and to the recording. True where
-/// there was anything.
+/// For a core whose servo runs on another thread: applies what the servo has done since the last call to the tissue and
+/// the recording. True if there was anything.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
@@ -156,7 +156,7 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // A patch is cut out before any later cut, and the servo knows which cuts to repeat on it.
+    // Cut out a new patch before any later cut; the servo knows which cuts to repeat on it.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -175,10 +175,10 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m: it resists turns
+    info.torque_limit = 1;  // N·m, nonzero because the hand applies torque
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
-      const Held<typodont_hand> held(hand);
+      const HandleLock<typodont_hand> held(hand);
       if (!held) return held.why();
       info = held->device->info();
     } else if (options) {
@@ -193,7 +193,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
       info.vibration_band = options->vibration_band;
     }
     if (info.address.empty()) info.address = "program:";
-    const SessionFiles files;  // a scene may go on from one
+    const SessionFiles files;  // a scene may continue from a session file
     *out = hand_out<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
     return typodont_result{TYPODONT_OK};
   });
@@ -221,7 +221,7 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
     require(count, "NULL for the place of the count");
     require(!ticks || capacity == 0 || sized(ticks->struct_size, sizeof *ticks), kBadSize);
     if (c.shared->channels) return fail(TYPODONT_BAD_INPUT, kGivenAway);
-    const Held<typodont_hand> held(hand);
+    const HandleLock<typodont_hand> held(hand);
     if (!held) return held.why();
     const IeeeArithmetic ieee;
     const std::uint32_t stride = ticks && capacity > 0 ? ticks->struct_size : 0;
@@ -259,7 +259,7 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
 
 typodont_result typodont_servo_tick(typodont_servo* servo, const typodont_sample* sample, typodont_tick* out,
                                     typodont_cut* cut) {
-  const Held<typodont_servo> held(servo);
+  const HandleLock<typodont_servo> held(servo);
   if (!held) return held.why();
   ServoObject& s = *held;
   if (!usable(sample, out, cut)) return fail(TYPODONT_BAD_INPUT, kSampleAndTick);
@@ -373,7 +373,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
       volume.copy(low, glm::ivec3(2), d.data(), labels.data());
       double sum = 0;
       std::size_t nearest = 0;
-      for (std::size_t k = 0; k < 8; ++k) {  // z fastest
+      for (std::size_t k = 0; k < 8; ++k) {  // z is the fastest index
         const bool x = k & 4, y = k & 2, z = k & 1;
         sum += (x ? f.x : 1 - f.x) * (y ? f.y : 1 - f.y) * (z ? f.z : 1 - f.z) * static_cast<double>(d[k]);
         if (x == (f.x > 0.5) && y == (f.y > 0.5) && z == (f.z > 0.5)) nearest = k;
@@ -440,7 +440,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      constexpr int kRounds = 64;  // what was done before this call; a servo that goes on is not waited for
+      // limit for the rounds of waiting: only work from before this call must be finished, even if the servo continues
+      constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }
     }

@@ -10,16 +10,16 @@ std::array<Slot, kSlots> g_slots;
 
 namespace {
 
-std::mutex g_mutex;                    // of what follows
-std::vector<std::uint16_t> g_emptied;  // to be used again
-std::uint64_t g_used = 0;              // slots ever filled
+std::mutex g_mutex;                    // protects the following data
+std::vector<std::uint16_t> g_emptied;  // empty slots to reuse
+std::uint64_t g_used = 0;              // number of slots that were ever filled
 
 }  // namespace
 
 void* new_handle(Kind kind, void* object) {
   const std::lock_guard lock(g_mutex);
   if (g_emptied.empty() && g_used == kSlots) return nullptr;
-  g_emptied.reserve(kSlots);  // so that drop() never allocates
+  g_emptied.reserve(kSlots);  // reserved, so that drop() never allocates
   std::uint64_t place = g_used;
   if (g_emptied.empty()) {
     ++g_used;

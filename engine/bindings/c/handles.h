@@ -1,5 +1,5 @@
-// The handles of the C interface: numbers in the guise of pointers. A table knows which of them live; a handle is never
-// dereferenced, so that one that was freed, forged or mixed up is an error and not a crash.
+// The handles of the C interface: numbers disguised as pointers. A table stores which of them are valid; a handle is
+// never dereferenced. So a freed, forged or mixed-up handle causes an error instead of a crash.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ inline constexpr std::uint64_t kSlots = 4096;
 inline constexpr int kKindBits = 4, kSlotBits = 12, kGenerationShift = kKindBits + kSlotBits;
 static_assert(sizeof(void*) == 8, "a handle holds a kind, a place and a generation");
 
-/// A slot's state is twice its generation, plus one while a thread uses its object. Generations of living handles are
-/// odd: each slot is filled and emptied in turn.
+/// A slot's state is twice its generation, plus one while a thread uses its object. Valid handles have odd generations,
+/// because each slot is filled and emptied alternately.
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> state{0};
   Kind kind{};
@@ -25,8 +25,8 @@ struct alignas(64) Slot {
 };
 extern std::array<Slot, kSlots> g_slots;
 
-/// A handle taken for this thread alone, until the end of the scope. Any thread; never allocates. Inline: it is part of
-/// every tick.
+/// A handle that this thread owns exclusively until the end of the scope. Any thread; never allocates. Inline, because
+/// every tick uses it.
 class Taken {
  public:
   Taken(const void* handle, Kind kind) noexcept {
@@ -39,7 +39,7 @@ class Taken {
       if (state == (generation << 1 | 1)) found_ = Found::kBusy;
       return;
     }
-    if (slot.kind != kind) {  // a handle that nobody was given
+    if (slot.kind != kind) {  // a handle that was never given out
       slot.state.store(generation << 1, std::memory_order_release);
       return;
     }
@@ -55,16 +55,16 @@ class Taken {
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }
-  /// From now on the handle is a bad one. Its object is the caller's.
+  /// Invalidates the handle. The caller owns its object.
   void* drop() noexcept;
 
  private:
-  Slot* slot_ = nullptr;  // null: not held
+  Slot* slot_ = nullptr;  // null: not taken
   std::uint64_t state_ = 0;
   Found found_ = Found::kBadHandle;
 };
 
-/// Any thread, set-up. Null where 4096 handles live.
+/// Any thread, set-up time. Null if there are already 4096 handles.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

@@ -1,4 +1,4 @@
-// What the handles of scenes, hands and cores stand for.
+// The objects behind the handles of scenes, hands and cores.
 #pragma once
 
 #include <atomic>
@@ -29,13 +29,13 @@ struct HandObject {
   std::unique_ptr<haptics::HapticDevice> device;
 };
 
-/// The channels between the servo's thread and the core's. Each is written by one and read by the other.
+/// The channels between the servo's thread and the core's thread. Each has one writer and one reader.
 struct Channels {
   explicit Channels(const haptics::Carver& carver) : patch(carver) {}
   // Servo → core.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // Servo → core, where it is recorded: patches and cuts before the ticks that name them.
+  // Servo → core, for recording: patches and cuts come before the ticks that name them.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
@@ -52,30 +52,30 @@ struct CoreObject {
   Scene scene;
   haptics::DeviceInfo hand;
   std::uint32_t tools;
-  /// Shared with the servo, where that was given away: the servo uses its Servo, the core its Carver.
+  /// Shared with the servo if it runs on another thread: the servo's thread uses Servo, the core's thread uses Carver.
   struct Shared {
     haptics::LockStep steps;
-    std::unique_ptr<Channels> channels;  // where the servo was given away
-    bool records = false;                // set before the servo is given away
+    std::unique_ptr<Channels> channels;  // set if the servo runs on another thread
+    bool records = false;                // set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;  // done on this thread
-  ServoTick tick;           // the newest
+  std::uint64_t ticks = 0;  // ticks done on this thread
+  ServoTick tick;           // the latest tick
   Cut cut;
   std::optional<OfflineRecording> recording;
-  // Of the servo's rings, the next to be recorded: they wait for their tick.
+  // Next patch and cuts to record from the servo's rings; they wait for their tick.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 
-  // The surface as triangles.
+  // The surface mesh.
   surface::SurfaceMesher mesher;
   bool meshed = false;
-  std::vector<std::vector<typodont_vertex>> vertices;  // of `parts`
+  std::vector<std::vector<typodont_vertex>> vertices;  // vertices of `parts`
   std::vector<typodont_mesh_part> parts;
 
   haptics::Carver& carver() { return shared->steps.carver(); }
   haptics::TissueVolume& volume() { return carver().volume(); }
-  /// One tick in lock-step, recorded where asked for. Whether it cut.
+  /// One tick in lock-step, recorded if requested. True if it cut.
   bool step(const haptics::HandSample& sample);
 };
 

@@ -1,4 +1,4 @@
-// Scenes and hands of the C interface.
+// Scenes and hands in the C interface.
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -17,7 +17,7 @@ void give_scene(Scene scene, const char* model, typodont_scene** out) {
   *out = hand_out<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
 }
 
-constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, as `typodont servo --rate`
+constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, as in `typodont servo --rate`
 void require_rate(double rate) {
   require(rate >= kLeastRate && rate <= kMostRate, "rate: expected 10 to 100000 Hz");
 }
@@ -34,7 +34,7 @@ bool finite(const double* v, int n) {
 typodont_result typodont_scene_open(const char* scene, const char* model, typodont_scene** out) {
   return guarded([&] {
     require(scene && out, "NULL for the scene's name or for the place of the handle");
-    const SessionFiles files;  // a packing of spheres is one
+    const SessionFiles files;  // a packing of spheres is an HDF5 file
     std::error_code code;
     const bool file = std::filesystem::exists(scene, code);
     give_scene(read_scene(file ? std::filesystem::path(scene) : named_asset("scenes", scene)), model, out);

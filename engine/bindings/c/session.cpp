@@ -1,4 +1,4 @@
-// Recorded sessions of the C interface.
+// Recorded sessions in the C interface.
 #include <algorithm>
 #include <limits>
 #include <memory>

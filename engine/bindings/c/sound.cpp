@@ -1,4 +1,4 @@
-// Sound of the C interface.
+// Sound in the C interface.
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -44,7 +44,7 @@ typodont_result typodont_synth_free(typodont_synth* synth) {
 }
 
 typodont_result typodont_synth_push(typodont_synth* synth, const typodont_sound_state* state) {
-  const Held<typodont_synth> held(synth);
+  const HandleLock<typodont_synth> held(synth);
   if (!held) return held.why();
   if (!state || !sized(state->struct_size, sizeof *state)) return fail(TYPODONT_BAD_INPUT, kBadSize);
   for (const double v : {state->spindle, state->pedal, state->contact_area, state->force, state->removal_rate,
@@ -66,7 +66,7 @@ typodont_result typodont_synth_push(typodont_synth* synth, const typodont_sound_
 }
 
 typodont_result typodont_synth_render(typodont_synth* synth, float* samples, size_t count) {
-  const Held<typodont_synth> held(synth);
+  const HandleLock<typodont_synth> held(synth);
   if (!held) return held.why();
   if (!samples && count > 0) return fail(TYPODONT_BAD_INPUT, "NULL for the samples");
   held->synth.render(std::span(samples, count));

@@ -1,5 +1,5 @@
-/* Calibration from numbers: registration of points, the delay between two recordings. Rules of results and threads:
- * typodont.h. */
+/* Calibration from arrays of numbers: registration of points, and the delay between two recordings. typodont.h explains
+ * results and threads. */
 #ifndef TYPODONT_CALIBRATION_H
 #define TYPODONT_CALIBRATION_H
 
@@ -12,17 +12,17 @@ extern "C" {
 /* The rigid motion between the haptic base H and the display D: p_D = X_DH * p_H. */
 typedef struct typodont_registration {
   uint32_t struct_size;
-  uint32_t trusted; /* 0: the points leave something open; typodont_error() says what */
+  uint32_t trusted; /* 0: the points do not determine the whole pose; typodont_error() names the reason */
   typodont_pose X_DH;
-  double fre_rms;        /* m, over the inliers */
-  double sigma;          /* m per axis; NaN when nothing determines it */
-  double covariance[36]; /* of (rotation vector in rad, translation in m) in D, row-major */
-  double predicted_tre;  /* m rms, over the box of the inliers */
+  double fre_rms;        /* m, fiducial error of the inliers */
+  double sigma;          /* m, noise per axis; NaN if the pairs do not determine it */
+  double covariance[36]; /* 6 x 6, of (rotation vector in rad, translation in m) in D, row-major */
+  double predicted_tre;  /* m rms, expected target error in the box around the inliers */
   uint64_t outliers;
 } typodont_registration;
 
-/* `count` pairs, 3 numbers a point, m. `inlier` (may be NULL): count bytes, 1 where the pair was used. `known_sigma`
- * 0: estimated from the residuals. */
+/* Fits the motion to `count` pairs of points (3 numbers per point, m). `inlier` (may be NULL) receives `count` bytes,
+ * with 1 for each pair that was used. With `known_sigma` 0 the noise is estimated from the residuals. */
 TYPODONT_API typodont_result typodont_register(const double* p_H, const double* p_D, size_t count, double known_sigma,
                                                typodont_registration* out, uint8_t* inlier);
 
@@ -33,7 +33,8 @@ typedef struct typodont_delay {
   double sigma; /* s */
 } typodont_delay;
 
-/* Two recordings of one motion: times in s, rising, and 3 numbers a point, m. */
+/* Estimates the delay between two recordings of one motion: increasing times in s, and 3 numbers per point in m.
+ * `max_delay` (s) limits the search. */
 TYPODONT_API typodont_result typodont_estimate_delay(const double* t_a, const double* p_a, size_t count_a,
                                                      const double* t_b, const double* p_b, size_t count_b,
                                                      double max_delay, typodont_delay* out);

@@ -25,21 +25,22 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-/// 1/√a to two parts in a thousand: far nearer than a nozzle is to a sink, and without a root or a quotient, which
-/// take as long as all the rest of the loop. The first guess halves the exponent (Lomont 2003), Newton does the rest.
+/// Approximates 1/√a with a relative error of 2e-3, which is accurate enough for suction. A square root and a division
+/// would take as long as the rest of the loop. The initial guess halves the exponent (Lomont 2003); one Newton step
+/// refines it.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
-/// 1/s: air that `pull`, strength/r³, draws goes at so much times its way to the sink on the mean of a step. Since r³
-/// falls by 3·strength·dt it should be (1 − ∛(1 − 3q))/dt, q = pull·dt: this is, to the second power of q, and ends at
-/// the sink.
+/// Mean approach rate of the air towards the sink during a step, 1/s, for pull = strength/r³. Because r³ falls by
+/// 3·strength·dt, the exact value is (1 − ∛(1 − 3q))/dt with q = pull·dt. This is its expansion to second order in q;
+/// beyond the expansion's range the air ends at the sink.
 inline float drawn_at(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// As move_block, in air that is drawn to a sink.
+/// As move_block, with suction towards a sink.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,
@@ -47,7 +48,7 @@ void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   for (std::size_t i = 0; i < count; ++i) {
     const float dx = sx - x[i], dy = sy - y[i], dz = sz - z[i];
     const float near = reciprocal_root(dx * dx + dy * dy + dz * dz + 1e-12f);
-    // What is at rest (keep 0) is not drawn.
+    // A particle at rest (keep = 0) is not moved by suction.
     const float air = (keep[i] > 0 ? 1 - keep[i] : 0.0f) * drawn_at(strength * near * near * near, dt);
     vx[i] = (vx[i] + gx) * keep[i] + air * dx;
     vy[i] = (vy[i] + gy) * keep[i] + air * dy;
@@ -71,14 +72,14 @@ void copy_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-// C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933), over Stokes' 24/Re.
+// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933), divided by Stokes' 24/Re.
 double schiller_naumann(double reynolds) {
   return 1 + 0.15 * std::pow(reynolds, 0.687);
 }
 
-// Straight lines between points even in each octave.
+// Linear interpolation between points that are spaced evenly within each octave.
 struct DragTable {
-  static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // Re = 2^kLow … 2^kHigh
+  static constexpr int kLow = -8, kHigh = 10, kPerOctave = 32;  // range Re = 2^kLow … 2^kHigh
   double value[(kHigh - kLow) * kPerOctave + 1];
 
   DragTable() {
@@ -120,7 +121,7 @@ double drag_factor(double reynolds) noexcept {
   if (reynolds < kLeast || reynolds >= 1000) {
     return reynolds < 1000 ? schiller_naumann(reynolds) : 0.44 * reynolds / 24;
   }
-  // Exponent and mantissa are the number's own bits.
+  // Exponent and mantissa are read from the number's bits.
   const auto bits = std::bit_cast<std::uint64_t>(reynolds);
   const int exponent = static_cast<int>(bits >> 52) - 1023;
   const double mantissa = std::bit_cast<double>((bits & ((1ull << 52) - 1)) | 1023ull << 52) - 1;  // 0..1

@@ -6,38 +6,40 @@
 
 namespace typodont::debris {
 
-/// Arrays of the same length; W, SI.
+/// Arrays of equal length; frame W, SI units.
 struct Motion {
   float *x, *y, *z;     // m
   float *vx, *vy, *vz;  // m/s
-  const float* keep;    // share of the velocity against the air kept in this step: 1/(1 + rate·dt); 0: at rest
+  // ratio of the velocity relative to the air after and before this step: 1/(1 + rate·dt); 0: at rest
+  const float* keep;
 };
 
-/// What acts on all particles alike.
+/// Forces and air flow that act on all particles.
 struct Surroundings {
   float gravity[3];    // m/s²
-  float sink[3];       // m, where air is drawn to …
-  float strength = 0;  // m³/s/sr: … at strength/r², and no farther than there; 0: air at rest
+  float sink[3];       // m, position of the suction nozzle
+  float strength = 0;  // m³/s/sr; air moves towards the sink at strength/r² but not beyond it; 0: air at rest
 };
 
-/// Semi-implicit Euler for particles first … last−1, drag being rate·(v − air): v ← keep·(v + g·dt) + (1 − keep)·air,
-/// p ← p + v·dt.
+/// Advances particles first … last−1 by semi-implicit Euler with drag rate·(v − air): v ← keep·(v + g·dt) + (1 −
+/// keep)·air, p ← p + v·dt.
 void move(const Motion& motion, std::size_t first, std::size_t last, float dt, const Surroundings& around) noexcept;
 
-/// The memory traffic of move() and hardly more: the least that a step can cost.
+/// Reads and writes the same memory as move() with almost no arithmetic: a lower bound for the cost of a step.
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
-/// m/s, the mean in a step of air so far from a sink, m.
+/// m/s, mean speed during a step of air at `distance` (m) from a sink.
 double air_drawn(double strength, double distance, double dt) noexcept;
 
-/// keep = 1/(1 + rate·dt), for a step of another length.
+/// Computes keep = 1/(1 + rate·dt) for another step length.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
-/// Drag of a ball over Stokes': 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table true to 1e-4.
+/// Drag of a ball over its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table with a relative error of
+/// 1e-4.
 double drag_factor(double reynolds) noexcept;
 
-/// Drag rate of a ball of diameter d moving at speed v through air: Stokes' 18 μ/(ρ d²) times Schiller & Naumann's
-/// 1 + 0.15 Re^0.687 (Re < 1000; beyond, drag coefficient 0.44).
+/// Drag rate in 1/s of a ball of diameter d at speed v in air: Stokes' 18 μ/(ρ d²) times Schiller & Naumann's 1 + 0.15
+/// Re^0.687 (Re < 1000; above that, drag coefficient 0.44).
 double drag_rate(double speed, double diameter, double density, double air_density, double air_viscosity) noexcept;
 
 }  // namespace typodont::debris

@@ -12,10 +12,10 @@ namespace {
 
 #define TYPODONT_VERSIONS TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 
-// Two of a pixel's four bytes at a time, each in 16 bits.
+// Masks two of a pixel's four bytes, so that each has 16 bits for arithmetic.
 constexpr std::uint32_t kEven = 0x00ff00ff;
 
-/// Red and blue change places: what is drawn is RGBA, what desktops take BGRA.
+/// Swaps red and blue: the renderer draws RGBA, desktops use BGRA.
 constexpr std::uint32_t swapped(std::uint32_t p) {
   return (p & 0xff00ff00) | (p & 0xff) << 16 | (p >> 16 & 0xff);
 }
@@ -36,7 +36,7 @@ void swap_bytes(const std::uint32_t* __restrict source, std::uint32_t* __restric
   for (int i = 0; i < count; ++i) out[i] = swapped(source[i]);
 }
 
-/// Byte by byte between two rows.
+/// Interpolates two rows byte by byte.
 TYPODONT_VERSIONS
 void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b, std::uint16_t w,
              std::uint8_t* __restrict out, int bytes) {
@@ -45,7 +45,7 @@ void between(const std::uint8_t* __restrict a, const std::uint8_t* __restrict b,
     out[i] = static_cast<std::uint8_t>(static_cast<std::uint16_t>(a[i] * v + b[i] * w + 128) >> 8);
 }
 
-/// Red from one row, green and blue from the other.
+/// Takes red from one row, green and blue from the other.
 TYPODONT_VERSIONS
 void mix_colors(const std::uint32_t* __restrict red, const std::uint32_t* __restrict cyan,
                 std::uint32_t* __restrict out, int count) {
@@ -68,7 +68,8 @@ void ProcessorComposer::Between::fit(int source_size, int target_size) {
   from.resize(static_cast<std::size_t>(target));
   on.resize(static_cast<std::size_t>(target));
   for (int i = 0; i < target; ++i) {
-    // Middle to middle; beyond the outermost ones these go on. The last is never `from`, so that `from` + 1 is there.
+    // Pixel centres map to pixel centres; coordinates beyond the outermost centres are clamped. The result is always
+    // less than the last index, so that `from` + 1 exists.
     const double at = std::clamp((i + 0.5) * source / target - 0.5, 0.0, source - 1.0);
     const int lower = std::min(static_cast<int>(at), std::max(source - 2, 0));
     from[static_cast<std::size_t>(i)] = lower;
@@ -81,7 +82,7 @@ const std::uint32_t* ProcessorComposer::stretched(const EyePixels& eyes, int eye
   auto& kept = rows_[e];
   for (const Row& r : kept)
     if (r.of == row) return r.pixels.data();
-  // The older of the two goes: rows are asked for from above to below.
+  // Replace the older row, because rows are requested from top to bottom.
   Row& fresh = kept[0].of < kept[1].of ? kept[0] : kept[1];
   fresh.of = row;
   fresh.pixels.resize(static_cast<std::size_t>(count));

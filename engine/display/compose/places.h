@@ -1,4 +1,5 @@
-// Where of a composed picture each eye goes, and how their pixels mix there: what both ways of composing go by.
+// Regions of a composed picture for each eye, and how the eyes' pixels are combined there. Used by both composers (GPU
+// and CPU).
 #pragma once
 
 #include <cstdint>
@@ -7,14 +8,14 @@
 
 namespace typodont::display {
 
-/// How pixels of the target come from the eyes: kMix of compose.frag.
+/// How the eyes' pixels are combined in the target; same values as kMix in compose.frag.
 enum class Mix : std::uint32_t { kOneEye, kRows, kAnaglyph };
 inline constexpr std::size_t kMixes = 3;
 constexpr Mix mix_of(Layout layout) {
   return layout == Layout::kRowInterleaved ? Mix::kRows : layout == Layout::kAnaglyph ? Mix::kAnaglyph : Mix::kOneEye;
 }
 
-/// Where of the target an eye's picture goes.
+/// Region of the target that shows an eye's picture.
 struct Place {
   ivec2 lo{0}, size{0};
 };
@@ -29,7 +30,7 @@ inline Place place_of(int eye, Layout how, const ivec2& target) {
   }
   return place;
 }
-/// Of a layout whose eyes have places of their own.
+/// True for a layout with a separate region for each eye.
 constexpr bool two_places(Layout layout) {
   return mix_of(layout) == Mix::kOneEye && layout != Layout::kMono;
 }

@@ -3,7 +3,7 @@
 #include <GLFW/glfw3.h>
 #include <dlfcn.h>
 #include <poll.h>
-// After the standard's and our own headers: Xlib defines names like None, Bool and Status as macros.
+// Included last, because Xlib defines macros with names like None, Bool and Status.
 #include <X11/Xlib.h>
 
 #include <chrono>
@@ -12,7 +12,7 @@
 namespace typodont::display {
 
 _XDisplay* x_server() {
-  // A GLFW made for another desktop has no such function.
+  // A GLFW build for another desktop does not have this function.
   static const auto display_of = reinterpret_cast<::Display* (*)()>(::dlsym(RTLD_DEFAULT, "glfwGetX11Display"));
   return display_of ? display_of() : nullptr;
 }

@@ -1,5 +1,5 @@
-// What the desktop has to say: asking it anything takes a round trip to another process, so it is asked only after it
-// said that something changed. All windows of the program share the connection. Drawing thread only.
+// Events from the desktop. A query of the desktop needs a round trip to another process, so it is made only after the
+// desktop reported a change. All windows of the program share the connection. Drawing thread only.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@ struct _XDisplay;
 
 namespace typodont::display {
 
-/// The X server that GLFW's windows are on; null where the desktop is another one.
+/// Connection to the X server of GLFW's windows; null on another desktop.
 _XDisplay* x_server();
 
-/// Has the windows told what the desktop sent since the last call. The number changes whenever that was anything; where
-/// it cannot be seen, always.
+/// Sends the windows all desktop events since the last call. The returned number changes whenever there were any; where
+/// this cannot be detected, it always changes.
 std::uint64_t take_desktop_events();
 
-/// Until the desktop sends something, or for so long.
+/// Waits until the desktop sends an event, at most `most`.
 void wait_for_desktop(Nanos most);
 
-/// Requests made of the X server so far, with or without an answer.
+/// Number of requests sent to the X server so far, with or without an answer.
 std::uint64_t desktop_requests();
 
 }  // namespace typodont::display

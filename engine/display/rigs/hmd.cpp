@@ -1,5 +1,5 @@
-// A headset through OpenXR. The order of calls is the specification's; nothing here counts on the habits of one
-// runtime: any order of formats, any number of images, extensions there or not, poses that are not valid yet.
+// A headset through OpenXR. The order of calls follows the specification and assumes nothing about a specific runtime:
+// any order of formats, any number of images, missing extensions, poses that are not yet valid.
 #include "engine/display/hmd.h"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
 
-/// A frame whose poses can be judged once its time has come.
+/// A frame whose predicted poses are compared with the measured ones after its display time.
 struct Shown {
   XrTime time = 0;
   HmdTiming timing;
@@ -231,7 +231,7 @@ class OpenXrHmd final : public Hmd {
   }
 
   void vibrate(int hand, const Vibration& vibration) override {
-    // A little longer than until the next frame comes: it ends by itself where none does.
+    // The vibration lasts a little longer than a frame, so that it ends by itself if no further frame comes.
     input_->vibrate(hand, vibration, 50'000'000);
   }
 
@@ -271,7 +271,7 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // Recommended, as the rig asks, within what the headset and the runtime bear.
+      // Recommended size times the rig's factor, within the limits of the headset and the runtime.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -386,7 +386,7 @@ class OpenXrHmd final : public Hmd {
                   reinterpret_cast<const XrEventDataDisplayRefreshRateChangedFB&>(event).toDisplayRefreshRate);
         break;
       default:
-        break;  // of extensions nobody asked for
+        break;  // event of an extension that is not used
     }
   }
 
@@ -396,7 +396,8 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        if (result == XR_ERROR_SESSION_NOT_READY) break;  // it has changed its mind: the next event says to what
+        // the runtime changed its state again: the next event tells the new state
+        if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;
         last_display_time_ = 0;
@@ -417,12 +418,12 @@ class OpenXrHmd final : public Hmd {
         if (!asked_to_exit_) throw RunFailure("headset: the runtime is going away (session loss pending)");
         over_ = true;
         break;
-      default:  // idle, synchronized, visible, focused: xrWaitFrame and xrSyncActions say what that means for us
+      default:  // idle, synchronized, visible, focused: xrWaitFrame and xrSyncActions report their effect
         break;
     }
   }
 
-  /// True when both eyes are known.
+  /// Locates both eyes. True if both are known.
   bool locate_eyes(HmdFrame& frame) {
     const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, kStereo, display_time_, space_};
     XrViewState state{XR_TYPE_VIEW_STATE};
@@ -481,7 +482,7 @@ class OpenXrHmd final : public Hmd {
         const bool good = std::max({indices[i], indices[i + 1], indices[i + 2]}) < vertices.size();
         for (std::size_t k = 0; good && k < 3; ++k) {
           const XrVector2f& v = vertices[indices[i + k]];
-          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);  // the mask lies in the plane z = −1 of the eye
+          const glm::dvec4 clip = P * glm::dvec4(v.x, v.y, -1, 1);  // the mask lies in the eye's plane z = −1
           corners.emplace_back(static_cast<float>(clip.x / clip.w), static_cast<float>(clip.y / clip.w),
                                static_cast<float>(view));
         }
@@ -499,9 +500,10 @@ class OpenXrHmd final : public Hmd {
     return Nanos{at.tv_sec} * kNanosPerSecond + at.tv_nsec;
   }
 
-  /// Looks back at the frames whose time has come: where was the head really? (Runtimes remember at least 50 ms.)
+  /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
+  /// at least 50 ms of history.)
   void judge(XrDuration period) {
-    XrTime present = display_time_ - 2 * period;  // surely past, where the clock is not told
+    XrTime present = display_time_ - 2 * period;  // surely past, if the runtime does not tell its clock
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();
       const timespec at{static_cast<time_t>(t / kNanosPerSecond), static_cast<long>(t % kNanosPerSecond)};

@@ -1,4 +1,4 @@
-// A build without OpenXR.
+// Replacement for hmd.cpp in a build without OpenXR.
 #include "engine/base/error.h"
 #include "engine/display/hmd.h"
 

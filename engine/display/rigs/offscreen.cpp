@@ -1,4 +1,4 @@
-// A picture in memory instead of a screen.
+// An output that draws into memory instead of a window.
 #include <chrono>
 #include <cstdlib>
 #include <thread>

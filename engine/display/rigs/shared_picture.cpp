@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <sys/ipc.h>
 #include <sys/shm.h>
-// After the standard's and our own headers: Xlib defines names like None, Bool and Status as macros.
+// Included last, because Xlib defines macros with names like None, Bool and Status.
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XShm.h>
@@ -19,7 +19,7 @@ namespace typodont::display {
 
 namespace {
 
-bool refused;  // by the X server, while attaching
+bool refused;  // the X server refused to attach the memory
 int note_refusal(::Display*, XErrorEvent*) {
   refused = true;
   return 0;
@@ -55,7 +55,7 @@ class XPicture final : public SharedPicture {
     void* memory = ::shmat(segment_.shmid, nullptr, 0);
     if (memory != reinterpret_cast<void*>(-1)) {
       segment_.shmaddr = shared_->data = static_cast<char*>(memory);
-      segment_.readOnly = True;  // to the server
+      segment_.readOnly = True;  // read-only for the server
       refused = false;
       XSync(display_, False);
       const auto before = XSetErrorHandler(note_refusal);
@@ -64,7 +64,7 @@ class XPicture final : public SharedPicture {
       XSetErrorHandler(before);
       attached_ = attached_ && !refused;
     }
-    ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // it goes with the last of us that holds it, however we end
+    ::shmctl(segment_.shmid, IPC_RMID, nullptr);  // the memory is freed when its last user detaches or ends in any way
     if (!attached_) return drop(), false;
     if (composed_) return true;
     image_ =
@@ -91,8 +91,9 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");  // the last frame, which nothing follows yet
-    XSync(display_, False);                                           // the server has read the frame before
+      // wait for the last frame, which has no successor yet
+      gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
+    XSync(display_, False);  // wait until the server has read the previous frame
     if (composed_)
       finish();
     else
@@ -162,7 +163,7 @@ std::unique_ptr<SharedPicture> SharedPicture::open(gpu::Device& device, GLFWwind
                                                &can) != VK_SUCCESS)
     return nullptr;
   auto picture = std::make_unique<XPicture>(device, display, id, looks, composed);
-  if (!picture->resize({1, 1})) return nullptr;  // the server is on another machine
+  if (!picture->resize({1, 1})) return nullptr;  // fails if the server is on another machine
   return picture;
 }
 

@@ -1,6 +1,6 @@
-// A window's picture handed to the desktop through memory that both see (X11, MIT-SHM). Where a processor draws, Vulkan
-// presents by sending every pixel through a socket: 10 MB a frame for two eyes, written by one side and read by the
-// other. Here only the parts that changed are copied, once.
+// Shows a window's picture through memory shared with the X server (MIT-SHM). With software rendering, Vulkan would
+// send every pixel through a socket: 10 MB per frame for two eyes, written by one side and read by the other. Here only
+// the changed parts are copied, once.
 #pragma once
 
 #include <array>
@@ -18,16 +18,17 @@ namespace typodont::display {
 /// Render thread.
 class SharedPicture {
  public:
-  /// Null where the desktop is on another machine, is not X11, or shows other pixels than BGRA in 32 bits.
-  /// `composed`: its targets are that memory itself; otherwise an image the device draws into.
+  /// Null if the X server is on another machine, if the desktop is not X11, or if its pixels are not 32-bit BGRA.
+  /// `composed`: the targets are the shared memory itself; otherwise the device draws into an image.
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 
-  /// Pixels. What it held is gone. False: there is no memory to share any more.
+  /// Size in pixels. The old content is lost. False if no memory can be shared any more.
   virtual bool resize(ivec2 size) = 0;
-  /// To draw into. It keeps what it holds from frame to frame.
+  /// The target to draw into. Its content stays from frame to frame.
   virtual Target target() = 0;
-  /// Shows what was drawn, once it is: all of it, or these parts. `finish` fills the memory, where it is composed.
+  /// Shows the finished picture: all of it, or these parts. `finish` fills the memory if the picture is composed on the
+  /// CPU.
   virtual void show(std::span<const Part> parts, const std::function<void()>& finish) = 0;
   void show_all(const std::function<void()>& finish) { show(std::array{Part{0, 0, size().x, size().y}}, finish); }
   virtual ivec2 size() const = 0;

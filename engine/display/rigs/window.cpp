@@ -1,6 +1,6 @@
-// A window on the desktop, through GLFW; its picture presented by Vulkan, or, where a processor draws, through memory
-// shared with the desktop. Resizing, minimising and a lost surface are ordinary events here; a lost
-// device is reported to the caller, who sets everything up again.
+// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering it goes through memory
+// shared with the desktop. Resizing, minimising and a lost surface are handled here; a lost device is reported to the
+// caller, who sets everything up again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ namespace typodont::display {
 
 namespace {
 
-/// GLFW lives as long as the program: windows come and go, tests open several.
+/// GLFW stays initialised as long as the program runs, because windows open and close repeatedly.
 void ensure_glfw() {
   static const bool started = glfwInit() == GLFW_TRUE;
   if (!started) {
@@ -31,7 +31,7 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
-const ivec2 kTitle(0, 30);  // a desktop's title bar stands above the window
+const ivec2 kTitle(0, 30);  // keeps the desktop's title bar on the screen
 
 class Window final : public Output {
  public:
@@ -54,7 +54,8 @@ class Window final : public Output {
       glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
-    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // the trainee's picture stays while somebody works beside it
+    // keep the trainee's full-screen picture when another window gets the focus
+    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
       const char* why = nullptr;
@@ -96,13 +97,13 @@ class Window final : public Output {
   Window& operator=(const Window&) = delete;
 
   std::optional<Target> acquire() override {
-    // What the processor composes is shown only once the next frame is on its way: the device never waits for that.
+    // A picture composed on the CPU is shown after the next frame was submitted, so that the device never waits for it.
     if (!(shared_ && options_.composed)) show_finished();
     pace();
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
-        unshown_ = false;  // it has another size
+        unshown_ = false;  // the picture was resized
         if (!fit_shared()) return std::nullopt;
       }
       exposed_ = false;
@@ -130,8 +131,8 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// Where a processor draws, presenting waits until it has: meanwhile the next frame is prepared, and this one is
-  /// shown with the next acquire() or present(), or the second poll() when there is none.
+  /// With software rendering, presenting waits for the drawing. So the next frame is prepared meanwhile, and this frame
+  /// is shown at the next acquire() or present(), or at the second poll() if there is no next frame.
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -155,7 +156,7 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 keeps a minimised window's size and takes it off the screen; others take its size.
+  // X11 only unmaps a minimised window; other desktops set its size to zero.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
@@ -170,7 +171,8 @@ class Window final : public Output {
     glfwGetWindowSize(window_, &size.x, &size.y);
     glfwGetMonitorWorkarea(all[taken], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 middle = at + size / 2 - lo;
-    if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;  // it is elsewhere
+    // the window is on another monitor
+    if (middle.x < 0 || middle.y < 0 || middle.x >= room.x || middle.y >= room.y) return;
     glfwGetMonitorWorkarea(all[(taken + 1) % count], &lo.x, &lo.y, &room.x, &room.y);
     const ivec2 fits = glm::min(size, room - kTitle);
     const ivec2 to = lo + glm::max((room - fits) / 2, kTitle);
@@ -205,7 +207,7 @@ class Window final : public Output {
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
-    // A click shorter than a turn of the caller's loop is a press all the same.
+    // A click that is shorter than a loop of the caller still counts as a press.
     const auto down = [&](int button) {
       return glfwGetMouseButton(window_, button) == GLFW_PRESS || input.clicked[static_cast<std::size_t>(button)];
     };
@@ -225,7 +227,7 @@ class Window final : public Output {
  private:
   static Window& self(GLFWwindow* w) { return *static_cast<Window*>(glfwGetWindowUserPointer(w)); }
 
-  /// What only the desktop knows of the window, each by a round trip.
+  /// Queries the window's state from the desktop; each query is a round trip.
   void ask() {
     glfwGetFramebufferSize(window_, &pixels_.x, &pixels_.y);
     glfwGetWindowSize(window_, &size_.x, &size_.y);
@@ -234,7 +236,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// s between two pictures of the screen it is on.
+  /// s between two refreshes of the screen that shows the window.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
@@ -242,7 +244,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Presenting does not wait for the screen everywhere (Xvfb): never faster than the limit.
+  /// Limits the frame rate, because presenting does not wait for the screen everywhere (Xvfb).
   void pace() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();
@@ -250,11 +252,11 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// False when this frame cannot be shown; what is needed for the next is noted.
+  /// False if this frame cannot be shown. Notes what the next frame needs.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {
-      stale_ = true;  // still shown
+      stale_ = true;  // this frame can still be shown
       return true;
     }
     if (result == VK_ERROR_OUT_OF_DATE_KHR) {
@@ -269,7 +271,7 @@ class Window final : public Output {
     return false;
   }
 
-  /// False where there is no memory to share any more; asked again with the next frame.
+  /// False if no memory can be shared any more; tried again with the next frame.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);
@@ -306,7 +308,7 @@ class Window final : public Output {
           std::clamp(static_cast<std::uint32_t>(wanted_.y), caps.minImageExtent.height, caps.maxImageExtent.height)};
     if (extent.width == 0 || extent.height == 0) return;
 
-    // The eyes' pictures hold sRGB bytes: they go out unchanged, so the surface must not encode again.
+    // The eyes' pictures contain sRGB bytes, which must stay unchanged: choose a surface format that does not encode.
     std::uint32_t count = 0;
     gpu::check(vkGetPhysicalDeviceSurfaceFormatsKHR(device_.physical, surface_, &count, nullptr),
                "vkGetPhysicalDeviceSurfaceFormatsKHR");
@@ -361,7 +363,7 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // One more than frames in flight: a semaphore is never waited for while it is handed out again.
+    // One more than frames in flight, so that a semaphore is not reused while it is waited for.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -400,24 +402,24 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::unique_ptr<SharedPicture> shared_;   // in the place of all Vulkan presents with
-  std::optional<std::vector<Part>> parts_;  // of the last target, that were drawn
-  std::function<void()> finish_;            // composes it, where the processor does
+  std::unique_ptr<SharedPicture> shared_;   // replaces Vulkan's swapchain
+  std::optional<std::vector<Part>> parts_;  // drawn parts of the last target
+  std::function<void()> finish_;            // composes the last target on the CPU
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
   VkSwapchainKHR swapchain_ = VK_NULL_HANDLE;
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   ivec2 extent_{0}, wanted_{0};
   std::vector<VkImage> images_;
-  std::vector<std::uint8_t> drawn_;  // which of them hold a frame
+  std::vector<std::uint8_t> drawn_;  // whether each image contains a frame
   std::vector<std::vector<VkImageView>> views_;
   std::vector<VkSemaphore> ready_, done_;
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;     // the last target was handed over, and is yet to be shown
-  int polls_ = 0;            // since then
-  UserInput events_;         // since the last poll
-  std::uint64_t heard_ = 0;  // of the desktop's events, when it was last asked
+  bool unshown_ = false;     // the last target was presented but is not yet shown
+  int polls_ = 0;            // number of polls since the last target was presented
+  UserInput events_;         // events since the last poll
+  std::uint64_t heard_ = 0;  // number of desktop events at the last query
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};
   bool on_screen_ = false, focused_ = false;

@@ -19,9 +19,9 @@ constexpr const char* kWelcome[] = {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAM
                                     XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
                                     XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_PASSTHROUGH_EXTENSION_NAME};
 
-/// Opened once and never closed: runtimes do not expect to be unloaded while their threads run.
+/// Opened once and never closed, because runtimes cannot be unloaded safely while their threads run.
 PFN_xrGetInstanceProcAddr open_loader() {
-  setenv("XR_LOADER_DEBUG", "none", 0);  // what it would print is said in one line here
+  setenv("XR_LOADER_DEBUG", "none", 0);  // the program reports loader errors itself, in one line
   static void* library = dlopen(kLoader, RTLD_NOW | RTLD_LOCAL);
   if (!library) throw Error("OpenXR", "", fmt::format("no loader ({})", kLoader), "apt install libopenxr-loader1");
   void* symbol = dlsym(library, "xrGetInstanceProcAddr");
@@ -101,7 +101,7 @@ Api::Api(RuntimeGate& gate) : gate_(gate) {
   if (!find("xr" #name, name)) missing = "xr" #name;
   TYPODONT_XR_CORE(TYPODONT_XR_FIND)
 #undef TYPODONT_XR_FIND
-  // Runtimes hand out functions of extensions that nobody asked for: they are not to be called.
+  // Runtimes also return functions of extensions that were not enabled; these must not be called.
 #define TYPODONT_XR_FIND(name, extension) \
   if (has(extension)) find("xr" #name, name);
   TYPODONT_XR_EXTENSIONS(TYPODONT_XR_FIND)

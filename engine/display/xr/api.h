@@ -1,4 +1,4 @@
-// OpenXR's functions by name, got from a loader that is opened at run time: the program does not link OpenXR.
+// OpenXR functions by name, from a loader library that is opened at run time: the program does not link OpenXR.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -20,8 +20,8 @@
 
 namespace typodont::display::xr {
 
-/// Every function used; the second list is of extensions, null where they are not enabled. (The tool would lay the
-/// first list out anew at every run.)
+/// All functions used. The second list contains functions of extensions; they are null if the extension is not enabled.
+/// (clang-format would reformat the first list at every run.)
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \
@@ -52,7 +52,7 @@ namespace typodont::display::xr {
 
 std::string name_of(XrResult result);
 
-/// An instance of the runtime. Every call of it goes through the gate.
+/// An OpenXR instance. Every call goes through the gate.
 class Api {
  public:
   /// Throws Error in one line.
@@ -65,14 +65,14 @@ class Api {
   const std::string& runtime() const { return runtime_; }
   XrInstance instance() const { return instance_; }
 
-  /// A call through the gate. Codes that are not errors come back; errors throw RunFailure naming the call.
+  /// Makes a call through the gate. Returns success codes; throws RunFailure naming the call for error codes.
   template <class F, class... A>
   XrResult call(const char* name, F function, A... arguments) {
     const XrResult result = attempt(name, function, arguments...);
     if (XR_FAILED(result)) fail(name, result);
     return result;
   }
-  /// The same without throwing.
+  /// As call(), without throwing.
   template <class F, class... A>
   XrResult attempt(const char* name, F function, A... arguments) {
     gate_.enter(name);
@@ -80,7 +80,7 @@ class Api {
     gate_.leave();
     return result;
   }
-  /// The two-call idiom.
+  /// Queries an array by OpenXR's two-call idiom.
   template <class T, class F, class... A>
   std::vector<T> list(const char* name, F function, const T& empty, A... arguments) {
     std::uint32_t count = 0;

@@ -8,7 +8,7 @@ namespace typodont::display::xr {
 
 namespace {
 
-constexpr VkFormat kPictures = VK_FORMAT_R8G8B8A8_SRGB;  // what the renderer draws
+constexpr VkFormat kPictures = VK_FORMAT_R8G8B8A8_SRGB;  // format in which the renderer draws
 
 void open_for_copy(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspect) {
   gpu::transition(commands, image, aspect, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
@@ -25,7 +25,8 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // Ours first, so that pictures are copied; a linear one last: a compositor takes its bytes as light.
+  // Prefer our own format, because then pictures are only copied. A linear format is the last choice: a compositor
+  // takes its bytes as linear light.
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})
@@ -37,7 +38,7 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   if (!wants_depth_) return;
   try {
     depth_ = create(VK_FORMAT_D32_SFLOAT, XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
-  } catch (const RunFailure&) {  // offered, but not as this driver shares images: a picture is worth more
+  } catch (const RunFailure&) {  // the driver cannot share images in this offered format: try the next one
     wants_depth_ = false;
   }
 }
@@ -90,7 +91,7 @@ void EyePictures::record(VkCommandBuffer commands, const gpu::Image& pictures, c
       const VkImageCopy copy{.srcSubresource = from, .dstSubresource = to, .extent = extent};
       vkCmdCopyImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,
                      VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &copy);
-    } else {  // turns one encoding into the other
+    } else {  // this format needs a conversion of the encoding
       const VkOffset3D end{drawn_size_.width, drawn_size_.height, 1};
       const VkImageBlit blit{from, {{0, 0, 0}, end}, to, {{0, 0, 0}, end}};
       vkCmdBlitImage(commands, pictures.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, color,

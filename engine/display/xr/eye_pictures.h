@@ -1,4 +1,4 @@
-// The two eyes' pictures as the runtime takes them: swapchains, and how what was drawn gets into them.
+// The swapchains for the two eyes' pictures, and the transfer of the drawn pictures into them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace typodont::display::xr {
 
 class EyePictures {
  public:
-  /// `size`: pixels of each eye. `depth`: hand depths over too, where the runtime takes them. Throws Error.
+  /// `size`: pixels of each eye. `depth`: also submit depth if the runtime supports it. Throws Error.
   EyePictures(Api& api, XrSession session, const std::string& headset, ivec2 size, bool depth);
   ~EyePictures();
   EyePictures(const EyePictures&) = delete;
@@ -20,11 +20,11 @@ class EyePictures {
 
   bool wants_depth() const { return wants_depth_; }
 
-  /// See Hmd::record; until release() the runtime leaves the images alone.
+  /// See Hmd::record. The images are ours until release().
   void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Hmd::Depth, 2>& depth);
   void release();
 
-  // Of what was recorded last.
+  // The next functions describe what was recorded last.
   bool has_depth() const { return has_depth_; }
   XrSwapchainSubImage color(std::uint32_t eye) const;
   XrSwapchainSubImage depth(std::uint32_t eye) const;

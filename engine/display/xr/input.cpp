@@ -11,8 +11,8 @@ namespace typodont::display::xr {
 namespace {
 
 struct Binding {
-  const char* what;  // of our actions
-  const char* left;  // after /user/hand/left/; null: none
+  const char* what;  // name of the action
+  const char* left;  // path after /user/hand/left/; null: none
   const char* right;
 };
 
@@ -21,7 +21,7 @@ struct Profile {
   std::array<Binding, 4> buttons;
 };
 
-// Component paths by the specification's chapter "Interaction Profile Paths".
+// Component paths from the specification's chapter "Interaction Profile Paths".
 constexpr std::array<Profile, 5> kProfiles{{
     {"/interaction_profiles/khr/simple_controller",
      {{{"pedal", "input/select/click", "input/select/click"},
@@ -86,7 +86,7 @@ Input::~Input() {
   for (const auto* spaces : {&aim_spaces, &grip_spaces})
     for (XrSpace space : *spaces)
       if (space) api.attempt("xrDestroySpace", api.DestroySpace, space);
-  if (set) api.attempt("xrDestroyActionSet", api.DestroyActionSet, set);  // and its actions
+  if (set) api.attempt("xrDestroyActionSet", api.DestroyActionSet, set);  // also destroys its actions
 }
 
 XrPath Input::path(const std::string& text) {
@@ -124,7 +124,7 @@ void Input::suggest() {
     const XrInteractionProfileSuggestedBinding info{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                     path(profile.path), static_cast<std::uint32_t>(bindings.size()),
                                                     bindings.data()};
-    // A runtime need not know every controller.
+    // A runtime does not have to know every controller.
     const XrResult result = api.attempt("xrSuggestInteractionProfileBindings", api.SuggestInteractionProfileBindings,
                                         api.instance(), &info);
     if (XR_FAILED(result) && result != XR_ERROR_PATH_UNSUPPORTED)
@@ -144,7 +144,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
   const XrActiveActionSet active{set, XR_NULL_PATH};
   const XrActionsSyncInfo sync{XR_TYPE_ACTIONS_SYNC_INFO, nullptr, 1, &active};
   out.focused = api.call("xrSyncActions", api.SyncActions, session, &sync) == XR_SUCCESS;
-  if (!out.focused) return out;  // another program has the hands
+  if (!out.focused) return out;  // another program receives the hands' input
   for (std::size_t i = 0; i < 2; ++i) {
     Hand& hand = out.hands[i];
     const XrActionStateGetInfo pedal_info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, pedal, hands[i]};
@@ -155,7 +155,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
     hand.change_tool = pressed(change_tool, hands[i]);
     hand.mirror = pressed(mirror, hands[i]);
     out.recentre = pressed(recentre, hands[i]) || out.recentre;
-    // Where it aims; controllers whose runtime knows no aim have at least a grip.
+    // Use the aim pose; if the runtime has none for this controller, use the grip pose.
     for (const auto& [what, space] : {std::pair{aim, aim_spaces[i]}, std::pair{grip, grip_spaces[i]}}) {
       const XrActionStateGetInfo info{XR_TYPE_ACTION_STATE_GET_INFO, nullptr, what, hands[i]};
       XrActionStatePose state{XR_TYPE_ACTION_STATE_POSE};
@@ -163,7 +163,7 @@ Input::State Input::read(XrSpace base, XrTime time) {
       if (!state.isActive) continue;
       XrSpaceLocation location{XR_TYPE_SPACE_LOCATION};
       api.call("xrLocateSpace", api.LocateSpace, space, base, time, &location);
-      // Held poses of a hand out of sight are valid but not tracked: not to be drilled with.
+      // A hand out of sight can have a valid pose that is not tracked; do not drill with it.
       if ((location.locationFlags & kTracked) != kTracked) continue;
       hand.tracked = true;
       hand.X_DA = pose_of(location.pose);

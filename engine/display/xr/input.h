@@ -1,4 +1,4 @@
-// The hands: actions, what they are bound to on the common controllers, and vibration.
+// Hand input: actions, their bindings for common controllers, and vibration.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ class Input {
 
   struct Hand {
     bool tracked = false;
-    Pose X_DA;  // the aim frame: it points along −z
+    Pose X_DA;  // the aim frame; its −z points forward
     double pedal = 0;
     bool change_tool = false, mirror = false;
   };
@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// The controllers in the hands changed: their names for people.
+  /// Display names of the controllers; call it when they changed.
   std::string profiles();
 
  private:

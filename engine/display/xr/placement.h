@@ -1,4 +1,5 @@
-// Where the headset's space D lies in the workbench W: measured, or so that the work is before the user.
+// Pose of the headset's space D in the workbench W: either measured, or chosen so that the work is in front of the
+// user.
 #pragma once
 
 #include <openxr/openxr.h>
@@ -15,13 +16,14 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// The runtime will move its space at that time, so far, where it knows.
+  /// The runtime announces that it will move its space at `time`, by X_old_new if that is known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// The space moved: what was measured stays where it is in the room; what was put before the user is put there again.
+  /// Applies moves of the space. A measured workbench keeps its place in the room; otherwise the work is placed in
+  /// front of the user again.
   void follow(XrTime display_time);
-  /// Puts the work before the user again, where it was not measured.
+  /// Places the work in front of the user again, unless its place is measured.
   void recentre();
-  /// The head was located at X_DV: puts the work before it where it has no place yet.
+  /// Call when the head was located at X_DV: places the work in front of it if it has no place yet.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
@@ -29,12 +31,12 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// W's y away from the user, its z up (the user sits where W's negative y is).
+  /// W's y points away from the user and its z up (the user sits at negative y).
   void place(const Pose& X_DV);
 
   struct Move {
     XrTime time;
-    std::optional<Pose> X_old_new;  // the new space in the old one
+    std::optional<Pose> X_old_new;  // pose of the new space in the old one
   };
   HmdRig rig_;
   dvec3 work_W_;

@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   const float scale = stbtt_ScaleForPixelHeight(&font, kSize);
   std::vector<int> characters;
   for (int c = 32; c < 127; ++c) characters.push_back(c);
-  for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // hints are in the reader's language
+  for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // font hints would depend on the language
   for (int c : {0x2013, 0x2014, 0x2019, 0x2026}) characters.push_back(c);
 
   struct Glyph {
@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     unsigned char* sdf =
         stbtt_GetCodepointSDF(&font, scale, c, kPadding, 128, 128.0f / kPadding, &g.w, &g.h, &g.left, &g.top);
     if (sdf) {
-      if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;  // a gap: filtering never mixes letters
+      if (x + g.w > kWidth) x = 0, y += row + 3, row = 0;  // the gap keeps filtering from mixing neighbouring letters
       row = row > g.h ? row : g.h;
       g.x = x, g.y = y;
       if (atlas.size() < static_cast<std::size_t>(kWidth) * (y + row))

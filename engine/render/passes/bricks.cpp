@@ -8,7 +8,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr float kPiece = 0.8e-3f;  // m: what is lit otherwise is found to this
+constexpr float kPiece = 0.8e-3f;  // m, size of the pieces in which changed lighting is tracked
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -24,7 +24,7 @@ GpuVertex pack(const Vertex& v) {
            static_cast<std::uint8_t>(static_cast<long>(v.under) | shows << 4)}};
 }
 
-/// Box and normal cone: what decides whether a brick is worth drawing.
+/// Computes a brick's bounding box and normal cone, for culling.
 void measure(Brick& brick, const MeshUpdate& u) {
   brick.lo = glm::vec3(1e9f);
   brick.hi = glm::vec3(-1e9f);
@@ -32,7 +32,7 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // The cone holds the normals of the triangles (they, not the corners' normals, decide what faces away).
+  // The cone contains the triangles' normals, because they, not the vertex normals, decide which faces point away.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -103,7 +103,7 @@ bool outside(const Planes& p, const Brick& b) {
   return false;
 }
 
-/// Wholly beyond the plane; a zero plane covers nothing.
+/// True if the brick lies completely beyond the plane; a zero plane covers nothing.
 bool covered(const glm::vec4& plane, const Brick& b) {
   const glm::vec3 farthest(plane.x > 0 ? b.hi.x : b.lo.x, plane.y > 0 ? b.hi.y : b.lo.y, plane.z > 0 ? b.hi.z : b.lo.z);
   return glm::dot(glm::vec3(plane), farthest) + plane.w < 0;
@@ -111,7 +111,7 @@ bool covered(const glm::vec4& plane, const Brick& b) {
 
 bool faces_away(const Brick& b, const glm::vec3& eye) {
   if (b.cone_cutoff >= 1) return false;
-  // meshoptimizer's cone test about the box's middle
+  // meshoptimizer's cone test at the box's middle
   const glm::vec3 middle = 0.5f * (b.lo + b.hi), way = middle - eye;
   const float radius = 0.5f * glm::length(b.hi - b.lo);
   return glm::dot(way, b.cone_axis) >= b.cone_cutoff * glm::length(way) + radius;
@@ -182,7 +182,7 @@ void BrickStore::update(gpu::Device& device, MeshId id, std::span<const MeshUpda
     }
     brick.first_vertex = static_cast<std::uint32_t>(v);
     brick.first_index = static_cast<std::uint32_t>(i);
-    // Written straight into memory the GPU reads: the range is new, so no unfinished frame looks at it.
+    // Write directly into memory that the GPU reads. The range is new, so no unfinished frame reads it.
     const BrickBlock& block = blocks[static_cast<std::size_t>(brick.block)];
     packed_.clear();
     for (const Vertex& vertex : u.vertices) packed_.push_back(pack(vertex));
@@ -244,7 +244,7 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// What covers a mesh's first bricks in this view, in the mesh; zero: nothing.
+/// The plane (in mesh coordinates) beyond which another body covers the mesh's first bricks in this view; zero: none.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -271,7 +271,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
     const float reach = lamp_reach(data);
     part.lo -= reach;
     part.hi += reach;
-    // Neighbours are told as one: what one more would mark, they mostly mark together.
+    // Neighbouring parts are joined, because they mark mostly the same pixels.
     if (!in_map.empty() && in_map.back().meets(part))
       in_map.back().take(part);
     else
@@ -301,7 +301,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Piece by piece: a brick of the gum is large.
+      // Process in pieces, because a brick of the gum is large.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
@@ -344,7 +344,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a cut shows insides
+        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a section shows back faces inside
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
       if (b.first && covered(cover, b)) {
@@ -358,7 +358,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // Views for teaching look at everything with the same code; only the difference shows backs.
+        // The teaching views use the same shader for all bricks; only the difference view shows backs.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

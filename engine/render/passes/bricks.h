@@ -1,4 +1,4 @@
-// All surfaces made of bricks: their places in GPU memory, what of them is in view, and the draw commands for that.
+// All bodies made of bricks: their GPU memory, the selection of visible bricks, and their draw commands.
 #pragma once
 
 #include <deque>
@@ -11,19 +11,20 @@
 
 namespace typodont::render {
 
-/// As the GPU reads it: 24 bytes.
+/// A vertex as the GPU reads it: 24 bytes.
 struct GpuVertex {
-  float p[3];              // m, mesh
-  std::int16_t n[4];       // snorm; w: difference, of kDifferenceRange
-  std::uint8_t tissue[4];  // the two tissues, the second's share of 255; the tissue beneath and its share of 15
+  float p[3];         // m, mesh
+  std::int16_t n[4];  // snorm; w: difference, in units of kDifferenceRange
+  // two tissues, the fraction of the second over 255; the tissue beneath and its fraction over 15
+  std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
 inline constexpr float kDifferenceRange = 2e-3f;  // m
 
-/// What a brick holds decides which code its pixels need.
+/// Content of a brick; it selects the shader for its pixels.
 enum class BrickKind : std::uint8_t { kAny, kGum, kEnamel, kSound, kTwoSided };
 inline constexpr std::size_t kBrickKinds = 5;
-/// The bits of kHolds in frame.glsl.
+/// The bits of kHolds in frame.glsl for a kind of brick.
 constexpr std::uint32_t holds(BrickKind kind) {
   constexpr std::array<std::uint32_t, kBrickKinds> kBits{15, 8, 4, 5, 31};
   return kBits[static_cast<std::size_t>(kind)];
@@ -35,10 +36,10 @@ struct Brick {
   std::uint32_t first_vertex = 0, vertices = 0, first_index = 0, indices = 0;
   glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
-  float cone_cutoff = 1;         // sine of the normals' spread about the axis; 1: they point everywhere
-  bool first = false;            // it was there from the start and has not changed since
-  std::array<PixelBox, 2> seen;  // where each eye of BrickStore::eyes has it
-  std::uint64_t seen_by = 0;     // which eyes those were
+  float cone_cutoff = 1;         // sine of the largest angle between a normal and the axis; 1: all directions
+  bool first = false;            // the brick exists since the start and has not changed
+  std::array<PixelBox, 2> seen;  // box of its pixels for each of BrickStore::eyes
+  std::uint64_t seen_by = 0;     // version of the eyes' poses for which `seen` is valid
 };
 
 struct Mesh {
@@ -51,50 +52,51 @@ struct BrickBlock {
   gpu::RangeAllocator free_vertices, free_indices;
 };
 
-/// Draws of one block of one mesh.
+/// Draw commands for one block of one mesh.
 struct DrawGroup {
   MeshId mesh = 0;
   int block = 0;
   BrickKind kind = BrickKind::kAny;
-  std::uint32_t first = 0, count = 0;  // in the indirect buffer
+  std::uint32_t first = 0, count = 0;  // range in the indirect buffer
 };
 
-/// What a view draws, and of that what it draws as glass.
+/// Whether a view draws a mesh, and whether it draws it as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// m, W: of the working tooth (of everything where there is none) and of everything.
+/// Bounds in m, W: of the working tooth (of everything if there is none), and of everything.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  std::map<MeshId, glm::dvec4> covers;  // where a mesh's first bricks lie within another body (Renderer::cover)
+  // planes beyond which a mesh's first bricks lie within another body (Renderer::cover)
+  std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
-  std::uint64_t version = 1;        // rises with every change
-  std::uint64_t order = 1;          // rises when more than bricks changed: bodies placed, removed, covered
-  std::vector<BoxInWorld> changed;  // where bricks were and are that changed since the last frame
-  int uploaded = 0;                 // bricks since the last frame
+  std::uint64_t version = 1;        // increases with every change
+  std::uint64_t order = 1;          // increases when a body is placed, removed or covered
+  std::vector<BoxInWorld> changed;  // old and new boxes of the bricks that changed since the last frame
+  int uploaded = 0;                 // number of bricks uploaded since the last frame
   std::uint64_t uploaded_bytes = 0;
 
   void update(gpu::Device& device, MeshId mesh, std::span<const MeshUpdate> updates, std::uint64_t frame);
   void remove(MeshId mesh, std::uint64_t frame);
-  /// Gives back the room of bricks that no unfinished frame draws any more.
+  /// Frees the memory of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Nothing when there is nothing.
+  /// Nothing if there are no bricks.
   std::optional<SceneBounds> bounds() const;
-  /// Commands for the bricks some eye sees, written into this slot's buffer of `into`; counts into
-  /// `stats`. `tiles`: of each eye's picture, what is drawn anew; null: all.
+  /// Draw commands for the bricks that an eye sees, written into this slot's buffer of `into`; counts into `stats`.
+  /// `tiles`: for each eye the part of the picture to redraw; null: everything.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
-  /// Marks where the frame's eyes see what changed since the last frame, and all that is lit otherwise by it or by the
-  /// tool: as `data` has the tool now and `before` had it. `eyes` numbers the eyes' places.
+  /// Marks the pixels that show a change since the last frame, or whose light changes through it or through the tool:
+  /// `data` has the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
-  /// Commands for all bricks that the view shows and that lie in a part of the lamp's map.
+  /// Draw commands for all bricks that the view shows and that lie in a part of the shadow map.
   std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
                              const LampBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,

@@ -61,7 +61,7 @@ bool Tiles::touch(const Tiles& other) const {
   return false;
 }
 
-double Tiles::share() const {
+double Tiles::fraction() const {
   if (marked_.empty()) return 0;
   return static_cast<double>(std::count(marked_.begin(), marked_.end(), std::uint8_t{1})) /
          static_cast<double>(marked_.size());
@@ -80,7 +80,7 @@ std::vector<PixelBox> Tiles::boxes(bool marked, const PixelBox& within) const {
       const PixelBox run{x * kSide, y * kSide, std::min(end * kSide, size_.x) - x * kSide,
                          std::min((y + 1) * kSide, size_.y) - y * kSide};
       x = end;
-      // A run as wide as the one above it makes that one taller.
+      // A row of boxes with the same extent as the row above extends that row downwards.
       const auto above = std::find_if(out.begin(), out.end(), [&](const PixelBox& b) {
         return b.x == run.x && b.width == run.width && b.y + b.height == run.y;
       });
@@ -106,12 +106,12 @@ PixelBox Tiles::bounds() const {
 }
 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius) {
-  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, as in lighting.glsl
+  constexpr float kToolReach = 3.0e-3f, kToolShadowReach = 10e-3f;  // m, same values as in lighting.glsl
   constexpr int kPieces = 6;
   if (data.tool_head.w <= 0) return false;
   const glm::vec3 l(data.key), a(data.tool_head), e(data.tool_end);
   const float thick = std::max(data.tool_head.w, data.tool_end.w);
-  // Most of what there is lies farther from the tool than it reaches in any direction.
+  // Quick test: most objects are farther from the tool than its reach.
   const float most =
       std::max(kToolReach, kToolShadowReach + thick + 0.08e-3f + 0.12f * (kToolShadowReach + 2 * radius));
   const glm::vec3 axis = e - a;
@@ -139,7 +139,7 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   if (data.cursor.w <= 0) return false;
   const glm::vec3 down(data.cursor_down), q = center - glm::vec3(data.cursor);
   const float below = glm::dot(q, down);
-  // As far out as surface.frag draws, with an edge that is soft over a few pixels.
+  // Same radius as in surface.frag, plus a soft edge of a few pixels.
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
@@ -155,7 +155,8 @@ LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm
 }
 
 float lamp_reach(const shared::FrameData& data) {
-  // lighting.glsl: kOcclusionRadius, kPenumbra, the way off the surface, and the texels a look takes in.
+  // Lengths from lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's width in
+  // texels.
   return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;
 }
 

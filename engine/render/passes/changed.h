@@ -1,5 +1,5 @@
-// What of the pictures a frame changes, so that the rest stays as it was drawn before: tiles that the tool, its shadow,
-// changed tissue, the cursor or particles touch, now or in the frame before. No Vulkan.
+// Finds the tiles of the pictures that a frame must redraw; the rest keeps its pixels. A tile is redrawn if the tool,
+// its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one. Without Vulkan.
 #pragma once
 
 #include <array>
@@ -16,10 +16,11 @@ namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
 
-/// Pixels that a box of a mesh can cover, a pixel more all round; the whole picture where it reaches behind the eye.
+/// Pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if the box reaches behind the
+/// eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);
 
-/// Tiles of one eye's picture.
+/// The tiles of one eye's picture, each marked or not.
 class Tiles {
  public:
   static constexpr int kSide = 16;  // pixels
@@ -29,12 +30,12 @@ class Tiles {
   void mark_all();
   bool touch(const PixelBox& box) const;
   bool touch(const Tiles& other) const;
-  double share() const;  // of the picture
+  double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// The tiles that are marked (or are not) within `within`, as few boxes.
+  /// The marked (or unmarked) tiles within `within`, as few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
-  /// The box round all that is marked.
+  /// Bounding box of all marked tiles.
   PixelBox bounds() const;
 
  private:
@@ -42,15 +43,15 @@ class Tiles {
   std::vector<std::uint8_t> marked_;
 };
 
-/// Whether the cursor's ring may be drawn on what lies within a ball.
+/// True if the cursor's ring may be drawn on something inside a ball.
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Whether the tool takes light from anything in a ball: its shadow and its occlusion, as in shaders/lighting.glsl.
+/// True if the tool may shade something inside a ball: its shadow and its occlusion, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// What changed tissue changes beside itself: all whose shadow or occlusion is looked up near it in the lamp's map.
+/// Area of the shadow map that changed tissue affects: everything whose shadow or occlusion lookup reaches into it.
 struct LampBox {
-  glm::vec2 lo{1e9f}, hi{-1e9f};  // of the map, 0..1
+  glm::vec2 lo{1e9f}, hi{-1e9f};  // map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
   void take(const LampBox& b) {
     lo = glm::min(lo, b.lo);
@@ -59,7 +60,7 @@ struct LampBox {
   bool meets(const LampBox& b) const { return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y; }
 };
 LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// How far around itself, of the map.
+/// Reach of the lookups around a point, in map coordinates.
 float lamp_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

@@ -1,4 +1,4 @@
-// What every pass is given: the device, the formats it draws into, the frame's data, and counters.
+// Data that every pass gets: the device, the formats that it draws into, the frame's data, and counters.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,9 @@
 
 namespace typodont::render {
 
-inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;  // encodes on write, averages in linear light
-inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // the same bytes, read as they are
+// encodes to sRGB on write; samples are averaged in linear light
+inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
+inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // the same bytes without conversion
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
 struct PassContext {
@@ -23,12 +24,12 @@ struct PassContext {
   std::uint32_t view_mask = 3;
   Quality quality;
 
-  /// Specialisation constants of frame.glsl.
+  /// Specialisation constants for frame.glsl.
   std::vector<std::uint32_t> constants() const {
     return {static_cast<std::uint32_t>(quality.shadow_taps), static_cast<std::uint32_t>(quality.occlusion_taps),
             quality.light_per_vertex ? 1u : 0u};
   }
-  /// A pipeline that draws into the eyes' pictures.
+  /// Options of a pipeline that draws into the eyes' pictures.
   gpu::PipelineOptions scene_pipeline(std::span<const std::uint32_t> vertex,
                                       std::span<const std::uint32_t> fragment) const {
     gpu::PipelineOptions o;
@@ -44,10 +45,10 @@ struct PassContext {
   }
 };
 
-/// A host-written buffer that grows, one per frame in flight.
+/// A growing buffer that the host writes; one for each frame in flight.
 struct SlotBuffers {
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> buffers;
-  /// At least this large; the slot's last frame is done, so its old buffer can go.
+  /// A buffer of at least this size. The slot's last frame has finished, so its old buffer can be freed.
   gpu::Buffer& at_least(gpu::Device& device, int slot, VkDeviceSize size, VkBufferUsageFlags usage) {
     gpu::Buffer& b = buffers[static_cast<std::size_t>(slot)];
     if (b.size < size) {
@@ -63,14 +64,14 @@ struct SlotBuffers {
 
 inline constexpr VkShaderStageFlags kPushStages = VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT;
 
-/// `sieved`: share of what is drawn next that is left out; tools only.
+/// `sieved`: fraction of the next draw's pixels that is left out; for tools only.
 inline void push_view(VkCommandBuffer commands, VkPipelineLayout layout, int view, double sieved = 0) {
   const glm::vec4 value(static_cast<float>(view), static_cast<float>(sieved), 0, 0);
   vkCmdPushConstants(commands, layout, kPushStages, offsetof(shared::ObjectData, view), sizeof value, &value);
 }
 
 inline void push(VkCommandBuffer commands, VkPipelineLayout layout, const Pose& X_WM) {
-  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // columns of rᵀ are the rows of R
+  const glm::dmat3 r = glm::transpose(glm::mat3_cast(X_WM.R));  // the columns of rᵀ are the rows of R
   shared::ObjectData object;
   for (int i = 0; i < 3; ++i) object.world_row[i] = glm::vec4(glm::dvec4(r[i], X_WM.p[i]));
   vkCmdPushConstants(commands, layout, kPushStages, 0, sizeof object.world_row, &object);

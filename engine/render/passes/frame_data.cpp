@@ -9,7 +9,7 @@ namespace typodont::render {
 
 namespace {
 
-/// IEC 61966-2-1
+/// sRGB to linear light, IEC 61966-2-1
 dvec3 linear_light(const dvec3& srgb) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
@@ -44,10 +44,11 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
   }
 
-  // The lamp's parallel view: as wide as the working tooth's crown and what stands near it, as deep as everything.
+  // The lamp's parallel projection: as wide as the crown of the working tooth and its neighbourhood, as deep as the
+  // whole scene.
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
-    // In steps, so that the map stays where it is while a tooth is cut down.
+    // Rounded to steps, so that the map does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);
@@ -82,7 +83,8 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
   if (frame.tool.visible && tool.index_count) {
     data.tool_head = glm::vec4(glm::dvec4(frame.tool.X_WG.p, tool.head_radius));
     data.tool_end = glm::vec4(glm::dvec4(frame.tool.X_WG * dvec3(0, 0, tool.shank_end), tool.shank_radius));
-    // The eye gathers about 15 ms: from a turn of a tenth of a blade's pitch in that time to a whole one.
+    // Motion blur: the eye integrates over about 15 ms. Blur begins when the tool turns by a tenth of a blade's pitch
+    // in that time, and is complete at one pitch.
     constexpr double kExposure = 15e-3, kPitch = 2 * kPi / 8;
     const double pitches = std::abs(frame.tool.spindle) * kExposure / kPitch;
     const double blur = std::clamp((pitches - 0.1) / 0.9, 0.0, 1.0);

@@ -1,4 +1,4 @@
-// What the shaders are told of a frame: eyes, lamp, shadow map, tool and the looks of the tissues, in their own layout.
+// Fills the shaders' uniform data of a frame: eyes, lamp, shadow map, tool and appearance of the tissues.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace typodont::render {
 
-/// `drawn`: the pictures' size. `bounds`: of what casts shadows; none where there is no tissue.
+/// `drawn`: size of the pictures. `bounds`: bounds of everything that casts shadows; none without tissue.
 shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, const std::array<Look, kTissueCount>& looks,
                                 const ToolBody& tool, const VkExtent2D& drawn,
                                 const std::optional<SceneBounds>& bounds);

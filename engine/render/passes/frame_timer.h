@@ -1,4 +1,4 @@
-// How long the GPU takes over a frame, by its own clock.
+// Measures the GPU time of a frame with the GPU's clock.
 #pragma once
 
 #include <array>
@@ -8,16 +8,16 @@
 namespace typodont::render {
 
 struct FrameTimer {
-  VkQueryPool queries = VK_NULL_HANDLE;  // none where the device has no timestamps
+  VkQueryPool queries = VK_NULL_HANDLE;  // null if the device has no timestamps
   std::array<bool, gpu::FrameRing::kSlots> timed{};
-  double ms = 0;  // of the last frame that was read; 0: none
+  double ms = 0;  // duration of the last frame that was read; 0: none
 
   static FrameTimer create(gpu::Device& device);
   void destroy(gpu::Device& device);
-  /// Around a frame's commands.
+  /// Call at the beginning and at the end of a frame's commands.
   void begin(VkCommandBuffer commands, int slot) const;
   void end(VkCommandBuffer commands, int slot);
-  /// The slot's last frame is done.
+  /// Call when the slot's last frame has finished.
   void read(gpu::Device& device, int slot);
 };
 

@@ -1,5 +1,4 @@
-// The passes, one file each. A pass creates its pipeline when it is first recorded; one that is never recorded costs
-// nothing.
+// The rendering passes; each is in its own file. A pass creates its pipeline at its first use.
 #pragma once
 
 #include <algorithm>
@@ -9,23 +8,23 @@
 
 namespace typodont::render {
 
-/// The tissue seen from the lamp: depth of the shadow map. Redrawn only when tissue or lamp changed.
+/// Draws the shadow map: the depth of the tissue as seen from the lamp. Redrawn only if tissue or lamp changed.
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// Draws the part of the map named anew; the rest stays.
+  /// Redraws the given part of the map; the rest stays.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const LampBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // cleared to "nothing there"
+  void create_map(PassContext& context);  // filled with "nothing there"
   void destroy(gpu::Device& device);
 };
 
-/// Tissue: what is solid, then, over the background, what the view draws as glass.
+/// Draws tissue: first the solid bodies; then, over the background, the bodies that the view draws as glass.
 struct SurfacePass {
-  std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of bricks that was drawn
+  std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of brick that was drawn so far
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
-  View made_for = View::kLook;  // its pipelines
-  bool with_cursor = false;     // the same
+  View made_for = View::kLook;  // view for which its pipelines were created
+  bool with_cursor = false;     // cursor setting for which its pipelines were created
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, bool glass, FrameStats& stats);
   int pipelines() const {
@@ -39,12 +38,12 @@ struct SurfacePass {
   }
 };
 
-/// A tool's triangles on the GPU.
+/// A tool's mesh on the GPU.
 struct ToolBody {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;
-  double head_radius = 0, shank_radius = 0, shank_end = 0;  // m: what shadows are made of
-  /// Pieces of it along its axis, in B, however it turns.
+  double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, dimensions for its shadow
+  /// A piece of the tool along its axis, in B, that contains it at every spindle angle.
   struct Slice {
     float low = 0, high = 0, radius = 0;  // m
   };
@@ -60,17 +59,17 @@ struct ToolPass {
   void destroy(gpu::Device& device) { destroy_pipeline(device, pipeline); }
 };
 
-/// The mouth mirror: its glass shows a picture of the reflected scene, drawn before by the passes of the scene itself.
+/// Draws the mouth mirror. Its glass shows a picture of the reflected scene, which the other passes drew before.
 struct MirrorPass {
-  static constexpr std::uint32_t kGlassCorners = 96;  // as in mirror.vert
+  static constexpr std::uint32_t kGlassCorners = 96;  // same value as in mirror.vert
   VkPipeline pipeline = VK_NULL_HANDLE;
-  gpu::Image picture;  // the reflected scene, a layer per eye; made when a glass first comes into view
+  gpu::Image picture;  // the reflected scene, one layer per eye; created when the glass first comes into view
   ToolBody body;
-  double diameter = 0;  // m, of the body
+  double diameter = 0;  // m, diameter for which the body was created
   void prepare(gpu::Device& device, double wanted);
   void create_picture(PassContext& context, VkExtent2D size, std::uint32_t layers);
   void record_glass(PassContext& context, VkCommandBuffer commands, const MouthMirror& mirror, FrameStats& stats);
-  void destroy_pictures(gpu::Device& device);  // and what depends on their kind
+  void destroy_pictures(gpu::Device& device);  // destroys the pictures and all that depends on their format
   void destroy(gpu::Device& device);
 };
 
@@ -82,18 +81,18 @@ struct BackgroundPass {
 
 struct ParticlePass {
   VkPipeline pipeline = VK_NULL_HANDLE;
-  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // of those that live on the GPU
+  VkPipeline cloud_pipeline = VK_NULL_HANDLE;  // draws particles that live on the GPU
   SlotBuffers corners;
   std::uint32_t count = 0;
   void prepare(PassContext& context, int slot, std::span<const Particle> particles);
-  /// Where an eye sees them.
+  /// Marks the tiles that show particles.
   static void mark(std::span<const Particle> particles, const glm::dmat4& clip_from_world, const glm::ivec2& size,
                    Tiles& tiles);
   void record(PassContext& context, VkCommandBuffer commands, int slot, const ParticleCloud* cloud, FrameStats& stats);
   void destroy(gpu::Device& device);
 };
 
-/// What nobody sees is drawn first and nearest, so that nothing else is.
+/// Draws the hidden area first, at the nearest depth, so that nothing else is drawn there.
 struct HiddenPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   gpu::Buffer corners;
@@ -103,11 +102,12 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// What of the pictures stays is drawn first and nearest, into depth alone, so that nothing else is drawn there.
+/// Draws the kept part of the pictures first, into the depth only and at the nearest depth, so that nothing else is
+/// drawn there.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   SlotBuffers corners;
-  std::array<std::uint32_t, 2> first{}, count{};  // of each eye
+  std::array<std::uint32_t, 2> first{}, count{};  // range for each eye
   void prepare(PassContext& context, int slot, const glm::ivec2& size, const EyeBoxes& kept);
   void record(PassContext& context, VkCommandBuffer commands, int slot, int view, FrameStats& stats);
   void destroy(gpu::Device& device);

@@ -14,7 +14,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
   for (const DrawGroup& g : groups)
     if (glassy_in(view, g.mesh) == glass) wanted.push_back(g);
   if (wanted.empty()) return;
-  // Innermost first: bodies inside the tooth have higher numbers than the tooth.
+  // Draw the innermost bodies first: bodies inside the tooth have higher numbers than the tooth.
   if (glass) {
     std::reverse(wanted.begin(), wanted.end());
   } else {
@@ -38,7 +38,7 @@ void SurfacePass::record(PassContext& context, VkCommandBuffer commands, BrickSt
                       {0, VK_FORMAT_R8G8B8A8_UINT, offsetof(GpuVertex, tissue)}};
       o.blend = glass;
       o.depth_write = !glass;
-      // Where a body is cut open, its insides close it; an open surface has a back.
+      // A section shows the insides of bodies, and an open surface shows its back, so both sides are drawn.
       if (view == View::kSection || kind == BrickKind::kTwoSided) o.cull = VK_CULL_MODE_NONE;
       o.constants.push_back(static_cast<std::uint32_t>(view));  // kView
       o.constants.push_back(glass ? 1u : 0u);                   // kGlass

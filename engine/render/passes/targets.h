@@ -1,5 +1,5 @@
-// What the passes draw into: the eyes' pictures with their depth, and how a pass on them is opened and closed. Which
-// images there are, and who averages samples, follows from the device and the quality.
+// The render targets: the eyes' pictures and their depth, and the begin and end of a pass that draws into them. The
+// device and the quality decide which images exist and how samples are averaged.
 #pragma once
 
 #include <span>
@@ -14,35 +14,35 @@ class Targets {
  public:
   explicit Targets(PassContext& context) : context_(context) {}
 
-  gpu::Image pictures;  // a layer per eye: what the renderer is for
+  gpu::Image pictures;  // the renderer's result, one layer per eye
   std::vector<gpu::Image>
-      kept_depth;  // where it is kept: one of two layers where one pass draws both eyes, else one an eye
+      kept_depth;  // one of two layers if one pass draws both eyes, otherwise one per eye; only if depth is kept
 
-  /// Of a frame's size times the quality's scale; settles the context's samples and view mask.
+  /// Creates images of the frame's size times the quality's scale, and sets the context's samples and view mask.
   void create(const glm::ivec2& frame_size, int views);
   void destroy();
-  /// From the next create() on: how far the scene is stays beside the pictures.
+  /// If true, the next create() keeps the scene's depth beside the pictures.
   bool keeps_depth = false;
 
-  /// The scene is kept apart from the chips that fly before it: they change nearly all of the
-  /// picture in every frame, and restoring a pixel costs a copy, drawing it anew triangles and light. Where samples are
-  /// averaged, or one pass draws both eyes, all goes into one picture.
+  /// True if the scene is stored separately from the particles in front of it. Particles change nearly the whole
+  /// picture in every frame; restoring a pixel of the scene costs a copy, while redrawing it costs triangles and
+  /// lighting. False if samples are averaged or one pass draws both eyes.
   bool layered() const { return context_.samples == 1 && !context_.view_mask && !keeps_depth; }
-  /// What the scene is drawn into.
+  /// The image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Before and after the passes of a picture: the scene's, or the mouth mirror's. `partly`: over what it holds.
+  /// Call before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: keeps the content of
+  /// the rest.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
-  /// Opens the pass of one eye, or of both where the device draws them in one; `box` of it is drawn.
+  /// Begins the pass of one eye, or of both eyes if the device draws them in one pass; `box` of the picture is drawn.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear);
-  /// `drawn`: what of the picture was, where its samples are yet to be averaged.
+  /// `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
   void end_scene(VkCommandBuffer commands, const gpu::Image& target, int view, std::span<const PixelBox> drawn);
 
-  /// Where layered(), once the scene is drawn: its new parts join what was kept of its depth, and `restored` of it
-  /// comes into the pictures, ready to be drawn over by passes opened with begin_over(); end_over() after the last of
-  /// them.
+  /// If layered(), after the scene is drawn: stores the scene's new depth, and copies the `restored` parts of the scene
+  /// into the pictures. Passes between begin_over() and end_over() then draw over them.
   void restore_scene(VkCommandBuffer commands, int views, bool partly, const EyeBoxes& drawn, const EyeBoxes& restored);
   void begin_over(VkCommandBuffer commands, const Frame& frame, int view);
   void end_over(VkCommandBuffer commands);
@@ -50,10 +50,10 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // where layered(): the pictures without what lies over the scene, and how far it is
+  gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene alone
 
-  /// Samples are averaged at the end of the pass where one pass draws both eyes, by a command of its own where each eye
-  /// has its pass: lavapipe 22.3 averages into the first layer whatever layer the pass names, and says nothing.
+  /// How samples are averaged: at the end of the pass if one pass draws both eyes, otherwise by a separate command for
+  /// each eye. lavapipe 22.3 would average into the first layer, whichever layer the pass names, without an error.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

@@ -12,9 +12,9 @@ namespace typodont::session {
 namespace {
 
 constexpr RecordingLimits kLimits = kRecordingLimits;
-constexpr double kUnitTolerance = 1e-3;  // by which a unit quaternion's or vector's length may be off
+constexpr double kUnitTolerance = 1e-3;  // tolerance for the length of a unit quaternion or unit vector
 
-/// One row of one table; `what` names the column in the message.
+/// One row of a table; `what` names the column in error messages.
 struct Row {
   const std::string& file;
   std::string_view table;

@@ -12,7 +12,7 @@ namespace typodont::session {
 
 namespace {
 
-// Units of files. Multiplying by a power of ten (exact in a double) rounds once; dividing back rounds once.
+// Units of files. Multiplying by a power of ten (exact in a double) rounds once; dividing rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -40,7 +40,7 @@ struct Krpm {
   static double to_si(double v) { return v * kKrpm; }
 };
 
-/// A column that keeps the field's own bits. `Field` is a captureless lambda from a message to its field.
+/// A column that stores the field's own bits. `Field` is a captureless lambda from a message to its field.
 template <class Message, class Field>
 Column<Message> exact(std::string name, std::string unit, std::string text, Field) {
   using T = std::remove_cvref_t<decltype(Field{}(std::declval<Message&>()))>;
@@ -53,7 +53,7 @@ Column<Message> exact(std::string name, std::string unit, std::string text, Fiel
   return column;
 }
 
-/// A column of doubles in a unit people use.
+/// A column of doubles in a common unit such as mm.
 template <class Unit, class Message, class Field>
 Column<Message> scaled(std::string name, std::string text, Field) {
   Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
@@ -69,7 +69,7 @@ Column<Message> scaled(std::string name, std::string text, Field) {
   return column;
 }
 
-/// A column computed from others; reading it back changes nothing.
+/// A column computed from other fields; it is ignored on reading.
 template <class Message, class Value>
 Column<Message> derived(std::string name, std::string unit, std::string text, Value) {
   Column<Message> column{std::move(name), std::move(unit), std::move(text), Type::kF64};
@@ -94,7 +94,7 @@ Column<Message> added_later(Column<Message> column) {
 
 template <class Message, std::size_t... kIndex>
 void add_removed(std::vector<Column<Message>>& columns, const char* when, std::index_sequence<kIndex...>) {
-  // Index 0 is air, which nobody removes.
+  // Index 0 is air, which cannot be removed.
   (columns.push_back(
        scaled<CubicMillimetres, Message>(fmt::format("removed_{}_mm3", name_of(static_cast<Tissue>(kIndex + 1))),
                                          fmt::format("{} cut away {}", name_of(static_cast<Tissue>(kIndex + 1)), when),
@@ -111,7 +111,7 @@ void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequenc
    ...);
 }
 
-/// A unit quaternion, every bit. `PoseOf` is a captureless lambda from a message to its Pose.
+/// A unit quaternion with all bits. `PoseOf` is a captureless lambda from a message to its Pose.
 template <class Message, class PoseOf>
 void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
                      PoseOf) {
@@ -142,7 +142,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   using T = ServoTick;
   std::vector<Column<T>> c;
 
-  // The table of the contract (INTERFACE 'Ticks'), in its order.
+  // The columns in the order of docs/interface.md, section 'Ticks'.
   Column<T> t_s = derived<T>("t_s", "s", "when the hand was sampled, since the session's start",
                              [](const T& t) { return static_cast<double>(t.t) / 1e9; });
   t_s.set = [](T& t, const std::byte* in) {
@@ -206,7 +206,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // Of contact models: tables only, a session's replay computes it again.
+  // Results of contact models, only in CSV tables: a replay computes them again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;
@@ -216,11 +216,11 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  // In files, too: an implant exercise is scored by the state of its tool.
+  // Also in session files, because the score of an implant exercise depends on the state of its tool.
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
-  // What a replay needs on top, bit for bit.
+  // Further columns with all bits that a replay needs.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));

@@ -1,4 +1,4 @@
-// The columns of a session's tables: for each its name, unit, meaning, and how it goes into and out of a message.
+// The columns of a session's tables: name, unit, meaning, and the conversion from and to a message.
 #pragma once
 
 #include <cstddef>
@@ -36,21 +36,21 @@ constexpr Type type_of() {
 template <class Message>
 struct Column {
   std::string name;
-  std::string unit;  // "" when dimensionless
-  std::string text;  // what it is, in one line
+  std::string unit;  // "" if dimensionless
+  std::string text;  // meaning, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
   void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
   bool in_csv = true;
   bool in_file = true;
-  bool added = false;  // after the first release: older files lack it, the message then keeps its default
+  bool added = false;  // added after the first release: older files lack it, and the message keeps its default
 };
 
 const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// "0 air, 1 enamel, …": attribute `labels` of every column that holds tissues.
+/// "0 air, 1 enamel, …": attribute `labels` of every column with tissues.
 std::string tissue_labels();
 /// "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();

@@ -12,9 +12,9 @@ namespace {
 
 thread_local std::string t_reason;
 
-/// Called by HDF5 for every failing call, while its error stack still stands (the next call clears it).
+/// HDF5 calls this for every failing call, while its error stack is valid (the next call clears it).
 herr_t keep_reason(hid_t stack, void*) {
-  // Downward: from the outermost call to the innermost, whose description names the cause.
+  // Walk downward from the outermost to the innermost call, whose description names the cause.
   H5Ewalk2(
       stack, H5E_WALK_DOWNWARD,
       [](unsigned, const H5E_error2_t* error, void*) -> herr_t {
@@ -28,11 +28,11 @@ herr_t keep_reason(hid_t stack, void*) {
 }  // namespace
 
 H5Quiet::H5Quiet() {
-  // At exit HDF5 would try to write what a full disk has refused, a hundred times, and then complain on standard error.
-  // Sessions close their files themselves. It only listens before its first other call.
+  // At exit HDF5 would repeat the writes that a full disk has refused, and then print errors. Sessions close their
+  // files themselves, so the exit handler is disabled. HDF5 accepts this only before its first other call.
   static const bool no_exit_handler = H5dont_atexit() >= 0;
   static_cast<void>(no_exit_handler);
-  // A file can name any filter, and HDF5 would load a plugin for it. Sessions need the built-in ones only.
+  // A file can name any filter, for which HDF5 would load a plugin. Sessions need only the built-in filters.
   static const bool no_plugins = H5PLset_loading_state(0) >= 0;
   static_cast<void>(no_plugins);
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
@@ -52,7 +52,7 @@ namespace {
 constexpr hsize_t kLargestChunk = 16u << 20;         // bytes
 constexpr std::size_t kLongestAttribute = 1u << 20;  // bytes
 
-/// The object's parent and its own name, after every name on the way was found to be a hard link to a group.
+/// The object's parent and its own name. Checks that every name in the path is a hard link to a group.
 H5 open_object(const std::string& file, hid_t root, const std::string& path) {
   H5 at(H5Oopen(root, ".", H5P_DEFAULT), H5Oclose);
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -101,7 +101,7 @@ H5 open_dataset(const std::string& file, hid_t root, const std::string& path) {
     if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_FLETCHER32)
       throw Error(file, path, fmt::format("filter {}", filter), "shuffle, deflate or fletcher32");
   }
-  // What it claims, against what the file can hold: reading it then takes no more memory than the file is worth.
+  // Compare the claimed size with the file's size, so that reading never needs more memory than the file justifies.
   const H5 space(H5Dget_space(dataset.get()), H5Sclose), type(H5Dget_type(dataset.get()), H5Tclose);
   const hssize_t cells = H5Sget_simple_extent_npoints(space.get());
   const int dimensions = H5Sget_simple_extent_ndims(space.get());
@@ -219,7 +219,7 @@ bool write_text(hid_t group, const char* name, std::string_view text) {
   H5 type = h5_string_type(bytes.size());
   H5 space(H5Screate(H5S_SCALAR), H5Sclose);
   H5 properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-  H5Pset_obj_track_times(properties.get(), false);  // equal sessions, equal bytes
+  H5Pset_obj_track_times(properties.get(), false);  // no times, so that equal sessions give equal bytes
   H5 dataset(H5Dcreate2(group, name, type.get(), space.get(), H5P_DEFAULT, properties.get(), H5P_DEFAULT), H5Dclose);
   return dataset && H5Dwrite(dataset.get(), type.get(), H5S_ALL, H5S_ALL, H5P_DEFAULT, bytes.data()) >= 0;
 }
@@ -229,7 +229,7 @@ bool read_text(const H5& dataset, std::string& text) {
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
   H5 stored(H5Dget_type(dataset.get()), H5Tclose);
   std::size_t size = 0;
-  // As long as the file at most, see open_dataset().
+  // A text is at most as long as the file, see open_dataset().
   if (H5Sget_simple_extent_npoints(space.get()) != 1 || !plausible_string(stored.get(), size, SIZE_MAX)) return false;
   H5 type = h5_string_type(size);
   std::string bytes(size, '\0');

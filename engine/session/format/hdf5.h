@@ -1,4 +1,4 @@
-// The little of the HDF5 C API that sessions need: handles that close themselves, and errors with a reason.
+// Wrappers for the part of the HDF5 C API that sessions use: handles that close themselves, and errors with a reason.
 #pragma once
 
 #include <hdf5.h>
@@ -27,7 +27,7 @@ class H5 {
     return *this;
   }
   ~H5() { reset(); }
-  /// False when closing failed, e.g. because what was still buffered could not be written.
+  /// False if closing failed, e.g. because buffered data could not be written.
   bool reset() noexcept {
     const hid_t id = std::exchange(id_, -1);
     return id < 0 || close_(id) >= 0;
@@ -40,7 +40,7 @@ class H5 {
   Close close_ = nullptr;
 };
 
-/// While it lives, this thread's HDF5 errors are kept for h5_reason() instead of printed.
+/// While this object lives, HDF5 errors of this thread are stored for h5_reason() instead of printed.
 class H5Quiet {
  public:
   H5Quiet();
@@ -53,14 +53,14 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// The innermost reason of the last failure on this thread under an H5Quiet, in words.
+/// The innermost reason of this thread's last failure under an H5Quiet, in words.
 std::string h5_reason();
 
-/// Opens a group or dataset by its path, seen from `root`. Only what a session's writer makes is opened: every name on
-/// the path is a hard link, and a dataset keeps its data in this file, with the writer's filters, in one dimension, and
-/// claims no more than the file can hold. Soft, external and user-defined links, external storage and virtual datasets
-/// would let a stranger's file show the content of other files. An empty handle: there is nothing. Throws Error(`file`,
-/// path, …).
+/// Opens a group or dataset by its path from `root`. Accepts only what the session writer creates: every name on the
+/// path is a hard link; a dataset has its data in this file, uses the writer's filters, has one dimension, and claims
+/// no more data than the file can hold. Other links, external storage and virtual datasets are refused, because they
+/// could expose the content of other files. Returns an empty handle if nothing exists there. Throws Error(`file`, path,
+/// …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 
@@ -68,8 +68,8 @@ hid_t h5_type(Type type);
 /// Fixed-length UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);
 
-// Attributes and whole texts. The setters return false on failure; the getters return false when the thing is not
-// there or has another type.
+// Attributes and texts. The setters return false on failure; the getters return false if the item does not exist or has
+// another type.
 bool set_attribute(hid_t object, const char* name, std::string_view text);
 bool set_attribute(hid_t object, const char* name, double value);
 bool set_attribute(hid_t object, const char* name, std::uint64_t value);

@@ -18,14 +18,14 @@ namespace typodont::session {
 
 namespace {
 
-// The journal: this header, then for every change its place and length (8 bytes each) and its bytes.
+// Format of the journal: this header, then for every change its offset and length (8 bytes each) and its bytes.
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
 struct Header {
   std::array<char, 8> magic = kMagic;
-  std::uint64_t bytes = 0;     // of all changes
-  std::uint64_t checksum = 0;  // FNV-1a of them: a torn journal is told from a whole one
+  std::uint64_t bytes = 0;     // size of all changes
+  std::uint64_t checksum = 0;  // FNV-1a of the changes; detects an incomplete journal
 };
-constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, on reading
+constexpr std::uint64_t kLargestJournal = std::uint64_t{1} << 32;  // bytes, size limit for reading
 
 bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t place) {
   const auto* from = static_cast<const char*>(bytes);
@@ -38,7 +38,7 @@ bool write_all(int fd, const void* bytes, std::uint64_t size, std::uint64_t plac
   return true;
 }
 
-/// What lies behind the end reads as zeros, as HDF5 expects.
+/// Bytes beyond the end of the file are read as zeros, as HDF5 expects.
 bool read_all(int fd, void* bytes, std::uint64_t size, std::uint64_t place) {
   auto* to = static_cast<char*>(bytes);
   while (size > 0) {
@@ -62,14 +62,14 @@ std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-/// The driver's file; HDF5 knows its first member only.
+/// A file of the driver; HDF5 knows only its first member.
 struct JournaledFile {
   H5FD_t hdf5{};
   int fd = -1;
   Journal* journal = nullptr;
   haddr_t end_of_addresses = 0;
-  haddr_t end = 0;       // as HDF5 sees it
-  haddr_t real_end = 0;  // without the changes
+  haddr_t end = 0;       // size of the file as HDF5 sees it
+  haddr_t real_end = 0;  // size without the uncommitted changes
   std::vector<Journal::Change> changes;
 
   static JournaledFile& of(H5FD_t* file) { return *reinterpret_cast<JournaledFile*>(file); }
@@ -122,7 +122,7 @@ struct JournaledFile {
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
     const JournaledFile& file = of(f);
     if (!read_all(file.fd, bytes, size, place)) return -1;
-    for (const Journal::Change& change : file.changes) {  // the newest last
+    for (const Journal::Change& change : file.changes) {  // the newest change is last and wins
       const haddr_t begin = std::max<haddr_t>(place, change.place);
       const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
       if (begin < last)
@@ -159,7 +159,7 @@ struct JournaledFile {
     file.end = file.real_end = file.end_of_addresses;
     return 0;
   }
-  static herr_t lock(H5FD_t*, hbool_t) { return 0; }  // recordings have their own, see layout.h
+  static herr_t lock(H5FD_t*, hbool_t) { return 0; }  // recordings have their own lock, see layout.h
   static herr_t unlock(H5FD_t*) { return 0; }
   static int compare(const H5FD_t* a, const H5FD_t* b) {
     struct stat first {
@@ -218,7 +218,8 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
   }
-  // Room for what the file grows by, so that a full disk is met before anything is changed. Not every file system can.
+  // Reserve disk space for the growth of the file, so that a full disk is detected before anything changes. Not every
+  // file system supports this.
   if (new_end > old_end &&
       fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT || errno == EFBIG))
@@ -267,7 +268,7 @@ std::filesystem::path journal_of(const std::filesystem::path& file) {
 
 namespace {
 
-/// The changes of a whole journal.
+/// Reads the changes of a complete journal.
 std::optional<std::vector<std::byte>> read_journal(const std::filesystem::path& file) {
   const int fd = ::open(journal_of(file).c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return std::nullopt;
@@ -298,7 +299,7 @@ bool apply_journal(const std::filesystem::path& file, const std::filesystem::pat
   if (fd < 0) return false;
   bool good = true;
   for (std::size_t at = 0; good && at < changes->size();) {
-    std::array<std::uint64_t, 2> head{};  // place, length
+    std::array<std::uint64_t, 2> head{};  // offset, length
     if (changes->size() - at < sizeof head) break;
     std::memcpy(head.data(), changes->data() + at, sizeof head);
     at += sizeof head;

@@ -1,4 +1,4 @@
-// What writer and reader of the session file must agree on beside the columns.
+// Definitions that the writer and the reader of session files share, besides the columns.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ inline constexpr std::size_t kPictureText = 128;  // bytes
 
 inline constexpr const char* kLostLabels =
     "0 ticks_ring, 1 cuts_ring, 2 ticks_disk, 3 cuts_disk, 4 other_disk, 5 other_ring, 6 pictures_disk";
-inline constexpr std::size_t kLostAtFirst = 5;  // that files of older versions have
+inline constexpr std::size_t kLostAtFirst = 5;  // number of loss counters in files of older versions
 inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
   return {lost.ticks_ring, lost.cuts_ring,  lost.ticks_disk,   lost.cuts_disk,
           lost.other_disk, lost.other_ring, lost.pictures_disk};
@@ -27,7 +27,7 @@ inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
 /// "0 note, 1 tool, …".
 std::string event_labels();
 
-/// The group "loop": a LoopReport as the file's numbers.
+/// The group "loop": a LoopReport as numbers.
 inline constexpr const char* kLoopTimeLabels =
     "0 period_ns, 1 ticks, 2 misses, 3 worst_tick_index, 4 worst_tick_ns, 5 worst_jitter_ns";
 inline constexpr const char* kLoopGrantLabels = "0 fifo, 1 pinned_core, 2 locked_memory";
@@ -48,9 +48,9 @@ struct LoopFields {
   LoopReport report() const;
 };
 
-// HDF5 lets go of its own lock once SWMR has started, so the writer holds another one, on a byte far behind the end, by
-// which a reader tells a session at work from one that was killed. It goes when the process does.
-int lock_while_recording(const std::filesystem::path& file);  // a descriptor to close, or -1
+// HDF5 releases its own lock when SWMR starts. So the writer holds another lock, on a byte far behind the end of the
+// file. A reader uses it to distinguish a running session from a killed one. It ends with the process.
+int lock_while_recording(const std::filesystem::path& file);  // returns a descriptor to close, or -1
 bool is_being_recorded(const std::filesystem::path& file);
 
 }  // namespace typodont::session

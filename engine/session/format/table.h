@@ -10,8 +10,8 @@
 
 namespace typodont::session {
 
-/// Rows of fixed-size cells, column by column: buffered here, written a chunk at a time. A chunk is compressed when it
-/// is written, so whole chunks are written once; a heartbeat may write part of one, which is then written again.
+/// Rows of fixed-size cells, stored by column. They are buffered and written in chunks, because a chunk is compressed
+/// when it is written. A heartbeat may write a partial chunk, which is then written again later.
 class Table {
  public:
   struct Spec {
@@ -27,12 +27,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// The chunk in the file would be complete: time to write.
+  /// True if the buffered rows would complete a chunk in the file: write them now.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Rows that were written since the last commit(): a power cut may still take them.
+  /// Rows written since the last commit(); a power cut could still lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }

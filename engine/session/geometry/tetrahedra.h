@@ -1,5 +1,6 @@
-// The zero surface of a dense field as triangles, by marching tetrahedra: exact wherever the field is linear, and every
-// point lies on a known edge between two samples, so that other fields can be read there in the same way.
+// Extracts the zero surface of a dense field as triangles by marching tetrahedra. It is exact where the field is
+// linear. Every point lies on a known edge between two samples, so that other fields can be interpolated there in the
+// same way.
 #pragma once
 
 #include <array>
@@ -9,7 +10,7 @@
 
 namespace typodont::session {
 
-/// A point between samples i < j, at share t.
+/// A point on the edge between samples i < j, at fraction t.
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;
@@ -19,10 +20,10 @@ struct EdgePoint {
     return static_cast<double>(values[i]) + t * (static_cast<double>(values[j]) - static_cast<double>(values[i]));
   }
 };
-using EdgeTriangle = std::array<EdgePoint, 3>;  // counter-clockwise seen from outside the tissue
+using EdgeTriangle = std::array<EdgePoint, 3>;  // counter-clockwise as seen from outside the tissue
 
-/// Calls `each(const EdgeTriangle&)` for every triangle. Cubes are cut along their main diagonal (Kuhn 1960), the same
-/// way in all, so the surface has no cracks.
+/// Calls `each(const EdgeTriangle&)` for every triangle. All cubes are split along the same main diagonal (Kuhn 1960),
+/// so that the surface has no cracks.
 template <class Each>
 void each_triangle(const DenseField& field, Each&& each) {
   const glm::ivec3 n = field.size;

@@ -1,4 +1,4 @@
-// How a text of the catalogue is kept: a key, and the text in every language.
+// Entries of the text catalogue: a key, and the text in every language.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ struct Entry {
   std::array<std::string_view, kLanguageCount> text;  // English, German, Simplified Chinese; zero-terminated
 };
 
-/// What the operator's window says, beside what it shares with the reports.
+/// Texts of the operator's window that the reports do not use.
 std::span<const Entry> operator_catalogue() noexcept;
 
 }  // namespace typodont::session

@@ -13,9 +13,10 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::uint64_t kPiece = 8192;    // ticks read at a time
-constexpr std::size_t kBins = 480;        // of the plots over time
-constexpr Nanos kSpeedOver = 20'000'000;  // ns, over which the hand's speed is taken: no noise of the encoders
+constexpr std::uint64_t kPiece = 8192;  // number of ticks read at once
+constexpr std::size_t kBins = 480;      // number of bins of the plots over time
+// ns, interval over which the hand's speed is measured, to average out encoder noise
+constexpr Nanos kSpeedOver = 20'000'000;
 
 struct Accumulator {
   std::vector<double> least, sum, greatest;

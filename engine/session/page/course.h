@@ -1,4 +1,4 @@
-// Everything the report needs to know of a session's ticks, in one pass over them.
+// Collects all data that the report needs from a session's ticks, in one pass.
 #pragma once
 
 #include <array>
@@ -16,9 +16,10 @@ namespace typodont::session {
 struct Course {
   double t0 = 0, t1 = 1;  // s
   std::uint64_t count = 0;
-  Series force, speed, spindle, depth, removed;                  // N, mm/s, krpm, mm, mm³
-  double most_spindle = 0;                                       // krpm
-  std::vector<std::array<std::uint32_t, kTissueCount>> touched;  // ticks per bin and tissue in contact
+  Series force, speed, spindle, depth, removed;  // N, mm/s, krpm, mm, mm³
+  double most_spindle = 0;                       // krpm, highest spindle speed
+  // number of ticks for each bin and each tissue in contact
+  std::vector<std::array<std::uint32_t, kTissueCount>> touched;
   struct FaultCount {
     std::uint64_t ticks = 0;
     double first = 0;
@@ -29,16 +30,16 @@ struct Course {
   HandMeasures hand;
 };
 
-/// Reads it piece by piece: memory does not grow with the session.
+/// Reads the session in pieces, so that memory does not grow with its length.
 Course course_of(const SessionReader& session);
 
-/// What is judged: of the recorded result, or of the ticks where there is none.
+/// Input of the score: from the recorded result, or from the ticks if there is none.
 ScoreInput input_of(const SessionReader& session, const Course& course);
-/// By the rules of the session's own scene.
+/// Score by the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Empty where the recording has no scene.
+/// Empty if the recording has no scene.
 std::string scene_name_of(const SessionReader& session);
-/// Of the scene's task; empty where it has none.
+/// Title of the scene's task; empty if it has none.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

@@ -13,7 +13,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr std::size_t kTableBins = 12;  // of the tables beside the plots over time
+constexpr std::size_t kTableBins = 12;  // number of rows in the tables beside the plots over time
 constexpr std::size_t kMostEvents = 200;
 
 }  // namespace
@@ -70,7 +70,7 @@ void Page::plot(const char* key, const char* css, const char* unit, const Series
   put("<h3>{} ({})</h3>\n", say(key), unit);
   if (note) put("<p class=\"soft\">{}</p>\n", say(note));
   put("<div class=\"scroll\">{}</div>", time_plot(p, s, number_text()));
-  // The plot as numbers, for those who cannot see it.
+  // The plot as a table of numbers, for readers who cannot see it.
   put("\n<details><summary>{}</summary><table><caption>{} ({})</caption><thead><tr><th scope=\"col\">{}</th><th "
       "scope=\"col\">{}</th>"
       "<th scope=\"col\">{}</th></tr></thead><tbody>",
@@ -123,20 +123,21 @@ void Page::touched() {
     }
   }
   if (all == 0) return;
-  std::vector<std::string> shares;
+  std::vector<std::string> fractions;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     if (total[i] > 0) {
-      shares.push_back(fmt::format("{} {} %", tissue_text(i),
-                                   number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
+      fractions.push_back(fmt::format("{} {} %", tissue_text(i),
+                                      number(100.0 * static_cast<double>(total[i]) / static_cast<double>(all), 0)));
     }
   }
   put("<h3>{}</h3>\n", say("touched"));
-  put("<div class=\"scroll\">{}</div>\n", strip(css, fmt::format("{}: {}", say("touched"), fmt::join(shares, ", "))));
+  put("<div class=\"scroll\">{}</div>\n",
+      strip(css, fmt::format("{}: {}", say("touched"), fmt::join(fractions, ", "))));
   put("<ul class=\"legend\" aria-hidden=\"true\">");
   std::size_t k = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {
     if (total[i] > 0)
-      put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), shares[k++]);
+      put("<li><span class=\"swatch s-{}\"></span>{}</li>", name_of(static_cast<Tissue>(i)), fractions[k++]);
   }
   put("</ul>\n");
 }
@@ -174,16 +175,17 @@ void Page::timing() {
 
 void Page::loop_times(const LoopReport& loop) {
   const LoopTiming& t = loop.timing;
-  const double share = 100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
+  const double fraction =
+      100 * static_cast<double>(t.misses) / static_cast<double>(std::max<std::uint64_t>(t.ticks, 1));
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th><th "
       "scope=\"col\">{}</th><th scope=\"col\">99 %</th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>",
-      say("loop_caption", t.ticks, t.misses, number(share, share > 0 && share < 0.01 ? 4 : 2),
+      say("loop_caption", t.ticks, t.misses, number(fraction, fraction > 0 && fraction < 0.01 ? 4 : 2),
           number(static_cast<double>(t.worst_index) * to_seconds(t.period), 2)),
       say("median"), three_nines(), say("worst"));
   const auto row = [&](const char* key, const DurationHistogram& h, Nanos worst) {
-    // A quantile is the end of its bin, which may lie beyond the worst one in it.
+    // A quantile is the upper edge of its bin, which can be larger than the largest value.
     const auto us = [&](double q) { return number(std::min(h.quantile(q), static_cast<double>(worst)) / 1e3); };
     put("<tr><th scope=\"row\">{}</th><td>{} µs</td><td>{} µs</td><td>{} µs</td><td>{} µs</td></tr>\n", say(key),
         us(0.5), us(0.99), us(0.999), number(static_cast<double>(worst) / 1e3));
@@ -198,7 +200,7 @@ void Page::loop_times(const LoopReport& loop) {
     last = i;
   }
   if (last < 0) return;
-  // A whole decade at least, so that its axis has marks.
+  // Show at least a whole decade, so that the axis has marks.
   first = std::max(0, std::min(first, last - 27));
   last = std::min(DurationHistogram::kBins - 1, std::max(last, first + 27));
   std::vector<double> edges{DurationHistogram::upper_edge(first) / 1e3 *
@@ -222,7 +224,7 @@ void Page::real_time(const LoopReport& loop) {
   const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
   for (const auto& [name, yes] : granted(loop.fifo, loop.pinned, loop.memory_locked))
     entry(name.data(), say(yes ? "realtime.yes" : "realtime.no"));
-  if (loop.bearable_force > 0) {  // a hand with motors
+  if (loop.bearable_force > 0) {  // a device with motors
     entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
     std::vector<std::string> events;
     for (const auto& [event, name] : kSafetyEventNames) {
@@ -241,7 +243,7 @@ void Page::cpu_times() {
     return static_cast<double>(us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1) + 0.5)]);
   };
   const double period = 1e6 / session_.header().servo_rate;
-  // Twelve bins to a decade.
+  // Twelve bins per decade.
   const double lo = std::floor(std::log10(std::max(1e-2, static_cast<double>(us.front()))));
   const double hi = std::max(lo + 1, std::ceil(std::log10(std::max(1e-2, static_cast<double>(us.back())) * 1.0001)));
   std::vector<double> edges, counts;
@@ -269,7 +271,7 @@ void Page::cpu_times() {
 
 void Page::sound_times() {
   const auto heard = frames_of(session_, "sound");
-  if (!heard || heard->column("latency_s").empty()) return;  // silent, or into a file
+  if (!heard || heard->column("latency_s").empty()) return;  // no sound, or sound into a file
   put("<div class=\"scroll\" tabindex=\"0\" role=\"region\" "
       "aria-labelledby=\"h-timing\"><table><caption>{}</caption><thead><tr><th scope=\"col\"></th>"
       "<th scope=\"col\">{}</th><th scope=\"col\">99 %</th><th scope=\"col\">{}</th></tr></thead>\n<tbody>\n",

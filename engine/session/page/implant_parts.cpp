@@ -1,4 +1,4 @@
-// The report's part on an exercise in implant surgery: the phases, the bed, the force in each phase.
+// The report's part about implant surgery: the phases, the bed, and the force in each phase.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s that a note must have stood to be shown
+constexpr double kLeastNoted = 0.05;  // s; a note that was shown for a shorter time is not reported
 
 }  // namespace
 

@@ -11,7 +11,7 @@ namespace typodont::session {
 
 namespace {
 
-/// The task's title in the reader's language, else the scene's name.
+/// The task's title in the reader's language, otherwise the scene's name.
 std::string heading_of(const SessionSummary& session, const Words& words, Language language) {
   if (!session.title.empty()) return session.title.in(language);
   return session.scene.empty() ? words.say("scene") : session.scene;
@@ -29,7 +29,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
   std::stable_sort(all.begin(), all.end(), [](const SessionSummary& a, const SessionSummary& b) {
     return std::tie(a.date, a.file) < std::tie(b.date, b.file);
   });
-  // Only sessions on the same scene can be compared.
+  // Only sessions with the same scene are comparable.
   std::vector<std::string> scenes;
   for (const SessionSummary& s : all) {
     if (std::find(scenes.begin(), scenes.end(), s.scene) == scenes.end()) scenes.push_back(s.scene);
@@ -56,7 +56,7 @@ std::string learning_curve_html(std::span<const SessionSummary> sessions, Langua
                        words.number_text()),
           title, unit.empty() ? std::string() : fmt::format(" ({})", unit));
     };
-    // Against the pass mark.
+    // Compare with the pass mark.
     const Score& newest = mine.back()->score;
     curve(words.say("score"), "", newest.counts() ? std::optional(newest.pass.points) : std::nullopt,
           [](const SessionSummary& s) -> std::optional<double> {

@@ -1,4 +1,4 @@
-// Colours of the result in the report, the same in set pictures and in the turnable view. sRGB, 0..255.
+// Colours of the result in the report, used in its pictures and in the rotatable view. sRGB, 0..255.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace typodont::session {
 
-/// By the order of Tissue.
+/// Indexed by Tissue.
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},
@@ -22,13 +22,13 @@ inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{
                                                                                 {150, 155, 162},
                                                                                 {232, 214, 180}}};
 
-/// Blue: too much left; grey: as it should be; red: cut too deep. Told apart by people who do not see red or green.
+/// Blue: too much left; grey: correct; red: cut too deep. Colour-blind readers can distinguish them.
 inline constexpr std::array<std::array<int, 3>, 3> kDifferenceColors = {
     {{33, 102, 172}, {226, 226, 222}, {190, 40, 30}}};
 
-/// `share`: -1 cut too deep, 0 right, 1 too much left.
-inline glm::vec3 difference_color(float share) {
-  const float s = std::clamp(share, -1.0f, 1.0f);
+/// `fraction`: -1 cut too deep, 0 correct, 1 too much left.
+inline glm::vec3 difference_color(float fraction) {
+  const float s = std::clamp(fraction, -1.0f, 1.0f);
   const auto& end = kDifferenceColors[s > 0 ? 0 : 2];
   const auto& middle = kDifferenceColors[1];
   glm::vec3 c;

@@ -80,9 +80,9 @@ double Page::healthy_removed() const {
   return s.items.empty() ? 0 : s.items.front().value;
 }
 
-void Page::gauge(double share, bool missed, double mark) {
+void Page::gauge(double fraction, bool missed, double mark) {
   put("<div class=\"gauge{}\" aria-hidden=\"true\"><i style=\"width:{:.1f}%\"></i>", missed ? " missed" : "",
-      100 * std::clamp(share, 0.0, 1.0));
+      100 * std::clamp(fraction, 0.0, 1.0));
   if (mark >= 0) put("<b style=\"left:{:.1f}%\"></b>", 100 * std::clamp(mark, 0.0, 1.0));
   put("</div>");
 }
@@ -143,7 +143,7 @@ void Page::summary() {
   put("<section id=\"result\" aria-labelledby=\"h-result\">\n<h2 id=\"h-result\">{}</h2>\n<div class=\"top\">\n<div>",
       say("result"));
   if (score_.counts()) {
-    // Not rounded up to a mark that was missed.
+    // Do not round up to a pass mark that was missed.
     const bool missed = !score_.passed();
     put("<p class=\"big{}\">{}<small> / {}</small></p>", missed ? " missed" : "",
         number(std::floor(score_.points * 10) / 10, 1), number(score_.full, 0));

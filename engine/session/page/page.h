@@ -1,5 +1,5 @@
-// The report of one session as a page: its parts in the order in which they stand there. The parts on the result are in
-// result_parts.cpp, those on the course of the session in course_parts.cpp, the rest in page.cpp.
+// The report of one session as a page. The functions are listed in the order of the page: those about the result are in
+// result_parts.cpp, those about the course of the session in course_parts.cpp, the rest in page.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -21,10 +21,10 @@
 
 namespace typodont::session {
 
-/// From the doctype to the body's start: nothing is loaded from anywhere.
+/// HTML from the doctype to the start of the body. The page loads nothing from elsewhere.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page; holds what every part of it needs.
+/// Writes one page; holds the data that all its parts need.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);
@@ -36,8 +36,8 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// `mark`: the pass mark on it, as a share; negative: none.
-  void gauge(double share, bool missed = false, double mark = -1);
+  /// `mark`: the pass mark as a fraction; negative: none.
+  void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
   double duration() const { return course_.count > 0 ? course_.t1 - course_.t0 : 0; }
@@ -51,19 +51,20 @@ class Page : private Words {
   void summary();
   void task();
 
-  /// The views that are drawn and that the turnable one starts from.
+  /// The views that are drawn, and the starting view of the rotatable one.
   struct Views {
     ModelView above, front, side, angled;
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// "From the buccal side" where the scene says how the tooth stands, else "From the front"; `name`: above, front, …
+  /// "From the buccal side" if the scene describes the tooth's orientation, otherwise "From the front"; `name`: above,
+  /// front, …
   std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// Positions in 16 bits over the result's bounds, normals and deviations in 8.
+  /// Positions as 16-bit fractions of the result's bounds, normals and deviations as 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -72,21 +73,21 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// Of an exercise in implant surgery: its phases, and the force in each.
+  /// For an exercise in implant surgery: its phases and the force in each.
   void implant();
 
-  /// What happened, with tools and faults as the reader calls them.
+  /// Text of an event, with tools and faults in the reader's language.
   std::string event_text(const SessionEvent& event) const;
   std::vector<TimePlot::Mark> marks() const;
   void plot(const char* key, const char* css, const char* unit, const Series& s, int decimals,
             const char* note = nullptr);
   void over_time();
-  /// Under the force: which tissue answers.
+  /// Strip below the force plot that shows the touched tissue.
   void touched();
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Median, 99 %, 99.9 % and worst of what a live loop counted.
+  /// Median, 99 %, 99.9 % and maximum of a live loop's times.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -99,7 +100,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// What is about the program and not about the preparation: a page of its own, on the screen and on paper.
+  /// Page about the program instead of the preparation; a separate page on screen and on paper.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

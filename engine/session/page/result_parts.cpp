@@ -13,12 +13,12 @@ namespace typodont::session {
 
 namespace {
 
-/// In the order of the session.
+/// Position of a picture in the order of the session.
 int rank_of(const SessionPicture& p) {
   return p.name.starts_with("before") ? 0 : p.name.starts_with("during") ? 1 : p.name.starts_with("after") ? 2 : 3;
 }
 
-/// Runs of equal labels: the label in the upper four bits, how many in the lower twelve.
+/// Run-length encoding of labels: the label in the upper four bits, the count in the lower twelve.
 std::vector<std::uint16_t> runs_of(const std::vector<Tissue>& labels) {
   constexpr std::size_t kLongest = 4095;
   static_assert(kTissueCount <= 16);
@@ -168,7 +168,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // From the model's steps to the samples of its labels.
+    // Transformation from the model's steps to the samples of its labels.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -184,7 +184,7 @@ std::string Page::model_data(const Views& at) const {
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-  // It turns about what was worked on.
+  // The view rotates about the region that was worked on.
   glm::vec3 focus(0);
   if (options_.preparation) {
     const Preparation& p = *options_.preparation;
@@ -201,7 +201,7 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // Through the worst place where there is one, else through the middle of what was looked at.
+  // The section goes through the largest deviation if there is one, otherwise through the middle of the work.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {
@@ -210,7 +210,7 @@ void Page::sections(const Views& at) {
     if (worst.depth > 0) through = worst.p_W;
   }
   const auto section = [&](const dvec3& along_W) {
-    const auto side = [&](const dvec3& direction) {  // as an eye there would see it
+    const auto side = [&](const dvec3& direction) {  // name of the side that a viewer in that direction sees
       const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
       return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
     };
@@ -265,7 +265,7 @@ void Page::items() {
       "<th scope=\"col\" class=\"text\">{}</th></tr></thead>\n<tbody>\n",
       say("items"), say("items_note"), say("item"), say("value"), say("target"), say("tolerance"), say("points"),
       say("source"));
-  // What counts first.
+  // Sort the items by weight.
   std::vector<const ScoreItem*> order;
   for (const ScoreItem& item : score_.items) order.push_back(&item);
   std::stable_sort(order.begin(), order.end(), [](auto* a, auto* b) { return a->weight > b->weight; });
@@ -279,7 +279,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The sources of the default rules are in the catalogue, by their English text.
+      // The sources of the default rules are catalogue texts; their key is the English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
@@ -358,7 +358,7 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
-  // An open surface has no inside: what lies between it and a cap that closes it is nobody's volume.
+  // An open surface has no inside, so the volume under a closing cap is meaningless.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

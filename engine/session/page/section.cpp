@@ -12,13 +12,13 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m shown around what was or should have been changed
+constexpr double kAround = 1.2e-3;  // m, border shown around the changed region and the ideal's
 
 struct Window {
-  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the plane, from the point it goes through
+  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the plane, relative to the point through which it passes
 };
 
-/// Marching squares: segments of the curve value = 0, in the units of the drawing.
+/// Marching squares: segments of the contour value = 0, in drawing units.
 std::string contour(const Window& w, double step, double scale, const std::function<double(double, double)>& value) {
   std::string path;
   const int nx = static_cast<int>((w.x1 - w.x0) / step), ny = static_cast<int>((w.y1 - w.y0) / step);
@@ -32,7 +32,7 @@ std::string contour(const Window& w, double step, double scale, const std::funct
     fill(next, j + 1);
     for (int i = 0; i < nx; ++i) {
       const auto k = static_cast<std::size_t>(i);
-      const double v[4] = {row[k], row[k + 1], next[k + 1], next[k]};  // around the cell
+      const double v[4] = {row[k], row[k + 1], next[k + 1], next[k]};  // values at the cell's corners
       const glm::dvec2 corner[4] = {{i, j}, {i + 1, j}, {i + 1, j + 1}, {i, j + 1}};
       glm::dvec2 cross[4];
       int count = 0;
@@ -61,7 +61,7 @@ std::string section_svg(const Preparation& in, const dvec3& through_W, const dve
   const auto inside_box = [&](const dvec3& p) {
     return !glm::any(glm::lessThan(p, dvec3(0))) && !glm::any(glm::greaterThan(p, dvec3(in.before.size - 1)));
   };
-  // The window: where the three differ.
+  // The visible window contains all differences between the three surfaces.
   const double step = 0.5 * in.frame.voxel, reach = glm::length(dvec3(in.before.size)) * in.frame.voxel;
   Window w{1e9, -1e9, 1e9, -1e9};
   for (double x = -reach; x <= reach; x += 2 * step) {

@@ -1,4 +1,4 @@
-// A cut through the preparation: the surface there was, the ideal and the result, as inline SVG.
+// A section through the preparation with the old surface, the ideal and the result, as inline SVG.
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace typodont::session {
 
-/// What is written at the left and the right of a section, e.g. "distal" and "mesial"; may be empty.
+/// Labels at the left and the right of a section, e.g. "distal" and "mesial"; may be empty.
 struct SectionSides {
   std::string left, right;
 };
 
-/// The plane through `through_W` that holds the preparation's axis (upright) and `along_W` (to the right, square to
-/// it).
+/// The section plane passes through `through_W`; it contains the preparation's axis (upright) and `along_W` (to the
+/// right, perpendicular to the axis).
 std::string section_svg(const Preparation& preparation, const dvec3& through_W, const dvec3& along_W,
                         const std::string& label, const SectionSides& sides);
 

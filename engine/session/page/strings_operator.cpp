@@ -1,4 +1,4 @@
-// What the operator's window says.
+// Texts of the operator's window.
 #include "engine/session/page/catalogue.h"
 
 namespace typodont::session {

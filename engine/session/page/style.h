@@ -1,4 +1,4 @@
-// The style sheet of the report page. Colours of data hold 3:1 against the page in light and dark.
+// The style sheet of the report page. Colours of data have a contrast of 3:1 against the page in light and dark mode.
 #pragma once
 
 namespace typodont::session {

@@ -1,4 +1,4 @@
-// The turnable view of the result: a z-buffer in a canvas, without a graphics card, without anything from outside.
+// The rotatable view of the result: a z-buffer in a canvas, without a graphics card and without external files.
 #pragma once
 
 namespace typodont::session {

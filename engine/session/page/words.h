@@ -1,4 +1,4 @@
-// Texts, numbers and quantities as a reader of the chosen language writes them.
+// Formats texts, numbers and quantities in the reader's language.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace typodont::session {
 struct Words {
   Language language = Language::kEnglish;
 
-  /// A text of the catalogue with its gaps filled. The texts hold no markup.
+  /// A catalogue text with its placeholders filled in. The texts contain no markup.
   template <class... Args>
   std::string say(std::string_view key, Args&&... args) const {
     return fmt::format(fmt::runtime(text(key, language)), std::forward<Args>(args)...);
@@ -38,8 +38,8 @@ struct Words {
     }
     return value;
   }
-  /// A score's points; in red, and with a cross for who does not see red, where the pass mark is missed. Not rounded up
-  /// to a mark that was missed.
+  /// A score's points. If the pass mark is missed, they are red and marked with a cross for colour-blind readers. Never
+  /// rounded up to a pass mark that was missed.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
     return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
@@ -53,7 +53,7 @@ struct Words {
     const std::string key = "score." + name;
     return has_text(key) ? say(key) : escaped(name);
   }
-  /// "2025-01-02 03:04 UTC" of an ISO date.
+  /// Converts an ISO date to "2025-01-02 03:04 UTC".
   std::string date(const std::string& iso) const {
     if (iso.size() < 16 || iso[10] != 'T') return escaped(iso);
     return escaped(iso.substr(0, 10) + " " + iso.substr(11, 5) + " UTC");

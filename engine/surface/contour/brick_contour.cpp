@@ -19,35 +19,36 @@ namespace {
 constexpr int kCells = FieldBrick::kCells;
 constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
-constexpr std::uint16_t kNone = 0xffff;   // no surface here
-constexpr std::uint16_t kMixed = 0xfffe;  // surface that one vertex cannot stand for
+constexpr std::uint16_t kNone = 0xffff;   // no surface in this block
+constexpr std::uint16_t kMixed = 0xfffe;  // surface that a single vertex cannot represent
 constexpr int kLevels = 5;                // blocks of 1³, 2³, 4³, 8³, 16³ cells
-// A cell with a normal further than 14° from their mean has crossings on both sides of a crease (of 28° or more); one
-// whose normals spread by less than kSmoothSpread (a variance) has none.
+// Crease test. If a normal of the cell differs by more than 14° from the mean normal, the cell has crossings on both
+// sides of a crease (of 28° or more). If the variance of its normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-constexpr float kGentleCosine = 0.44f;  // 64°: see ContourVertex::gentle
-// The four vertices around an edge make a facet of about the cell's side s. On a surface of curvature κ its middle sags
-// by about s²κ/4 below them; so the vertices stand kLift·s²κ outside the surface, and facets err as far outward as
-// inward. They are moved along the surface by kCentre of the way to the cell's middle, which evens the facets' sizes.
-// kSag·s²κ bounds the error that is left. All measured on spheres: tests/property/surface_mesh_test.cpp.
+constexpr float kGentleCosine = 0.44f;  // 64°, limit for ContourVertex::gentle
+// The four vertices around an edge form a facet with about the cell's side length s. On a surface of curvature κ the
+// middle of the facet sags by about s²κ/4. Therefore the vertices are placed kLift·s²κ outside the surface, so that
+// facets deviate equally to both sides. Vertices also move along the surface by the fraction kCentre of the way to the
+// cell's middle, so that facets have similar sizes. kSag·s²κ bounds the remaining error. All values were measured on
+// spheres: tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // of s²: see greatest_curvature
-constexpr float kMaxLift = 0.1f;       // of s, whatever the curvature
+constexpr float kLeastSpread = 4e-3f;  // lower limit of the spread over s², see greatest_curvature
+constexpr float kMaxLift = 0.1f;       // upper limit of the lift over s
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels: how far outside its cell a crease's vertex may lie
-// How far from zero a trilinear sample of the field may be at a vertex on the surface, at a crease and elsewhere.
+constexpr float kOutside = 0.7f;  // voxels; largest distance of a crease vertex outside its cell
+// Largest |trilinear sample| of the field, in voxels, at an accepted vertex: at a crease, and elsewhere.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
-// Sample of cell corner (x,y,z), each -1..17.
+// Index of the sample at cell corner (x,y,z), each -1..17.
 constexpr int sample(int x, int y, int z) {
   return ((x + 1) * FieldBrick::kSamples + (y + 1)) * FieldBrick::kSamples + (z + 1);
 }
 
-// Bit z set: sample z of 17 in a row is solid.
+// Bit z is set if sample z of the row of 17 is solid.
 std::uint32_t solid_bits(const float* row) {
 #if defined(__SSE2__)
   const __m128 zero = _mm_setzero_ps();
@@ -62,21 +63,22 @@ std::uint32_t solid_bits(const float* row) {
 #endif
 }
 
-// A patch of surface in a cell (at full resolution), or all there is in a block.
+// A patch of surface in a cell (at full resolution), or the whole surface in a merged block.
 struct Node {
   Moments moments;
-  glm::vec3 position{0};         // of its vertex, in cell corners
-  Tissue tissue = Tissue::kAir;  // kAir: several
+  glm::vec3 position{0};         // position of the vertex, in cell corners
+  Tissue tissue = Tissue::kAir;  // the tissue around; kAir: several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
 };
 
-// In a block of 2³ cells or children: the signs at its 3³ corners as bits, (x·3 + y)·3 + z.
+// Bit number of a point in a block of 2³ cells or children. The bits hold the signs at its 3³ corners: (x·3 + y)·3 + z.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  std::uint32_t point[19], corners[19];  // each middle of an edge, of a face and of the block, and the corners of that
+  // each midpoint of an edge, a face or the block, and the corners of that edge, face or block
+  std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
   Middles out{};
@@ -99,8 +101,8 @@ constexpr Middles kMiddles = [] {
   return out;
 }();
 
-// The surface in a block keeps its topology when the sign in the middle of each edge, face and of the block itself is
-// that of one of its corners (Ju et al. 2002, sec. 4.1).
+// Tests if merging a block keeps the topology of its surface: the sign at the midpoint of each edge, each face and the
+// block equals that of one of its corners (Ju et al. 2002, sec. 4.1).
 bool middles_agree(std::uint32_t signs) {
   bool agree = true;
   for (int i = 0; i < 19; ++i) {
@@ -110,7 +112,7 @@ bool middles_agree(std::uint32_t signs) {
   return agree;
 }
 
-// The two commonest tissues around a point of the surface, from the solid samples of the 4³ around its cell.
+// Finds the two most frequent tissues around a surface point among the solid samples of the 4³ around its cell.
 void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex& vertex, const glm::vec3& local) {
   float weight[kTissueCount] = {};
   for (int i = -1; i <= 2; ++i) {
@@ -137,10 +139,10 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
 }
 
-// The label of all solid samples of the 4³ around a cell; kAir when there are several.
+// The label of all solid samples in the 4³ around a cell; kAir if there are several labels.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
-  // Most often all samples that have a label have the same: four at a time, leaving out bytes that are zero (kAir).
+  // Fast path: usually all labelled samples have the same label. Compares four at a time and skips zero bytes (kAir).
   static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
   std::uint32_t other = 0;
   const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
@@ -158,7 +160,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
     other |= (labels ^ pattern) & (((labels + 0x7f7f7f7fu) >> 7 & 0x01010101u) * 0xffu);
   }
   if (other == 0 && only != Tissue::kAir) return only;
-  // Otherwise only the solid ones count.
+  // Slow path: count only the solid samples.
   only = Tissue::kAir;
   for (int i = -1; i <= 2; ++i) {
     for (int j = -1; j <= 2; ++j) {
@@ -173,7 +175,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   return only;
 }
 
-// The label of the brick when it has but one besides air; kAir when there are several.
+// The brick's only label besides air; kAir if there are several.
 Tissue only_tissue(const FieldBrick& brick) {
   Tissue only = Tissue::kAir;
   std::uint8_t differs = 0;
@@ -187,8 +189,8 @@ Tissue only_tissue(const FieldBrick& brick) {
   return differs ? Tissue::kAir : only;
 }
 
-// The vertex for a smooth piece of surface of cell size s, relative to the cell's middle. The crossings' mean lies
-// below the surface by half the covariance of points and normals.
+// Vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the crossings
+// lies below the surface by half the covariance of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -208,7 +210,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// The vertex on a crease: where its sides meet, if that is in the cell.
+// Vertex on a crease: the intersection of its sides, if it lies in the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -217,7 +219,7 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Trilinear, at a point within the samples, in cell corners.
+// Trilinear interpolation at a point within the samples, in cell corners.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -234,7 +236,7 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// Corner number (x·17 + y)·17 + z of an edge's base, relative to that of its cell.
+// Corner number (x·17 + y)·17 + z of each edge's base, relative to that of its cell.
 constexpr std::array<int, 12> kEdgeBase = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -247,23 +249,23 @@ constexpr std::array<int, 12> kEdgeBase = [] {
 
 }  // namespace
 
-// One brick's work, step by step.
+// Working memory for one brick; its functions are the steps of the work.
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
     std::uint16_t shape;
-    std::uint16_t first;  // of its patches
+    std::uint16_t first;  // index of the cell's first patch
   };
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
   std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y): corner (x,y,z) is solid
-  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // the crossing on the edge based at a corner
+  std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // index of the crossing on the edge based at each corner
   std::vector<Crossing> crossings;
-  std::vector<Cell> cells;                     // those the surface passes through
-  std::vector<Node> nodes[kLevels];            // [0]: one per patch, otherwise one per merged block
-  std::vector<std::uint16_t> blocks[kLevels];  // those the surface passes through
-  std::vector<std::uint16_t> state[kLevels];   // per block: kNone, kMixed or its node
+  std::vector<Cell> cells;                     // cells that contain surface
+  std::vector<Node> nodes[kLevels];            // [0]: one per patch; other levels: one per merged block
+  std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
+  std::vector<std::uint16_t> state[kLevels];   // per block: kNone, kMixed or its node's index
 
   bool read_signs();
   void find_crossings(std::vector<BrickContour::Edge>& edges);
@@ -311,7 +313,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   }
 }
 
-// False where the surface does not pass.
+// Reads the signs of the corners. False if the brick contains no surface.
 bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
@@ -325,8 +327,8 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Crossed edges, and where and in which direction the surface crosses them. Those based in the brick's own cells, into
-// `edges`, become its polygons.
+// Finds the crossed edges, and position and normal of each crossing. Edges based in the brick's own cells go to
+// `edges`; each becomes a polygon.
 void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) {
   crossings.clear();
   auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
@@ -362,7 +364,7 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// The cell's shape: flipped across faces where its neighbour would touch it along two arcs.
+// Shape number of a cell. A shape is flipped across faces on which the neighbour would touch the cell along two arcs.
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.doubtful_faces(config);
   if (doubtful == 0) return config;
@@ -381,7 +383,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Cells, and the patches of surface in each.
+// Finds the cells with surface, and the patches in each.
 void Contourer::Scratch::find_patches() {
   const Tissue only = only_tissue(*brick);
   cells.clear();
@@ -394,7 +396,7 @@ void Contourer::Scratch::find_patches() {
       std::uint32_t surface = (some | some >> 1) & ~(every & every >> 1) & 0xffff;
       for (; surface; surface &= surface - 1) {
         const int z = std::countr_zero(surface);
-        auto pair = [&](std::uint32_t bits, int at) {  // corners z and z + 1 of a row
+        auto pair = [&](std::uint32_t bits, int at) {  // signs at corners z and z + 1 of a row
           return static_cast<int>((bits >> z & 1) << at | (bits >> (z + 1) & 1) << (at + 4));
         };
         const glm::ivec3 at(x, y, z);
@@ -451,7 +453,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Of all crossings of all cells in a block.
+// Sums over all crossings of all cells in a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
@@ -472,7 +474,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Blocks of 2^level cells whose surface one vertex can stand for, out of those of the level below. False: none.
+// Merges blocks of 2^level cells if one vertex can represent their surface, from the blocks of the level below. False
+// if none was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);
@@ -519,7 +522,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     if (node.tissue == Tissue::kAir) continue;
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // A vertex can stand for the sides of a crease when they meet in the block.
+      // One vertex can represent both sides of a crease if they meet in the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;
@@ -539,7 +542,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
   return merged;
 }
 
-// A vertex for every patch that is left, and for every merged block.
+// Places one vertex for every remaining patch and for every merged block.
 void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
   const glm::vec3 origin(kCells * brick->key);
   auto place = [&](const Node& node, const glm::vec3& position) {
@@ -560,7 +563,7 @@ void Contourer::Scratch::place_vertices(int top, BrickContour& out) {
     }
     out.active[static_cast<std::size_t>(index >> 6)] |= std::uint64_t{1} << (index & 63);
 
-    Node* block = nullptr;  // the largest merged one around the cell
+    Node* block = nullptr;  // the largest merged block around the cell
     for (int level = 1; level <= top; ++level) {
       const int n = kCells >> level;
       const std::uint16_t up =

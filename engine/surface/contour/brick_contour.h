@@ -1,5 +1,5 @@
-// One brick of distance field → the vertices of its surface and which cell holds which: everything that follows from
-// the brick's own samples alone. Polygons join cells of several bricks and come later (surface_mesher.cpp).
+// Extracts the surface vertices of one brick of distance field, and the cells that hold them. This needs only the
+// brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds them later.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ namespace typodont::surface {
 struct ContourVertex {
   glm::vec3 position{0};  // voxels, index space
   glm::vec3 normal{0};    // unit, out of the solid
-  Tissue tissue[2]{};     // the two commonest around it, the commonest first
-  float second = 0;       // 0..0.5, share of the second among the two
-  bool crease = false;    // on a sharp edge: `normal` is only a mean
-  bool gentle = false;    // that mean is what it is shaded by: no two of its cell's normals differ by more than 64°
+  Tissue tissue[2]{};     // the two most frequent tissues around it, the most frequent first
+  float second = 0;       // 0..0.5, fraction of the second tissue among the two
+  bool crease = false;    // on a sharp edge: `normal` is only the mean of the sides' normals
+  bool gentle = false;    // shade with the mean normal: no two normals of its cell differ by more than 64°
 };
 
 struct BrickContour {
@@ -27,10 +27,10 @@ struct BrickContour {
   static constexpr int cell_index(int x, int y, int z) { return (x * kCells + y) * kCells + z; }
 
   struct Cell {
-    std::uint16_t vertex;  // first of its patches
-    std::uint16_t shape;   // of CellShapes
+    std::uint16_t vertex;  // index of the cell's first patch
+    std::uint16_t shape;   // index into CellShapes
   };
-  /// A crossed edge whose base is cell corner `cell` of this brick.
+  /// A crossed edge with its base at cell corner `cell` of this brick.
   struct Edge {
     std::uint16_t cell : 12;
     std::uint16_t axis : 2;
@@ -38,14 +38,14 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // bit per cell: the surface passes through it
-  std::array<std::uint16_t, 64> before{};  // active cells in the words before
-  std::vector<Cell> cells;                 // the active ones, in order
+  std::array<std::uint64_t, 64> active{};  // one bit per cell: the cell contains surface
+  std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this one
+  std::vector<Cell> cells;                 // the active cells, in order
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;
 
   bool empty() const { return cells.empty(); }
-  /// Number in `cells`, or -1 where the surface does not pass.
+  /// Index in `cells`, or -1 if the cell contains no surface.
   int find(int cell) const {
     const std::uint64_t word = active[static_cast<std::size_t>(cell >> 6)];
     const std::uint64_t bit = std::uint64_t{1} << (cell & 63);
@@ -54,13 +54,13 @@ struct BrickContour {
   }
 };
 
-/// Works through bricks one at a time; keeps its scratch memory between them.
+/// Processes bricks one at a time and reuses its working memory.
 class Contourer {
  public:
   Contourer();
   ~Contourer();
-  /// `tolerance` in voxels: cells are merged, in blocks of 2³ to 16³, while the surface they stand for stays within it.
-  /// Negative: never.
+  /// Cells are merged into blocks of 2³ to 16³ as long as the surface moves by at most `tolerance` voxels. Negative:
+  /// never merged.
   void contour(const FieldBrick& brick, float tolerance, BrickContour& out);
 
  private:

@@ -6,7 +6,7 @@ namespace typodont::surface {
 namespace {
 
 int edge_between(int corner_a, int corner_b) {
-  const int low = corner_a & corner_b;  // the corner nearer the origin: they differ in one bit
+  const int low = corner_a & corner_b;  // the corner nearer to the origin: the two differ in one bit
   switch (corner_a ^ corner_b) {
     case 1:
       return 0 + (low >> 1 & 3);
@@ -17,7 +17,7 @@ int edge_between(int corner_a, int corner_b) {
   }
 }
 
-// The corners of a face, in a ring.
+// The corners of a face, in circular order.
 std::array<int, 4> ring_of(int face) {
   const int axis = face / 2;
   const int u = 1 << ((axis + 1) % 3), v = 1 << ((axis + 2) % 3);
@@ -50,7 +50,7 @@ Joined join(int config, int flipped_faces) {
   };
   auto unite = [&](int a, int b) { parent[static_cast<std::size_t>(root(a))] = root(b); };
 
-  // Each face joins the crossings at the two ends of each arc on it.
+  // On each face, each arc joins the crossings at its two ends.
   Joined out;
   for (int face = 0; face < 6; ++face) {
     const auto ring = ring_of(face);
@@ -77,7 +77,7 @@ Joined join(int config, int flipped_faces) {
     }
   }
 
-  // Number the patches in the order of their lowest edge.
+  // Number the patches by their lowest edge.
   std::array<int, 12> number;
   number.fill(-1);
   for (int corner = 0; corner < 8; ++corner) {

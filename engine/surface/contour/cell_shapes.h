@@ -1,4 +1,4 @@
-// What a cube of eight signs looks like: which of its edges the surface crosses, and which crossings belong together.
+// Table of the 256 sign configurations of a cube: which edges the surface crosses, and which crossings are connected.
 #pragma once
 
 #include <array>
@@ -7,34 +7,35 @@
 
 namespace typodont::surface {
 
-// Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along axis a; k = u + 2v, where (u, v) is
-// its place along the other two axes in the order y,z for a = x; x,z for a = y; x,y for a = z.
-// Face 2a + side lies across axis a.
+// Numbering. Corner c of a cell lies at (c & 1, c >> 1 & 1, c >> 2). Edge 4a + k runs along axis a; k = u + 2v, where
+// (u, v) is its position along the other two axes, in the order y,z for a = x; x,z for a = y; x,y for a = z. Face 2a +
+// side is perpendicular to axis a.
 
 /// The surface inside a cell is a set of discs ("patches"), each bounded by a loop of crossed edges.
 struct CellShape {
   std::uint8_t patches = 0;
-  std::uint8_t edges = 0;                // how many edges are crossed
-  std::array<std::uint8_t, 12> edge{};   // which
-  std::array<std::uint8_t, 12> patch{};  // by edge number: the patch its crossing belongs to
+  std::uint8_t edges = 0;                // number of crossed edges
+  std::array<std::uint8_t, 12> edge{};   // the crossed edges
+  std::array<std::uint8_t, 12> patch{};  // for each edge, the patch that its crossing belongs to
 };
 
-/// All shapes. Shape 0..255 is the sign configuration (bit c set: corner c is solid) with solid corners that meet only
-/// across a face's diagonal kept apart. Where that would let two cells touch along two arcs of one face (a dual edge
-/// with four polygons), both cells use the flipped shape, which joins the solid across that face instead; the decision
-/// needs only the two configurations, so both cells reach it alone. (Wenger 2013, sec. 3.3: manifold dual contouring)
+/// All shapes. Shape 0..255 is the sign configuration (bit c set: corner c is solid). Solid corners that are diagonal
+/// on a face are not connected. This could let two cells touch along two arcs of one face (a dual edge with four
+/// polygons); then both cells use the flipped shape, which connects the solid corners across that face. The decision
+/// needs only the two configurations, so that both cells decide alike. (Wenger 2013, sec. 3.3: manifold dual
+/// contouring)
 class CellShapes {
  public:
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Faces on which both arcs belong to one patch: bit f for face f.
+  /// Faces on which both arcs belong to one patch: bit f stands for face f.
   std::uint8_t doubtful_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Shape number of a configuration whose faces in `flipped` (a subset of the doubtful ones) are flipped.
+  /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of doubtful_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// One patch and no face with four crossings: the surface is a disc whatever the resolution (Ju et al. 2002).
+  /// One patch, and no face with four crossings: the surface is a disc at every resolution (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:

@@ -5,15 +5,15 @@
 namespace typodont::surface {
 namespace {
 
-// |∇|² of an exact plane differs from one by rounding only, and its gradients at two samples agree; a curved field does
-// so only by a rare chance.
+// Tolerance of |∇|² = 1. For an exact plane |∇|² differs from 1 only by rounding, and the gradients at two samples
+// agree; for a curved field this is very unlikely.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// Second differences beyond this are a crease nearby, or a radius under four voxels.
+// Larger second differences mean that a crease is near, or that the radius is below four voxels.
 constexpr float kBent = 0.25f;
-// A jump of slope between the edge's ends that no curvature explains.
+// A jump of the slope between the edge's ends that curvature cannot explain.
 constexpr float kSlopeJump = 0.6f;
-// |∇|² of central differences is off by this much only where they reach across a crease.
+// Deviation of |∇|² from 1 for central differences; it is this large only across a crease.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
@@ -25,7 +25,7 @@ struct Gradient {
   float excess() const { return std::abs(a * a - 1 + b * b + c * c); }
 };
 
-// The four pairs of one-sided differences across the edge at a sample, with a given slope along it.
+// The four combinations of one-sided differences across the edge at a sample, for a given slope along the edge.
 struct OneSided {
   float a, b[2], c[2];
 
@@ -36,7 +36,7 @@ struct OneSided {
   bool unit() const {
     const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
     const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    // Without branches: all four are computed anyway, and which one holds cannot be foreseen.
+    // No branches: all four are computed anyway, and the result is unpredictable.
     return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
             static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
   }
@@ -49,7 +49,7 @@ struct OneSided {
   }
 };
 
-// One plane at both ends of the edge.
+// True if both ends of the edge see the same plane.
 bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
   if (!p.unit() || !q.unit()) return false;
   float least = 2 * kSame * kSame;
@@ -87,8 +87,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const OneSided here(at, slope, b, c), there(end, slope, b, c);
   bool solved = same_plane(here, there, g);
   if (!solved && bent > kBent) {
-    // The edge may pass a crease: the field is the maximum (where it is convex) or minimum of a plane through the
-    // samples before the edge and one through those after it.
+    // The edge may cross a crease. Then the field is the maximum (convex) or minimum of two planes: one through the
+    // samples before the edge, one through those after it.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
@@ -103,7 +103,7 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // A crease runs beside the edge: one of its ends sees a plane on one side.
+      // A crease runs beside the edge: one end sees a plane on one side.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

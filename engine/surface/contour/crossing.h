@@ -1,4 +1,5 @@
-// Where the surface crosses an edge between two samples, and its normal there, from the samples around.
+// Finds the point where the surface crosses an edge between two samples, and the normal there, from the neighbouring
+// samples.
 #pragma once
 
 #include <cmath>
@@ -6,7 +7,7 @@
 
 namespace typodont::surface {
 
-/// Point and unit normal; curvature as below. As eight floats, whose outer products are summed (moments.h).
+/// Position, unit normal and curvature (see below) as eight floats; their outer products are summed (moments.h).
 struct alignas(16) Crossing {
   float point[3];
   float normal[3];
@@ -16,17 +17,16 @@ struct alignas(16) Crossing {
 
 struct LocalCrossing {
   float t;           // 0..1 along the edge
-  float na, nb, nc;  // unit normal along the edge and the two axes across it
-  float curvature;   // mean of the two principal ones, 1/voxel, positive where the solid is convex; 0 beside a crease
+  float na, nb, nc;  // unit normal: components along the edge and along the two axes across it
+  float curvature;  // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 beside a crease
 };
 
-/// `at` is the sample at the edge's base; a, b, c the strides along and across the edge. Reads -a..2a and ±b, ±c of
+/// `at` is the sample at the edge's base; a, b, c are the strides along and across the edge. Reads -a..2a and ±b, ±c of
 /// both ends.
-///
-/// Where the field is smooth: second-order crossing, central differences. A field after CSG is a maximum or minimum of
-/// distances, whose slope jumps at a crease; there the crossing is that of the straight continuation from one side, and
-/// the differences are taken on the side where the gradient has length one, as a distance has. So plane faces are met
-/// exactly up to their edges.
+/// In a smooth field it uses a second-order crossing and central differences. After CSG the field is a maximum or
+/// minimum of distances, and its slope jumps at a crease. There the crossing continues the field from one side in a
+/// straight line, and the differences are taken on the side on which the gradient has length 1, as in a distance field.
+/// So plane faces are reproduced exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 }  // namespace typodont::surface

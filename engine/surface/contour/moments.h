@@ -1,4 +1,5 @@
-// What is known of the crossings in a cell or a block of cells: sums that add up, and what follows from them.
+// Sums over the crossings in a cell or block. Sums of blocks can be added; vertices and curvatures are computed from
+// them.
 #pragma once
 
 #include <cstring>
@@ -9,7 +10,7 @@
 namespace typodont::surface {
 
 /// Sums over crossings (point p, unit normal n, mean curvature H) of the outer product of (p, 1) and (p, n, H, 1).
-/// Points are relative to the centre of the cell or block, so that single precision is enough.
+/// Points are relative to the centre of the cell or block, so that single precision is sufficient.
 struct Moments {
   using Four = float __attribute__((vector_size(16)));
   Four m[4][2] = {};  // row i: p_i (or 1) times p.x p.y p.z n.x | n.y n.z H 1
@@ -26,7 +27,7 @@ struct Moments {
     m[3][0] += low;
     m[3][1] += high;
   }
-  /// Adds moments whose centre lies at `shift` from this one's.
+  /// Adds moments with another centre; `shift` is that centre relative to this one.
   void add(const Moments& o, const glm::vec3& shift) {
     const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {
@@ -48,9 +49,8 @@ struct Moments {
   float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
 };
 
-/// The greatest principal curvature (absolute) that makes normals change with place as they do in the block. In a
-/// direction in which the points spread by less than `least` (a variance) the mean curvature of the crossings stands
-/// in.
+/// Largest absolute principal curvature, estimated from the change of normals with position in the block. In a
+/// direction in which the variance of the points is below `least`, it uses the mean curvature of the crossings.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

@@ -1,4 +1,5 @@
-// Where tangent planes meet best: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren 2002).
+// Fits the point at which tangent planes intersect best: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren
+// 2002).
 #pragma once
 
 #include <array>
@@ -8,7 +9,7 @@
 
 namespace typodont::surface {
 
-/// Sums over the tangent planes of crossings. Points are relative to some centre near by.
+/// Sums over the tangent planes of crossings. Points are relative to a nearby centre.
 struct PlaneSums {
   double count = 0;
   glm::dvec3 point{0};         // Σ p
@@ -35,12 +36,13 @@ struct PlaneSums {
 
 struct PlaneFit {
   glm::vec3 point{0};
-  float residual = 0;  // root mean square distance from the planes
-  int rank = 0;        // 1 flat, 2 an edge, 3 a corner
+  float residual = 0;  // root-mean-square distance from the planes
+  int rank = 0;        // 1: flat, 2: an edge, 3: a corner
 };
 
-/// The point nearest to the crossings' mean among those that fit the planes best; directions that the planes hardly
-/// determine (eigenvalue under `cutoff` of the greatest, or beyond the `most` greatest) are left at the mean.
+/// Among the points that fit the planes best, returns the one nearest to the crossings' mean. Directions that the
+/// planes hardly determine keep the mean: eigenvalues below `cutoff` of the largest one, or beyond the `most` largest
+/// ones.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface

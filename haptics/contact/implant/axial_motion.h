@@ -1,18 +1,18 @@
-// The virtual coupling of eq. (3)–(5) along one line, and the steps of eq. (7)–(10).
+// The virtual coupling of eq. (3)–(5) along one line, and the step limits of eq. (7)–(10).
 #pragma once
 
 #include <algorithm>
 
 namespace typodont::haptics::implant {
 
-/// A virtual tool on a line, pulled by a spring and braked by drag. SI.
+/// A virtual tool on a line, pulled by a spring and damped by drag. SI.
 struct AxialState {
   double speed = 0;  // m/s
 };
 
-/// m that the tool moves in `dt` towards a hand `ahead` m away: spring `k` (N/m), mass `m` (kg), drag (N·s/m). Implicit
-/// Euler of eq. (5), (m I - h D - h² K) dv = h (f + h K v) with f = k·ahead - drag·v: it settles for any k and h.
-/// Without a mass it is the balance of spring and drag at the end of the tick.
+/// Displacement in m of the tool in `dt` towards a hand at distance `ahead` (m): spring `k` (N/m), mass `m` (kg), drag
+/// (N·s/m). Implicit Euler of eq. (5), (m I - h D - h² K) dv = h (f + h K v) with f = k·ahead - drag·v, which is stable
+/// for every k and h. Without a mass the result is the balance of spring and drag at the end of the tick.
 inline double coupled_step(double ahead, double k, double mass, double drag, double dt, AxialState& state) noexcept {
   const double force = k * ahead - drag * state.speed;
   const double inertia = mass + dt * drag + dt * dt * k;
@@ -25,9 +25,9 @@ inline double coupled_step(double ahead, double k, double mass, double drag, dou
   return state.speed * dt;
 }
 
-/// Eq. (7)–(9), mended: an obstacle stops the advance, never the way out. As printed the case was the other way round:
-/// no motion without an obstacle. `wanted`: m along the axis, inward; `free`: m to the obstacle; `step`: the most in a
-/// tick.
+/// Eq. (7)–(9), corrected: an obstacle limits the advance, but never the withdrawal. In the printed form the case is
+/// reversed: no motion without an obstacle. `wanted`: m along the axis, inward; `free`: m to the obstacle; `step`:
+/// largest step in a tick.
 inline double allowed_step(double wanted, double free, double step, bool has_obstacle, bool as_printed) noexcept {
   if (as_printed && !has_obstacle) return 0;
   if (wanted > 0 && !as_printed) wanted = std::min(wanted, std::max(free, 0.0));

@@ -1,19 +1,19 @@
-// When a tool enters an implant bed: the four criteria of Zhao 2020, as one pure function.
+// Decides when a tool enters an implant bed: the four criteria of Zhao 2020, as a pure function.
 #pragma once
 
 namespace typodont::haptics::implant {
 
 struct BedCriteria {
   bool at_centre = false;  // (1) the tip is at the centre of the bed's surface
-  bool fits = false;       // (2) the tool is as wide as the bed, or a little less; or a drill that widens it
-  bool aligned = false;    // (3) the tool's axis lies along the bed's
-  bool pushed = false;     // (4) the force along the axis is above the threshold
+  bool fits = false;  // (2) the tool is as wide as the bed or slightly narrower, or it is a drill that widens the bed
+  bool aligned = false;  // (3) the tool's axis is aligned with the bed's axis
+  bool pushed = false;   // (4) the force along the axis exceeds the threshold
 };
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// With (4) alone, a tool that can drill this bone begins a bed of its own. `can_begin`: it can, and its tip is what
-/// touches the bone.
+/// If only (4) holds, a tool that can drill this bone begins a new bed. `can_begin`: the tool can drill it, and its tip
+/// is what touches the bone.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

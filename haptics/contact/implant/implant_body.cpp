@@ -22,7 +22,7 @@ bool is_bone(const TissueVolume& volume, const dvec3& p_W) {
   return distance < 0 && (tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone);
 }
 
-/// A bed lies in bone if bone is all around its wall, half-way down. Throws Error.
+/// Throws Error unless there is bone all around the bed's wall at half its depth.
 void check(const TissueVolume& volume, const Bed& bed, std::size_t index) {
   constexpr int kAround = 8;
   constexpr double kBehindWall = 0.5e-3;  // m

@@ -1,4 +1,4 @@
-// The implant method, carver's half: the field of the offset model, in which implants stay.
+// The carver's half of "implant": the field of the offset model, in which placed implants remain.
 #pragma once
 
 #include <span>
@@ -12,16 +12,16 @@ namespace typodont::haptics::implant {
 /// Carver's thread.
 class ImplantBody final : public offset::FieldBody {
  public:
-  /// Throws Error for a bed that does not lie in bone.
+  /// Throws Error if a bed does not lie in bone.
   ImplantBody(TissueVolume tissue, std::span<const Tool> tools, const std::vector<Bed>& beds);
 
-  /// Puts the head of the tool in, where the cut says.
+  /// Adds the head of the tool to the tissue, at the pose of the cut.
   void fill(const Cut& cut) override;
   bool wants_snapshot(Nanos) const override { return placed_; }
   void cut_out(Snapshot& snapshot) override;
 
  private:
-  bool placed_ = false;  // since the last snapshot
+  bool placed_ = false;  // an implant was placed since the last snapshot
 };
 
 }  // namespace typodont::haptics::implant

@@ -1,5 +1,5 @@
-// "implant": contact for implant surgery after Zhao et al. 2020. On the bone a tool moves freely (the offset model), in
-// an implant bed only along and about the bed's axis (README.md).
+// "implant": contact for implant surgery after Zhao et al. 2020. On the bone a tool moves freely (the offset model); in
+// an implant bed it moves only along the bed's axis and rotates about it (README.md).
 #pragma once
 
 #include <optional>
@@ -13,49 +13,50 @@ inline constexpr std::string_view kName = "implant";
 
 /// An implant bed: a hole in the bone, or the bore of a placed implant. SI, frame W.
 struct Bed {
-  dvec3 entry_W{0};        // on the bone's surface, on the axis
+  dvec3 entry_W{0};        // point on the axis at the bone's surface
   dvec3 axis_W{0, 0, -1};  // unit, from the surface to the bottom
   double depth = 0;        // m, from the entry to the tip
-  double radius = 0;       // m, of the widest tool that went in
-  double tapped = 0;       // m from the entry that have a thread
-  bool bore = false;       // of a placed implant
+  double radius = 0;       // m, radius of the widest tool that has entered
+  double tapped = 0;       // m, length of the thread from the entry
+  bool bore = false;       // this is the bore of a placed implant
 };
 
-/// What a scene's model may say. SI. Values without another source are ours; README.md has the reasons.
+/// Parameters of a scene's model. SI. Values without a cited source are our own choice; README.md gives the reasons.
 struct Parameters {
   double tool_voxel = 0.06e-3;  // m; five_methods S1: the tool of 4.2 × 12 mm at 0.06 mm
-  int layers = 2;               // of voxels that keep the contact ("1~2", Zhao 2020)
-  // The criteria for a bed (Zhao 2020, "implant criteria").
-  double centre_tolerance = 0.5e-3;  // m from the tip to the bed's axis, and from its entry
-  double rim_above = 1.5e-3;         // m before the entry: a wider tool meets a sloping rim before it comes there
-  double radius_tolerance = 0.1e-3;  // m that a tool which does not widen may be wider than the bed
-  double widening = 0.6e-3;          // m that a drill's radius may exceed the bed's
-  double loose = 0.75e-3;            // m: a tool narrower than the bed by more moves freely in it
-  double axis_tolerance = 0.175;     // rad (10 degrees) between tool and bed
-  double enter_force = 0.3;          // N along the axis
-  double leave = 0.3e-3;             // m that the tip must be out of the bed: the hysteresis
-  double least_depth = 0.5e-3;       // m: a shallower hole is no bed
+  int layers = 2;               // number of voxel layers for the contact ("1~2", Zhao 2020)
+  // Criteria for entering a bed (Zhao 2020, "implant criteria").
+  double centre_tolerance = 0.5e-3;  // m, largest distance of the tip from the bed's axis, and from its entry
+  // m in front of the entry within which the tip counts as at the entry; a wide tool meets a sloping rim earlier
+  double rim_above = 1.5e-3;
+  double radius_tolerance = 0.1e-3;  // m by which the radius of a tool that does not widen the bed may exceed the bed's
+  double widening = 0.6e-3;          // m by which a drill's radius may exceed the bed's
+  double loose = 0.75e-3;            // m; a tool that is narrower than the bed by more moves freely in it
+  double axis_tolerance = 0.175;     // rad (10 degrees), largest angle between tool and bed
+  double enter_force = 0.3;          // N along the axis, threshold for entering
+  double leave = 0.3e-3;             // m that the tip must be outside the bed to leave it (hysteresis)
+  double least_depth = 0.5e-3;       // m; a shallower hole is not a bed
   // Motion in a bed.
-  double mass = 0;              // kg of the virtual tool, eq. (5)
-  double turn_stiffness = 1.0;  // N·m/rad that holds the tool along the bed's axis
-  double switch_slew = 8;       // N/s by which the force may change because of a switch
-  double turn_slew = 0.5;       // rad/s of the tool because of a switch
-  double sliding_drag = 2;      // N·s/m
-  double steps = 1;             // voxels of bone that the tool may advance in a tick, eq. (9)
-  bool as_printed = false;      // eq. (7) as it stands in the paper: no advance without an obstacle
-  // Grey values, Hounsfield units, of tissues at hardness 1.
+  double mass = 0;              // kg, mass of the virtual tool, eq. (5)
+  double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
+  double switch_slew = 8;       // N/s, limit of the change of force after a switch of the state
+  double turn_slew = 0.5;       // rad/s, limit of the tool's rotation after a switch of the state
+  double sliding_drag = 2;      // N·s/m, friction of sliding in the bed
+  double steps = 1;             // voxels of bone, largest advance in a tick, eq. (9)
+  bool as_printed = false;      // use eq. (7) in its printed form: no advance without an obstacle
+  // Grey values in Hounsfield units of tissues at hardness 1.
   double cortical_grey = 1650, cancellous_grey = 1250, tooth_grey = 3000, metal_grey = 10000,
-         soft_grey = 50;  // of nerve and gum
-  // Insertion torque: reference · (grey / reference_grey)^exponent over the reference surface, less in a tapped bed.
-  double torque = 0.489;           // N·m, of the reference
-  double torque_grey = 1050;       // HU that stand for its 0.64 g/cm³
+         soft_grey = 50;  // grey value of nerve and gum
+  // Insertion torque: reference · (grey / reference_grey)^exponent for the reference surface; less in a tapped bed.
+  double torque = 0.489;           // N·m, reference torque
+  double torque_grey = 1050;       // HU that correspond to the reference density of 0.64 g/cm³
   double torque_exponent = 2.06;   // from 48.9 N·cm at 0.64 g/cm³ and 11.7 N·cm at 0.32 g/cm³
-  double torque_surface = 163e-6;  // m², of an implant of 4 × 13 mm
-  double tapped_share = 0.6;       // of the torque where the bed has a thread
-  std::vector<Bed> beds;           // that are there when the session begins
+  double torque_surface = 163e-6;  // m², surface of the reference implant of 4 × 13 mm
+  double tapped_share = 0.6;       // fraction of the torque that remains if the bed has a thread
+  std::vector<Bed> beds;           // beds that exist at the session's start
 };
 
-/// The keys of README.md. Throws Error.
+/// Reads the keys described in README.md. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
 }  // namespace typodont::haptics::implant

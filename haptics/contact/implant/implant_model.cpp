@@ -10,16 +10,16 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kTurnsAtAll = 1e-3;     // rad/s: a slower spindle stands
+constexpr double kTurnsAtAll = 1e-3;     // rad/s; a slower spindle counts as stopped
 constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
-constexpr double kEnd = 0.5;             // cosine between push and axis from which the tip is what touches
-constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread holds
-constexpr double kSeated = 0.05e-3;      // m that an implant in its place may stand out, or above the bed's bottom
-constexpr double kGivesWay = 0.1;        // of the greatest torque: an implant motor keeps its speed up to there
+constexpr double kEnd = 0.5;             // cosine between force and axis above which the contact is at the tip
+constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread engages
+constexpr double kSeated = 0.05e-3;      // m that a seated implant may protrude, or be above the bed's bottom
+constexpr double kGivesWay = 0.1;        // fraction of the largest torque up to which an implant motor keeps its speed
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
-constexpr double kAhead = 1.5;           // voxels before the tool where an obstacle lies deeper in bone, …
-constexpr double kFalls = 0.5;           // … by so many voxels of distance
-constexpr double kAcross = 0.05e-3;      // m: a bed is looked at along its axis at such steps
+constexpr double kAhead = 1.5;           // voxels in front of the tool at which an obstacle must be deeper in bone …
+constexpr double kFalls = 0.5;           // … by at least this distance, in voxels
+constexpr double kAcross = 0.05e-3;      // m, step along a bed's axis at which the bed is examined
 
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
@@ -55,7 +55,7 @@ void ImplantModel::release() noexcept {
   OffsetModel::release();
 }
 
-/// Not out of a bed: a drill is pulled out before it is exchanged. What was placed is left where it is.
+/// False in a bed: a drill must be withdrawn before it is exchanged. A placed implant stays in the bone.
 bool ImplantModel::may_take_up(std::uint32_t which, const Pose& X_WG) noexcept {
   return !in_bed_ && !blended_ && OffsetModel::may_take_up(which, X_WG);
 }
@@ -88,7 +88,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
 
-/// Forward only: backwards no drill cuts.
+/// True only for forward rotation, because drills do not cut backwards.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
   return in.cuts && in.spindle > kTurnsAtAll;
 }
@@ -105,9 +105,9 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
   return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
 }
 
-/// The cutting law and the obstacles over the voxels ahead of the tool. A voxel of the outer layer takes part by how
-/// near to the tool's surface the bone is: fully where it touches, not at all from a voxel of bone on. So what the tool
-/// meets comes and goes without a step, and as only the inner voxels remove, the outer ones never lose what they cut.
+/// Evaluates the cutting law and the obstacles over the voxels ahead of the tool. An outer voxel is weighted by the
+/// bone's distance from the tool's surface: fully at contact, zero from one voxel of distance. So forces change without
+/// steps. Only inner voxels remove tissue, so the outer voxels never lose the bone that they cut.
 ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   Look look;
   const ToolVoxels& voxels = voxels_[tool_];
@@ -116,7 +116,8 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
   const dvec3 center = settings_.frame.to_voxels(X_WT.p);
   const glm::dmat3 R = glm::mat3_cast(X_WT.R) * per_voxel;
   const dvec3 ahead = X_WT.R * dvec3(0, 0, -1);
-  // The wall of a bed as wide as the tool passes within a voxel of its rim: obstacles are looked for inside of that.
+  // The wall of a bed of the tool's width is within a voxel of the tool's rim, so obstacles are searched only inside
+  // that.
   const double width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - h;
   const double share = 1 / voxels.ahead_share;
   double drag = 0, turning = 0;
@@ -128,7 +129,7 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
     const double gap = field * h + static_cast<double>(v.outside);
     if (!(gap < h)) continue;
     const double weight = std::min(1.0, 1 - gap * per_voxel);
-    // The bone that it meets lies ahead of it: what stands beside it is no obstacle.
+    // An obstacle must continue ahead of the tool; bone beside the tool is not an obstacle.
     const glm::ivec3 beyond = glm::ivec3(glm::round(p_V + kAhead * ahead)) - patch_.lo;
     const std::size_t at = patch_.at(beyond.x, beyond.y, beyond.z);
     if (field - static_cast<double>(patch_.distance[at]) < kFalls) continue;
@@ -147,7 +148,8 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
       if (gap <= 0.25 * h) look.collided += area;
       continue;
     }
-    // Eq. (2) for a feed along -z, as add_cutting() has it for any: the rest sums up to nothing around the axis.
+    // Eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the other components cancel around
+    // the axis.
     const double u = settings_.materials[t].specific_energy * hardness / static_cast<double>(v.ability);
     const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * slowness;
     drag += cut * facing * static_cast<double>(v.inverse_r);
@@ -158,7 +160,7 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
   return look;
 }
 
-/// m from the entry to where the bed ends, as the bone is now: undo may have filled it again.
+/// m from the entry to the present end of the bed; undo may have filled it again.
 double ImplantModel::bed_depth(const Bed& bed) const noexcept {
   if (bed.bore) {
     const dvec3 below = bed.entry_W + 0.5 * bed.depth * bed.axis_W;
@@ -192,7 +194,7 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(motion_);
 }
 
-/// Where the state holds the tool, and what is left of the last switch beside it.
+/// Combines the pose that the state demands with the remaining difference from the last switch.
 void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state) noexcept {
   const double length = glm::length(offset_), most = parameters_.switch_slew * in.dt / stiffness(in);
   offset_ = length > most ? offset_ * (1 - most / length) : dvec3(0);
@@ -214,7 +216,7 @@ void ImplantModel::blend(const ContactInput& in, Contact& out, const Pose& state
 
 void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept {
   ContactInput free = in;
-  // Only a round bur cuts sideways, and only what cuts all around may leave the axis while it does.
+  // Only a round bur cuts sideways, and only a tool that cuts on all sides may leave the axis while cutting.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
   if (spent_) {
@@ -232,7 +234,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   }
 }
 
-/// The criteria; true where the tool has entered a bed.
+/// Evaluates the criteria; true if the tool has entered a bed.
 bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   if (implant.kind == ImplantToolKind::kRound || blended_ || out.lost || out.deep) return false;
@@ -253,14 +255,14 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     const double wider = radius - bed.radius;
     met.fits = wider <= (widens ? parameters_.widening : parameters_.radius_tolerance) && wider >= -parameters_.loose;
     met.aligned = std::acos(std::clamp(glm::dot(axis, bed.axis_W), -1.0, 1.0)) < parameters_.axis_tolerance;
-    // A tool that fell in without touching the rim is in the bed, too.
+    // A tool that entered without touching the rim is also in the bed.
     const bool slid_in = aside < parameters_.centre_tolerance && met.fits && met.aligned &&
                          along > parameters_.centre_tolerance && along < bed.depth;
     if (!slid_in && decide(met, false) != BedDecision::kEnterBed) continue;
     const double depth = bed_depth(bed);
     if (depth < parameters_.least_depth) continue;
     if (!bed.bore) beds_[i].depth = depth;
-    // From where it was held: on the rim the free state may leap in the very tick in which the criteria are met.
+    // Start from the previous pose: the free state may jump on the rim in the tick in which the criteria are met.
     begin_bed_motion(i, along, {in.X_WG.p, in.X_WT.R}, in.X_WT.R);
     return true;
   }
@@ -289,7 +291,7 @@ void ImplantModel::begin_bed_motion(std::size_t bed, double tip, const Pose& fro
   blended_ = true;
 }
 
-/// The tool is free again; what it would jump by fades.
+/// The tool is free again; the difference in pose fades.
 void ImplantModel::end_bed_motion(const ContactInput& in) noexcept {
   in_bed_ = false;
   motion_ = Motion::kFree;
@@ -324,7 +326,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   if (tool().implant->kind == ImplantToolKind::kTap) now.tapped = std::max(now.tapped, tip_);
   if (tip_ < std::min(0.0, entered_) - parameters_.leave) {
     end_bed_motion(in);
-    // The tool leaves along the axis: free, it goes to the hand.
+    // The tool leaves along the axis; the free tool then moves to the hand.
     out = {};
     constrain_free(in, out);
     return;
@@ -337,9 +339,9 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
   out.area = look_.engaged;
 }
 
-/// A drill or a gauge: m along the axis in this tick.
+/// Displacement along the axis in this tick, in m, of a drill or a gauge.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // Until the tool lies on the bed's axis it does not cut: the entry would become oval.
+  // The tool does not cut until it is on the bed's axis, because the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);
@@ -349,7 +351,7 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   } else if (look_.engaged <= 0 && !in_old_bed && bed.depth > 0 && tool_cuts(in)) {
     motion_ = Motion::kPerforating;
   }
-  // Bone is cut on the way in only: on the way out it does not hold the teeth.
+  // Bone is cut only on the way in; on the way out it does not hold the teeth.
   const double drag = parameters_.sliding_drag + (wanted > 0 ? look_.wrench.force.z : 0);
   const double moved = coupled_step(wanted, stiffness(in), parameters_.mass, drag, in.dt, axial_);
   if (motion_ == Motion::kDrilling) easing_ = false;
@@ -360,8 +362,8 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// A tool that has just entered a bed follows the hand at a pace that changes the force no faster than a switch may,
-/// until it has caught up. (Where a drill breaks through it falls.)
+/// A tool that has just entered a bed follows the hand at a limited speed, so that the force changes no faster than
+/// allowed after a switch, until it has caught up. (When a drill perforates the bone, it falls freely.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -370,7 +372,7 @@ double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted
   return slow;
 }
 
-/// A tap, an implant or a screw: it moves as its thread turns.
+/// Motion of a tap, an implant or a screw, which follows the rotation of its thread.
 double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted, Contact& out) noexcept {
   const ImplantTool& implant = *tool().implant;
   const double torque = thread_torque(bed, tip_);
@@ -387,7 +389,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   look_ = bed.bore ? Look{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
-    // Not yet gripped: it slides, and a turn under a push draws it in.
+    // The thread does not yet engage: the tool slides, and rotation under force pulls it in.
     const double drawn = turn > 0 && wanted > 0 ? implant.pitch * turn / (2 * kPi) : 0;
     const double slides = wanted < 0 ? wanted : std::max(std::min(wanted, -tip_), drawn);
     motion_ = drawn > 0 ? Motion::kScrewing : Motion::kSliding;
@@ -399,19 +401,19 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone holds the thread against its turn: all of it while it turns, none while it stands.
-  // A spindle that advances the tool turns about the tool's +z, a hand that does so about its -z.
+  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle that drives the
+  // tool in rotates about the tool's +z, a hand about its -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
-  // Home: in the bone with its whole length, or at the bottom of a bed that is too shallow.
+  // Seated: completely in the bone, or at the bottom of a bed that is too shallow.
   const bool at_bottom = look_.free - step < kSeated && (bed.bore || tip_ > 0.5 * tool().length);
   const bool home = tip_ + step >= tool().length - kSeated || at_bottom;
   if (implant.stays() && home && turn > 0 && !seated_) out.places = true;
   return step;
 }
 
-/// N·m that turn a thread which is `tip` deep in its bed: README.md, "Insertion torque".
+/// Torque in N·m to rotate a thread at depth `tip` in its bed: README.md, "Insertion torque".
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
   constexpr int kAround = 12;
@@ -431,7 +433,7 @@ double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
     }
   }
   const double surface = 2 * kPi * r * kApart / kAround;
-  const double lever = r / 2e-3;  // over the reference implant's radius of 2 mm
+  const double lever = r / 2e-3;  // ratio to the reference implant's radius of 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }
 
@@ -462,12 +464,12 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return take_away(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// An implant that was placed: the carver puts it in, a fresh snapshot brings it.
+/// For a placed implant: the carver adds it to the tissue, and a new snapshot contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }
 
-/// The teeth's torque on a round bur, from the cutting law over all voxels of its outer layer.
+/// Torque of the teeth on a round bur, from the cutting law over all voxels of its outer layer.
 void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcept {
   const dvec3 way = out.p_WG - in.X_WG.p;
   const double speed = glm::length(way) / in.dt;
@@ -490,7 +492,7 @@ void ImplantModel::feel_teeth_turn(const ContactInput& in, Contact& out) noexcep
   torque_ += (sum.torque.z * speed - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
 }
 
-/// Where nothing is before the tool's end, the wall beside it is what it lies on.
+/// If there is no bone in front of the tool's end, the wall beside it gives the contact.
 double ImplantModel::look_at_wall(const Contact& contact) noexcept {
   constexpr int kAround = 8;
   const double h = voxel(), behind = tool().radius() + h;
@@ -521,7 +523,7 @@ void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
     }
     return;
   }
-  // The bed pushes along its own normals, which are not counted one by one: no turn but that of the axis.
+  // The bed's forces along its normals are not computed individually, so there is no torque except about the axis.
   out.turns_tool = true;
   out.unit = voxel();
   out.count = out.own = 2;

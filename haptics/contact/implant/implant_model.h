@@ -1,4 +1,4 @@
-// The implant method, servo's half (README.md).
+// The servo's half of "implant" (README.md).
 #pragma once
 
 #include <array>
@@ -13,8 +13,9 @@
 
 namespace typodont::haptics::implant {
 
-/// What the tool does: ServoTick::level of this method. `kFree` is the state of high degrees of freedom; 1 to 4 are
-/// forms of the state of low ones. `kPlaced`: the implant or screw stays in the bone, the hand holds nothing.
+/// State of the tool; ServoTick::level for this method. `kFree`: the state with all degrees of freedom. 1 to 4:
+/// variants of the state in a bed, with few degrees of freedom. `kPlaced`: the implant or screw stays in the bone, and
+/// the hand holds nothing.
 enum class Motion : std::uint32_t {
   kFree = 0,
   kSliding = 1,
@@ -24,10 +25,10 @@ enum class Motion : std::uint32_t {
   kPlaced = 5
 };
 
-/// The label under which a placed implant is kept in the tissue: metal. Scenes give it titanium's properties.
+/// The tissue label of a placed implant: metal. Scenes give it the properties of titanium.
 inline constexpr Tissue kPlacedTissue = Tissue::kAmalgam;
 
-/// Servo thread. SI where nothing else is said; T is the tool's frame, V the voxel frame.
+/// Servo thread. SI unless stated otherwise; T is the tool's frame, V the voxel frame.
 class ImplantModel final : public offset::OffsetModel {
  public:
   ImplantModel(const ServoSettings& settings, const Parameters& parameters);
@@ -41,19 +42,19 @@ class ImplantModel final : public offset::OffsetModel {
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
-  /// The beds there are, in the order in which they were made.
+  /// The existing beds in the order of their creation.
   const std::vector<Bed>& beds() const noexcept { return beds_; }
-  /// Voxels of the tool in the hand, for benches.
+  /// Voxels of the present tool, for benches.
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
-  /// What the voxels ahead of the tool meet at one place of it.
+  /// Evaluation of the voxels ahead of the tool at one position.
   struct Look {
     CuttingWrench wrench;  // in T, per m/s of feed along -z
-    double free = 1e9;     // m that the tool may advance before a voxel that can't cut touches bone
-    double engaged = 0;    // m² of the end that lies on bone
-    double collided = 0;   // m² of it that has no room left: num_cd of the paper
-    double grey = 0;       // mean of the bone's grey values, Hounsfield units
+    double free = 1e9;     // m that the tool may advance before a non-cutting voxel touches bone
+    double engaged = 0;    // m², area of the end in contact with bone
+    double collided = 0;   // m² of that area without room to advance: num_cd in the paper
+    double grey = 0;       // mean grey value of the bone in contact, Hounsfield units
     double greatest_grey = 0;
     PerTissue tissue{}, hardness{};
   };
@@ -69,11 +70,11 @@ class ImplantModel final : public offset::OffsetModel {
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
   bool patch_holds(const dvec3& p_W) const noexcept;
 
-  // The state of high degrees of freedom.
+  // Functions for the free state.
   void constrain_free(const ContactInput& in, Contact& out) noexcept;
   bool enter_bed(const ContactInput& in, const Contact& out) noexcept;
   void feel_teeth_turn(const ContactInput& in, Contact& out) noexcept;
-  // The state of low ones.
+  // Functions for the state in a bed.
   void begin_bed_motion(std::size_t bed, double tip, const Pose& from, const dquat& R_hand) noexcept;
   void end_bed_motion(const ContactInput& in) noexcept;
   void constrain_in_bed(const ContactInput& in, Contact& out) noexcept;
@@ -86,28 +87,28 @@ class ImplantModel final : public offset::OffsetModel {
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
 
   Parameters parameters_;
-  std::vector<ToolVoxels> voxels_;  // of each tool
+  std::vector<ToolVoxels> voxels_;  // one for each tool
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
   bool in_bed_ = false;
-  bool easing_ = false;  // it has just entered the bed, and has not yet caught up with the hand
-  std::size_t bed_ = 0;  // the one that the tool is in
+  bool easing_ = false;  // the tool has just entered the bed and has not yet caught up with the hand
+  std::size_t bed_ = 0;  // index of the tool's bed
   double tip_ = 0;       // m from the bed's entry to the tool's tip
-  double entered_ = 0;   // where it was when it entered
+  double entered_ = 0;   // value of tip_ when the tool entered
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  Look look_;            // of this tick
+  Look look_;            // evaluation in this tick
   double torque_ = 0;    // N·m about the axis, smoothed
-  bool seated_ = false;  // an implant that is in its place: it stays there
-  bool spent_ = false;   // the tool in the hand has been placed: nothing is held any more
+  bool seated_ = false;  // the implant has reached its final position and stays there
+  bool spent_ = false;   // the tool was placed: the hand holds nothing
 
-  // What a switch of state would have jumped by: it fades.
+  // Remaining difference of pose from the last switch of state, which fades.
   dvec3 offset_{0};  // m
   dquat turn_{1, 0, 0, 0};
-  Pose last_;              // where the tool was held in the last tick
-  bool blended_ = false;   // the last tick's place was not the state's own
+  Pose last_;              // the tool's pose in the last tick
+  bool blended_ = false;   // the pose of the last tick included a remaining difference
   bool switched_ = false;  // the tool has just left a bed
 };
 

@@ -22,8 +22,8 @@ constexpr std::array<std::pair<ImplantToolKind, std::string_view>, 6> kKinds = {
 }};
 constexpr double kRpm = 2 * kPi / 60;       // rad/s
 constexpr double kNewtonCentimetre = 1e-2;  // N·m
-constexpr double kMostGrey = 1e5;           // Hounsfield units; nothing is denser
-constexpr double kMostSpeed = 5000;         // rpm; implant motors end far below
+constexpr double kMostGrey = 1e5;           // Hounsfield units, upper limit
+constexpr double kMostSpeed = 5000;         // rpm, far above the speed of implant motors
 
 }  // namespace
 

@@ -10,21 +10,22 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kFacingEnd = 0.5;  // cosine between a voxel's normal and the way in, from which it lies on the end
+// cosine between a voxel's normal and the feed direction, above which the voxel belongs to the end
+constexpr double kFacingEnd = 0.5;
 constexpr int kNear = 4;            // voxels from the axis within which 1/r is averaged over the voxel …
-constexpr int kParts = 8;           // … in so many parts along each edge
+constexpr int kParts = 8;           // … in this many parts along each edge
 constexpr double kRounding = 1e-6;  // voxels
-constexpr double kWithin = 0.05;    // voxels below the surface where the normal is the same …
-constexpr double kSmooth = 0.97;    // … to this cosine, unless the place is a rim
+constexpr double kWithin = 0.05;    // voxels below the surface at which the normal is compared …
+constexpr double kSmooth = 0.97;    // … by this cosine; a smaller cosine means a rim
 
-/// Mean of 1/r over the square of a voxel, across the axis.
+/// Mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
 double mean_inverse_r(double x, double y, double edge) {
   const double r = std::hypot(x, y);
   if (r > kNear * edge) return 1 / r;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
     for (int j = 0; j < kParts; ++j) {
-      // The parts' centres never lie on the axis of a voxel that is centred there.
+      // For a voxel centred on the axis, the centres of its parts never lie on the axis.
       const double px = x + ((i + 0.5) / kParts - 0.5) * edge, py = y + ((j + 0.5) / kParts - 0.5) * edge;
       sum += 1 / std::max(std::hypot(px, py), edge / (4 * kParts));
     }
@@ -59,10 +60,10 @@ ToolVoxels make_tool_voxels(const Tool& whole, double edge, int layers) {
         dvec3 n;
         const double outside = head.distance(p, n);
         if (!(outside > -half_layer + kRounding * edge && outside <= half_layer + kRounding * edge)) continue;
-        // The upper end never touches bone that the shank would not.
+        // The upper end touches bone only where the shank would touch it, too.
         if (n.z > kFacingEnd && tool.shape != HeadShape::kSphere) continue;
         const dvec3 on_surface = p - outside * n;
-        // Beside a sharp rim the nearest place is the rim: it has no surface of its own.
+        // Next to a sharp rim the nearest surface point is on the rim itself, so the voxel has no surface of its own.
         dvec3 n_within;
         head.distance(on_surface - kWithin * edge * n, n_within);
         if (glm::dot(n, n_within) < kSmooth) continue;

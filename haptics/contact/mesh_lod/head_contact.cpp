@@ -12,12 +12,11 @@ using vertex::FollowParameters;
 
 namespace {
 
-constexpr double kOverlap = 1e-9;  // m that a free head may seem to overlap by rounding
-// Of the radius: what a head that stands may overlap. Without it, a sharp rim would never find back into the hole that
-// it has cut, which is exactly as wide.
+constexpr double kOverlap = 1e-9;  // m, overlap that rounding can cause for a free head
+// Allowed overlap of a resting head over its radius. Without it, a head with a sharp rim could never re-enter the hole
+// that it has cut, because the hole has exactly its width.
 constexpr double kSlack = 0.01;
-constexpr double kLiftReach = 2e-3;  // m within which the surface is looked for,
-                                     // from a place inside the tissue
+constexpr double kLiftReach = 2e-3;  // m, search distance for the surface from a point inside the tissue
 
 std::uint64_t hash_of(const dvec3& p) noexcept {
   std::uint64_t h = std::bit_cast<std::uint64_t>(p.x) * 0x9e3779b97f4a7c15U;
@@ -40,7 +39,7 @@ void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noe
   if (points_.add(p)) shares_.push_back({area, face});
 }
 
-/// Corners of several faces become one point with the sum of their areas.
+/// Merges the corners of adjacent faces into one point with the sum of their areas.
 void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {
   std::size_t slot = hash_of(p) >> (64 - kSlotBits);
   for (; slots_[slot] != kFree; slot = (slot + 1) & (slots_.size() - 1)) {
@@ -70,7 +69,7 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
     const dvec3 middle = (face.a + face.b + face.c) / 3.0;
     if (head_.distance(R_TW * (middle - c)) > margin + std::sqrt(longest2)) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
-    const dvec3 share = face.normal() / (6.0 * n * n);  // of a third of one of n² parts
+    const dvec3 share = face.normal() / (6.0 * n * n);  // a third of the area of one of n² parts
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
     if (n == 1) return;
     for (int u = 0; u <= n; ++u) {
@@ -93,7 +92,7 @@ void HeadContact::list_where_needed(const TriangleGrid& grid, const dvec3& c) no
   if (!listed_ || moved_since_listing(c) > FollowParameters::kept * head_.radius()) list_around(grid, c);
 }
 
-/// From the head at c to the listed point nearest to it, m.
+/// Distance in m from the head at c to the nearest listed point.
 double HeadContact::least_distance(const dvec3& c) noexcept {
   const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
   double least = FollowParameters::margin * head_.radius() - moved_since_listing(c);
@@ -110,7 +109,7 @@ bool HeadContact::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   put_free(p);
   if (grid.inside(p)) {
     const TriangleGrid::Nearest near = grid.nearest(p, kLiftReach);
-    if (!near.found) return false;  // deep inside: it stays
+    if (!near.found) return false;  // deep inside: the head does not move
     const dvec3 n = grid.face(near.face).normal();
     const double size = glm::length(n);
     c_ = near.p + head_.reach() * (size > 0 ? n / size : dvec3(0, 0, 1));

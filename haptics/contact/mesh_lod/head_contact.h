@@ -1,4 +1,4 @@
-// Contact of a head that is no ball: points on the faces around it hold it off.
+// Contact of a head that is not a ball: points on the surrounding faces keep it outside.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// The corners of the faces near the head, and points between them on faces larger than the head's spacing, as in the
-/// model vertex (contact/vertex/README.md). Such points are few on a coarse mesh and lie as densely as the vertices
-/// where the mesh was cut.
+/// The contact points are the corners of the faces near the head, and points between them on faces that are larger than
+/// the head's spacing, as in the model "vertex" (contact/vertex/README.md). A coarse mesh thus gets few extra points;
+/// where the mesh was cut, the vertices themselves are dense.
 class HeadContact final : public SurfaceContact {
  public:
   explicit HeadContact(const Tool& tool);
@@ -30,17 +30,18 @@ class HeadContact final : public SurfaceContact {
  private:
   static constexpr std::size_t kMostPoints = 1 << 14;
   static constexpr int kSlotBits = 15;
-  static constexpr double kSpacing = 1.0 / 6;  // of the radius: the edge that a cut leaves, VertexMethod::edge_for
-  static constexpr int kMostParts = 64;        // into which the edge of a face is divided
+  // ratio to the radius: edge length that a cut produces, VertexMethod::edge_for
+  static constexpr double kSpacing = 1.0 / 6;
+  static constexpr int kMostParts = 64;  // largest number of parts of a face's edge
   static constexpr std::uint32_t kFree = ~0U;
 
-  /// What a point stands for.
+  /// The surface area that a point represents.
   struct Share {
     dvec3 area{0};  // m², along the outward normal
     std::uint32_t face = 0;
   };
 
-  /// Metres that any point of the head moved since the points were listed.
+  /// Largest displacement in m of a point of the head since the points were listed.
   double moved_since_listing(const dvec3& c) const noexcept;
   void list_around(const TriangleGrid& grid, const dvec3& c) noexcept;
   void list_where_needed(const TriangleGrid& grid, const dvec3& c) noexcept;
@@ -52,8 +53,8 @@ class HeadContact final : public SurfaceContact {
   dquat R_WT_{1, 0, 0, 0};
   vertex::HeadFollower follower_{kMostPoints};
   mesh::NearPoints points_{kMostPoints};
-  std::vector<Share> shares_;         // of each point
-  std::vector<std::uint32_t> slots_;  // hash table: point at a corner, by the corner's place
+  std::vector<Share> shares_;         // one for each point
+  std::vector<std::uint32_t> slots_;  // hash table: index of the point at a corner, by the corner's position
   bool listed_ = false;
   Pose listed_at_;
 };

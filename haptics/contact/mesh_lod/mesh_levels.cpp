@@ -19,14 +19,14 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-// Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443 vertices.
+// Ratios of the numbers of vertices in Wang et al. 2009, Table 2: 33,140, 13,306 and 7,443.
 constexpr double kSecondLevel = 13306.0 / 33140, kThirdLevel = 7443.0 / 33140;
-constexpr std::size_t kFewestVertices = 64;  // of a level that is made without being asked for
-constexpr int kTries = 8;                    // at the number of triangles that leaves so many vertices
-constexpr double kNear = 0.005;              // of the wanted number
+constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a default level
+constexpr int kTries = 8;        // attempts to find the number of triangles that gives the requested number of vertices
+constexpr double kNear = 0.005;  // tolerance relative to the requested number
 
-/// At most about so many triangles of those that `indices` names, with their borders. `positions`: x, y, z of each
-/// vertex. Throws Error where the library was built without meshoptimizer.
+/// Simplifies to about this many triangles, keeping borders. `positions`: x, y, z of each vertex. Throws Error if the
+/// library was built without meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
@@ -40,11 +40,11 @@ std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
 #endif
 }
 
-/// A mesh as the simplifier reads it.
+/// A mesh in the format of the simplifier.
 class Simplifier {
  public:
   explicit Simplifier(const TissueMesh& mesh) : mesh_(mesh) {
-    // A vertex once for each tissue around it: the simplifier takes such copies for a seam, and keeps it.
+    // A vertex is copied once for each tissue around it. The simplifier treats such copies as a seam and keeps it.
     std::unordered_map<std::uint64_t, unsigned> copies;
     const dvec3 from = mesh.vertices[mesh.triangles.front().x];
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -61,7 +61,7 @@ class Simplifier {
       }
     }
   }
-  /// With at most about so many triangles, and all vertices of the mesh.
+  /// A mesh with at most about this many triangles, but with all vertices.
   TissueMesh to(std::size_t triangles) const {
     const std::vector<unsigned> kept = simplified_indices(indices_, positions_, triangles);
     TissueMesh result;
@@ -78,12 +78,12 @@ class Simplifier {
  private:
   const TissueMesh& mesh_;
   std::vector<unsigned> indices_;
-  std::vector<std::uint32_t> original_;  // of each copy: its vertex …
-  std::vector<Tissue> tissue_;           // … and its tissue
-  std::vector<float> positions_;         // m from the first vertex
+  std::vector<std::uint32_t> original_;  // for each copy its vertex
+  std::vector<Tissue> tissue_;           // for each copy its tissue
+  std::vector<float> positions_;         // m, relative to the first vertex
 };
 
-/// Leaves out vertices that no triangle uses.
+/// Removes vertices that no triangle uses.
 TissueMesh compact(TissueMesh mesh) {
   constexpr std::uint32_t kUnused = ~0u;
   std::vector<std::uint32_t> number(mesh.vertices.size(), kUnused);
@@ -138,7 +138,7 @@ TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices) {
   const std::size_t there = vertex_count(mesh);
   if (there <= vertices) return mesh;
   const Simplifier simplifier(mesh);
-  // About two triangles a vertex, fewer along borders.
+  // About two triangles per vertex, fewer at borders.
   double triangles =
       static_cast<double>(mesh.triangles.size()) * static_cast<double>(vertices) / static_cast<double>(there);
   TissueMesh best;
@@ -183,7 +183,7 @@ std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOpt
 }
 
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other) {
-  constexpr double kFar = 20e-3;  // m within which the other level is looked for
+  constexpr double kFar = 20e-3;  // m, search distance for the other level
   constexpr std::size_t kSamples = 20'000;
   double most = 0;
   const auto from = [&](const TriangleGrid& a, const TriangleGrid& b) {

@@ -1,4 +1,5 @@
-// Levels of detail of a tissue mesh: subdivided where it is too coarse, then simplified (meshoptimizer). Set-up time.
+// Creates the levels of detail of a tissue mesh: subdivides a mesh that is too coarse, then simplifies (meshoptimizer).
+// Set-up time.
 #pragma once
 
 #include <memory>
@@ -10,35 +11,37 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Vertices that triangles use.
+/// Number of vertices that triangles use.
 std::size_t vertex_count(const TissueMesh& mesh);
-/// Every triangle becomes four, by the midpoints of its edges: the surface stays where it is.
+/// Divides every triangle into four at the midpoints of its edges; the surface does not change.
 TissueMesh subdivided(const TissueMesh& mesh);
-/// With about so many times as many triangles as it has, where borders allow it: one pass, for the geometry thread.
-/// Borders as below.
+/// Simplifies in one pass to about `part` times the number of triangles, as far as borders allow it. For the geometry
+/// thread. Borders as in simplified().
 TissueMesh thinned(const TissueMesh& mesh, double part);
-/// With about so many vertices (within 1 % where the mesh's form allows it). Open borders stay as they are; borders
-/// between tissues are only simplified along themselves. No vertex moves.
+/// Simplifies to about this many vertices (within 1 % if the mesh allows it). Open borders do not change; borders
+/// between tissues are simplified only along themselves. No vertex moves.
 TissueMesh simplified(const TissueMesh& mesh, std::size_t vertices);
 
-/// How finely a mesh is shown at which speed.
+/// The resolution of each level.
 struct LevelOptions {
-  std::optional<std::size_t> vertices;  // of the mesh that the levels are made of; none: as it comes
-  std::vector<std::size_t> levels;      // vertices of each, finest first; empty: that mesh, and 0.4015 and 0.2246 of it
+  std::optional<std::size_t> vertices;  // size of the mesh from which the levels are made; none: the given mesh
+  // number of vertices of each level, finest first; empty: the whole mesh, 0.4015 and 0.2246 of it
+  std::vector<std::size_t> levels;
 };
 
 /// Finest first. Immutable; shared by carver and servo.
 struct Levels {
   std::vector<TriangleGrid> grids;
-  std::vector<std::size_t> vertices;  // of each
-  TissueMesh finest;                  // the mesh of the first
+  std::vector<std::size_t> vertices;  // number of vertices of each level
+  TissueMesh finest;                  // mesh of the first level
 };
-/// Throws Error where the options ask for more vertices than can be made (levels in rising order, or none at all).
+/// Throws Error if the options request more vertices than possible, levels in increasing order, or no level.
 std::shared_ptr<const Levels> make_levels(const TissueMesh& mesh, const LevelOptions& options);
-/// The mesh that the levels are made of.
+/// The mesh from which the levels are made.
 TissueMesh base_mesh(TissueMesh mesh, const LevelOptions& options);
 
-/// Greatest distance from the corners, edges' and faces' middles of one level to the other, both ways, m.
+/// Hausdorff distance in m between two levels, evaluated at corners and at the midpoints of edges and faces, in both
+/// directions.
 double hausdorff_distance(const TriangleGrid& one, const TriangleGrid& other);
 
 }  // namespace typodont::haptics::mesh_lod

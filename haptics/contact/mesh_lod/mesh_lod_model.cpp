@@ -14,15 +14,15 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kSpeedTime = 20e-3;               // s, time constant of the hand's speed
-constexpr double kLook = SurfacePoint::kFarthest;  // m, how far a free tool looks around itself
-constexpr double kNearby = 0.2e-3;                 // m, within which a point belongs to the face nearest to it
-constexpr double kLeastStep = 1e-9;                // m that a cut advances
-constexpr double kMeasuredShare = 0.3;             // of a new ratio of volumes that counts, …
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // … which lies in this range
-constexpr double kNoOffset = 1e-12;                           // m
-constexpr double kLeastStiffness = 1e-3;                      // over that of the settings
-constexpr double kEase = 15;  // N/s by which the force of a bur changes although the hand rests
+constexpr double kSpeedTime = 20e-3;               // s, time constant of the smoothed hand speed
+constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a free tool
+constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
+constexpr double kLeastStep = 1e-9;     // m, smallest advance of a cut
+constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of that ratio
+constexpr double kNoOffset = 1e-12;                           // m; a smaller offset counts as zero
+constexpr double kLeastStiffness = 1e-3;                      // lower limit of the stiffness, over that of the settings
+constexpr double kEase = 15;  // N/s, change of a bur's force that is allowed while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
   SurfaceOptions options;
@@ -78,7 +78,7 @@ double MeshLodModel::travel() const noexcept {
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
-    // What the carver measured, and what was estimated of the cuts since.
+    // Volumes measured by the carver, plus estimates for the cuts since then.
     PerTissue lacking{};
     for (std::uint64_t i = made_.first_after(fresh.cuts); i <= made_.last(); ++i) {
       for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i][t];
@@ -96,7 +96,8 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
       measured_ += kMeasuredShare * (ratio - measured_);
     }
   }
-  if (fresh.edits != snapshot_.edits) placed_ = flew_ = false;  // tissue may have come back around the tool
+  // undo or redo: tissue may have returned around the tool
+  if (fresh.edits != snapshot_.edits) placed_ = flew_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
   for (const auto& contact : points_) contact->mesh_changed();
@@ -145,7 +146,7 @@ void MeshLodModel::take_up(std::uint32_t tool) noexcept {
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
-  // A cut wants the finest level.
+  // A cut needs the finest level.
   const std::size_t count = in.cuts || behind() ? 1 : level_count(tool_);
   const std::size_t next = by_speed_.step(glm::length(in.moved), in.dt, count);
   if (next == level_) return false;
@@ -154,8 +155,8 @@ bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
   return true;
 }
 
-/// The contact point on another mesh: where that would hold the hand of the last tick. `anew`: found from the hand,
-/// as if it had just come. The difference is given to the hand at a pace.
+/// Transfers the contact point to another mesh, at the hand position of the last tick. `anew`: computes it from the
+/// hand as for a first contact. The resulting difference in force is applied gradually.
 void MeshLodModel::take_over(bool anew) noexcept {
   const dvec3 before = point().place();
   if (anew) {
@@ -189,7 +190,8 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool renewed = std::exchange(adopted_, false) && !give;
   const bool switched = choose_level(in);
   out.level = static_cast<std::uint32_t>(level_);
-  // The servo moves a free tool without asking, as far as clearance() allows: also through a hole of an open mesh.
+  // The servo moves a free tool without calling this model, as far as clearance() allows; also through a hole of an
+  // open mesh.
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
@@ -240,8 +242,8 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// A bur that comes free far behind the hand, or that a fresh snapshot moves, follows no faster than the force may
-/// change.
+/// A bur that becomes free far from the hand, or that a new snapshot moves, follows at a limited rate of change of the
+/// force.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
@@ -258,8 +260,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const dvec3 c = point().place(), way = in.X_WT.p - c;
   const double left = glm::length(way);
   if (!(left > 0)) return false;
-  // The head sinks as far towards the hand as the energy pays for. The volume of a step s is that over the area that
-  // the head lies on, and of what it newly touches: A s + π r s².
+  // The head moves towards the hand as far as the available energy allows. The volume of a step s is s times the area
+  // in contact, plus that of newly touched surface: A s + π r s².
   PerTissue area = point().engaged_area(grid(), way / left);
   double all = 0, work = 0;  // m², J/m
   for (std::size_t t = 1; t < area.size(); ++t) {

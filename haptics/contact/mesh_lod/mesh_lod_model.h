@@ -13,11 +13,11 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Which level a hand's speed asks for. State in, state out.
+/// Chooses the level of detail from the hand's speed. State in, state out.
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
-  /// The level from now on, of `count`; 0 is the finest. `way` of the hand in this tick, m; `dt` in s.
+  /// The new level among `count` levels; 0 is the finest. `way`: displacement of the hand in this tick, m; `dt` in s.
   std::size_t step(double way, double dt, std::size_t count) noexcept;
   void reset() noexcept { fresh_ = true; }
 
@@ -32,7 +32,7 @@ class LevelBySpeed {
 /// Servo thread.
 class MeshLodModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills.
+  /// Throws Error for a filling instrument.
   MeshLodModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -50,27 +50,28 @@ class MeshLodModel final : public ContactModel {
   Tissue tissue_at(const dvec3& p_W) const noexcept override;
 
  private:
-  /// A bur that is no ball touches with its whole head; other tools with a ball, or the point at their free end.
+  /// A bur that is not a ball touches with its whole head. Other tools touch with a ball, or with the point at their
+  /// free end.
   static bool whole_head(const Tool& tool) noexcept { return tool.cuts && tool.shape != HeadShape::kSphere; }
-  /// As it is felt now, and as finely as it is known.
+  /// The tissue's meshes, finest first, in their present form.
   const std::vector<TriangleGrid>& grids() const noexcept {
     return snapshot_.cut ? snapshot_.local : snapshot_.levels->grids;
   }
   const TriangleGrid& grid() const noexcept { return grids()[level_]; }
   const TriangleGrid& finest() const noexcept { return grids()[0]; }
-  /// Levels that a tool may be held by: a whole head always feels the finest.
+  /// Number of levels available for a tool; a whole head always uses the finest.
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// m that a tool at X may move before it touches any of its levels.
+  /// Distance in m that a tool at X may move before it touches any of its levels.
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
-  /// Whether the snapshot holds all faces within `reach` of p.
+  /// True if the snapshot contains all faces within `reach` of p.
   bool holds(const dvec3& p, double reach) const noexcept;
-  /// Cuts were made that the snapshot lacks: the faces that the head overlaps are cut away.
+  /// True if cuts were made that the snapshot lacks; faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
   const SurfaceContact& point() const noexcept { return *points_[tool_]; }
-  /// True where it is another one than before.
+  /// True if the level changed.
   bool choose_level(const ContactInput& in) noexcept;
   void take_over(bool anew) noexcept;
   void fade_offset(const ContactInput& in) noexcept;
@@ -79,28 +80,28 @@ class MeshLodModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   MeshSnapshot snapshot_;
-  std::vector<std::unique_ptr<SurfaceContact>> points_;  // one a tool
-  std::vector<dvec3> ends_;                              // m, of each tool: the centre of what touches, in T
+  std::vector<std::unique_ptr<SurfaceContact>> points_;  // one per tool
+  std::vector<dvec3> ends_;                              // m, for each tool the centre of its contact shape in T
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;       // the contact point is where the tool is
-  bool flew_ = false;         // else the servo moved it, from where it was free to where it is
-  dvec3 hip_{0};              // m, in the last tick
-  dvec3 offset_{0};           // m, from the contact point to where the last level, or a wall, held the tool: fades
-  bool eases_ = false;        // the bur has cut since it was last free
-  dvec3 last_lag_{0};         // m, from the hand to where it was told that the tool is, in the last tick
-  dquat last_R_{1, 0, 0, 0};  // the hand's orientation then
-  // Of the wall that holds the tool, or did and fades with the offset.
+  bool placed_ = false;  // the contact point is at the tool
+  bool flew_ = false;    // otherwise the servo moved the tool in free space since the last tick
+  dvec3 hip_{0};         // m, hand position in the last tick
+  dvec3 offset_{0};     // m, from the contact point to the position that the last level or wall demanded; fades to zero
+  bool eases_ = false;  // the bur has cut since it was last free
+  dvec3 last_lag_{0};   // m, from the hand to the tool position that was returned in the last tick
+  dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
+  // The wall that holds the tool, or that held it and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // Cutting.
+  // State of cutting.
   RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
-  bool cutting_ = false;        // the last tick cut …
-  Pose end_;                    // … to here
-  bool adopted_ = false;        // a snapshot came since the last tick
-  double measured_ = 1;         // of the volume, over the estimate: of the cuts in the last snapshot, smoothed
+  bool cutting_ = false;        // the last tick cut
+  Pose end_;                    // end pose of that cut
+  bool adopted_ = false;        // a snapshot was adopted since the last tick
+  double measured_ = 1;         // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
 };
 
 }  // namespace typodont::haptics::mesh_lod

@@ -1,4 +1,4 @@
-// What both halves of "mesh_lod" know: the parameters of the scene and the snapshot.
+// Data shared by both halves of "mesh_lod": the scene's parameters and the snapshot.
 #pragma once
 
 #include <memory>
@@ -12,28 +12,28 @@ namespace typodont::haptics::mesh_lod {
 
 struct Parameters {
   LevelOptions levels;
-  std::vector<double> switch_speed{30e-3, 120e-3};  // m/s of the hand, from each level to the next coarser one
-  double hysteresis = 0.1;                          // a level is left at so much beyond its speed, either way
-  bool maps = true;         // the contact point is mapped onto the next level; else it is found anew from the hand
-  double ramp = 5;          // N/s at which the difference between two levels is given to the hand; 0: at once
-  double wall_limit = 0.5;  // N at which a wall between tissues gives way
+  // m/s of the hand, thresholds from each level to the next coarser one
+  std::vector<double> switch_speed{30e-3, 120e-3};
+  double hysteresis = 0.1;  // relative hysteresis around each threshold
+  bool maps = true;  // true: the contact point is mapped to the next level; false: it is computed again from the hand
+  double ramp = 5;   // N/s, rate at which the difference between two levels is applied to the force; 0: at once
+  double wall_limit = 0.5;  // N at which a wall between tissues yields
 };
 
-/// The levels, which never change, and once something was cut the faces around the tool as they are now.
+/// The levels, which never change, and, after the first cut, the present faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
-  bool cut = false;                 // `local` counts, and `levels` do not
-  std::vector<TriangleGrid> local;  // all faces that reach into the box lo ..
-                                    // hi: as many levels, finest first
+  bool cut = false;                 // after the first cut: use `local` instead of `levels`
+  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi, for as many levels, finest first
   dvec3 lo{0}, hi{0};               // m
-  PerTissue removed{};              // m³ by the cuts that it contains, less what undo brought back
+  PerTissue removed{};              // m³ removed by the cuts that it contains, minus undone ones
 };
 
-/// Of sessions with a tool that cuts.
+/// Parameters for sessions with a cutting tool.
 struct LocalParameters {
-  static constexpr double travel = 2e-3;         // m that the tool may move before another snapshot is due
-  static constexpr double margin = 0.5e-3;       // m beyond the travel and the tool that a snapshot holds
-  static constexpr Nanos interval = 33'000'000;  // ns, of the geometry: 30 Hz, as in the paper
+  static constexpr double travel = 2e-3;         // m that the tool may move before the next snapshot is due
+  static constexpr double margin = 0.5e-3;       // m that a snapshot contains beyond the travel and the tool
+  static constexpr Nanos interval = 33'000'000;  // ns between updates of the geometry: 30 Hz, as in the paper
 };
 
 }  // namespace typodont::haptics::mesh_lod

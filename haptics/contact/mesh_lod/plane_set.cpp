@@ -6,7 +6,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// Displacements x from c, metres.
+/// Displacements x from c, in metres.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
@@ -17,7 +17,7 @@ class FacePlanes {
   const Plane& plane(int i) const noexcept { return set_[i]; }
   double excess(const Plane& plane, const dvec3& x) const noexcept { return glm::dot(plane.n, x) + plane.room; }
   int worst(const dvec3& x, const int* active, int count) const noexcept {
-    constexpr double kSlip = 1e-13;  // m that a plane may be overstepped by
+    constexpr double kSlip = 1e-13;  // m by which a plane may be violated
     int worst = -1;
     double least = -kSlip;
     for (int i = 0; i < set_.count(); ++i) {

@@ -1,4 +1,4 @@
-// Planes that bound a point, and the point nearest to a goal that all of them allow.
+// Planes that bound a point, and the nearest point to a goal that satisfies all of them.
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Allows the points x with n · (x - c) >= -room, where c is the point that all planes of a set are seen from. SI.
+/// Allows the points x with n · (x - c) >= -room, where c is the common reference point of all planes of a set. SI.
 struct Plane {
   dvec3 n{0};              // unit
   double room = 0;         // m
-  dvec3 p{0};              // m, the place on the surface
-  std::uint32_t face = 0;  // that it belongs to
-  std::int8_t wall = -1;   // the edge of the face on which a wall stands; -1: the face itself
+  dvec3 p{0};              // m, point on the surface
+  std::uint32_t face = 0;  // index of the face to which it belongs
+  std::int8_t wall = -1;   // index of the face's edge on which a wall stands; -1: the face itself
 };
 
 class PlaneSet {
@@ -22,7 +22,7 @@ class PlaneSet {
   static constexpr int kMost = 1024;
 
   void clear() noexcept { count_ = 0; }
-  /// False when it is full.
+  /// False if the set is full.
   bool add(const Plane& plane) noexcept {
     if (count_ == kMost) return false;
     planes_[static_cast<std::size_t>(count_++)] = plane;
@@ -31,8 +31,8 @@ class PlaneSet {
   int count() const noexcept { return count_; }
   const Plane& operator[](int i) const noexcept { return planes_[static_cast<std::size_t>(i)]; }
 
-  /// The displacement from c nearest to `goal` (a displacement, too) that all planes allow, and the planes that hold it
-  /// there, pushes in m. Where there is none, no displacement: the point stays.
+  /// The displacement from c that satisfies all planes and is nearest to `goal` (also a displacement), and the planes
+  /// that hold it, with pushes in m. If there is none, the displacement is zero.
   dvec3 nearest_allowed(const dvec3& goal, ActivePlanes& active) const noexcept;
 
  private:

@@ -12,25 +12,26 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostLooks = 24;         // of one follow()
-constexpr double kStays = 1e-11;       // m: a step shorter than this ends the walk
-constexpr double kLeastReach = 5e-6;   // m around the ball in which faces are collected, at least …
-constexpr double kMostReach = 0.3e-3;  // … and at most: a longer way is gone in several steps
-constexpr double kAhead = 1.1;         // times the way to be gone that one look is about
-constexpr double kMostKept = 0.3e-3;   // m of way, at most, for which collected faces serve; else a cell of the grid
-constexpr double kReachInCut = 0.5;    // of the radius: the most of either where a bur lies in its own cut …
+constexpr int kMostLooks = 24;         // limit for the iterations of one follow()
+constexpr double kStays = 1e-11;       // m: a shorter step ends the iteration
+constexpr double kLeastReach = 5e-6;   // m around the ball within which faces are collected, lower limit …
+constexpr double kMostReach = 0.3e-3;  // … and upper limit: a longer displacement is divided into several steps
+constexpr double kAhead = 1.1;         // search distance over the expected displacement
+// m, longest displacement for which collected faces stay valid; otherwise a cell of the grid
+constexpr double kMostKept = 0.3e-3;
+constexpr double kReachInCut = 0.5;    // ratio to the radius: limit of both distances for a bur in its own cut …
 constexpr double kLeastInCut = 50e-6;  // m … but not less than this
-constexpr double kNextReach = 0.25;    // of the last step: how far the next look reaches, the next step is shorter
-constexpr double kBelow = 1e-11;       // m that a face below a plane may rise above it by rounding …
-constexpr float kClear = 2e-9f;        // … and of floats beside the ball
-constexpr double kWallSkin = 1e-7;     // m, the least distance from a wall
-constexpr double kMapReach = 2e-3;     // m within which the surface is looked for when the mesh is exchanged
+// ratio of the next iteration's reach to the last step, because the next step is shorter
+constexpr double kNextReach = 0.25;
+constexpr double kBelow = 1e-11;    // m by which a face below a plane may protrude through rounding …
+constexpr float kClear = 2e-9f;     // … and in floats beside the ball
+constexpr double kWallSkin = 1e-7;  // m, least distance from a wall
+constexpr double kMapReach = 2e-3;  // m, search distance for the surface when the mesh is exchanged
 constexpr int kMostLifts = 16;
 constexpr double kLeastAlong = 0.3;     // cosine
-constexpr double kNoDirection = 1e-13;  // m: nearer to a face than this, its normal counts
+constexpr double kNoDirection = 1e-13;  // m: at a smaller distance from a face, its normal is used as direction
 
-/// Writes the places of boxes no farther than `far` from p to `at`; returns how many. The last batch may be filled up
-/// with others.
+/// Writes the indices of the boxes within `far` of p to `at`; returns their number. The last batch may contain padding.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size_t count, const float* p, float far,
                        std::uint32_t* at) {
@@ -55,8 +56,8 @@ std::size_t list_boxes(const float* const* lo, const float* const* hi, std::size
   return found;
 }
 
-/// Writes the numbers of planes that q does not lie clearly above to `at`; returns how many. The planes are at normal ·
-/// q = -distance, all seen from where q is measured from.
+/// Writes the indices of the planes that q is not clearly above to `at`; returns their number. The planes are normal ·
+/// q = -distance, in coordinates relative to q's origin.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_planes_above(const float* const* normal, const float* distance, std::size_t count, const float* q,
                               float clear, std::uint32_t* at) {
@@ -99,13 +100,13 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // deep inside: it stays
+  if (!near.found) return false;  // deep inside: it does not move
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
 }
 
-/// Puts the ball on the surface nearest to it, on the side that n points to, and out of what it overlaps there.
+/// Moves the ball to the nearest surface, on the side of n, and out of overlapping faces there.
 bool SurfacePoint::lift(const TriangleGrid& grid, dvec3 n) noexcept {
   for (int i = 0; i < kMostLifts; ++i) {
     const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach + radius());
@@ -133,7 +134,7 @@ void SurfacePoint::map_to(const TriangleGrid& grid) noexcept {
   for (int i = 0; i < count_; ++i) {
     if (!hold(i).wall) n += hold(i).push * hold(i).n;
   }
-  // The nearest point of the other mesh, on the side where the point was.
+  // The nearest point of the other mesh, on the side of the old point.
   const TriangleGrid::Nearest near = grid.nearest(c_, kMapReach);
   if (!near.found) return;
   n = unit_or(n, hold(0).n);
@@ -173,7 +174,7 @@ void SurfacePoint::collect(const TriangleGrid& grid, double reach) noexcept {
   }
 }
 
-/// Those collected faces of which the box is within so many metres: their places in near_.
+/// Indices in near_ of the collected faces whose boxes are within this distance, m.
 std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& grid, double within) noexcept {
   const glm::vec3 p(c_ - grid.origin());
   const float* const lo[3] = {boxes_.lo_x, boxes_.lo_y, boxes_.lo_z};
@@ -182,7 +183,7 @@ std::span<const std::uint32_t> SurfacePoint::close_faces(const TriangleGrid& gri
   return {close_.data(), list_boxes(lo, hi, static_cast<std::size_t>(near_count_), &p.x, far, close_.data())};
 }
 
-/// Planes of the walls on the edges of a face that border on softer tissue.
+/// Adds the planes of walls on those edges of a face that border on softer tissue.
 void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach, bool& room) noexcept {
   if (!options_.walls || behind_ || ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(face.tissue))
     return;
@@ -195,7 +196,7 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
     dvec3 off = c_ - q;
     off -= glm::dot(off, up) * up;
     const dvec3 away = unit_or(glm::cross(b - a, up), dvec3(0));
-    if (glm::dot(off, away) < 0) continue;  // behind it
+    if (glm::dot(off, away) < 0) continue;  // behind the ball
     const double distance = glm::length(off);
     if (distance > reach + kWallSkin) continue;
     room = planes_.add({distance > kNoDirection ? off / distance : away, std::max(distance - kWallSkin, 0.0), q, index,
@@ -204,12 +205,12 @@ void SurfacePoint::add_walls(const Face& face, std::uint32_t index, double reach
   }
 }
 
-/// Collects the planes that bound the ball within `reach`. False where there are too many.
+/// Collects the planes that bound the ball within `reach`. False if there are too many.
 bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexcept {
   planes_.clear();
   const double r = radius();
   bool room = true;
-  // Faces whose inside is nearest first: their planes may cover the edges of others.
+  // Process faces whose interior is nearest first, because their planes may hide the edges of others.
   int edge_count = 0;
   const auto add = [&](std::uint32_t i, const dvec3& n, double distance, const dvec3& p) {
     double free = distance - r;
@@ -241,7 +242,7 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   for (int k = 0; k < edge_count; ++k) {
     const auto& [i, at] = edges_[static_cast<std::size_t>(k)];
     const Face& face = grid.face(i);
-    // A face that lies below another one's plane cannot be met before that plane.
+    // A face that lies below the plane of another one cannot be reached before that plane.
     const glm::vec3 q(at.p - c_);
     const std::size_t above =
         list_planes_above(normals, inner_.distance, static_cast<std::size_t>(insides), &q.x, kClear, above_.data());
@@ -254,8 +255,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
-    // The ball is over the face beyond this edge, which does not bend away: the plane of the face bounds the ball. With
-    // that of its edge it could only come half of the way to the edge in each look.
+    // The ball is above the face beyond this edge, which does not bend away; so the plane of that face bounds the ball.
+    // With the plane of the edge the ball could only approach the edge by half in each iteration.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -281,9 +282,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// Where one edge or corner holds a ball, each look would come only part of the way around it. So the step goes along
-/// the plane to where the way from the hand's nearest point of the face through the hand meets it: from there the next
-/// look sees the edge from the right side.
+/// If an edge or corner holds the ball, each iteration would move only part of the way around it. So the step continues
+/// along the plane to its intersection with the line from the hand's nearest point on the face through the hand; from
+/// there the next iteration sees the edge from the correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -303,16 +304,17 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
 void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
   gave_way_ = false;
   ActivePlanes active;
-  // While it touches, the point goes about as far as the hand since the last tick, however deep that is.
+  // During contact, the point moves about as far as the hand since the last tick, independently of the depth.
   const dvec3 pull = hip - c_;
   dvec3 along = pull;
   for (int i = 0; i < count_; ++i) along -= std::min(0.0, glm::dot(along, hold(i).n)) * hold(i).n;
   const double near = give ? std::max(kReachInCut * radius(), kLeastInCut) : kMostKept;
   const double kept = std::min({grid.cell(), kMostKept, near}), most_reach = std::min(kMostReach, near);
-  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);  // of the next look
+  // expected displacement of the next iteration
+  double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
   for (int i = 0; i < kMostLooks; ++i) {
-    double valid = near_reach_ - glm::distance(c_, near_from_);  // m that the list is good for
+    double valid = near_reach_ - glm::distance(c_, near_from_);  // m for which the list is valid
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);
       valid = near_reach_;
@@ -352,7 +354,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall the face beyond the border is as near as that in front of it.
+  // At a wall the face beyond the border is as near as the face in front of it.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;

@@ -1,4 +1,4 @@
-// The surface contact point (SCP): where the hand's point (HIP) is held outside the mesh.
+// The surface contact point (SCP): the proxy of the hand's point (HIP), which stays outside the mesh.
 #pragma once
 
 #include <array>
@@ -9,28 +9,27 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Stiffness of every tissue, N/m: walls stand where it rises.
+/// Stiffness of every tissue, N/m; walls exist where it increases.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
-  double radius = 0;         // m, of the tool's end; 0: a point
+  double radius = 0;         // m, radius of the tool's end; 0: a point
   bool walls = true;         // one-sided walls at tissue borders
-  double wall_limit = 0.5;   // N at which a wall gives way
-  double unit_force = 1000;  // N/m, a material's stiffness of 1 N/mm gives so much
+  double wall_limit = 0.5;   // N at which a wall yields
+  double unit_force = 1000;  // N/m for a material stiffness of 1 N/mm
 };
 
-/// Wang et al. 2009, section 3.2. The paper walks from the active primitive to its neighbours while the distance to the
-/// HIP falls. Here every face near the point bounds it by a plane through its nearest primitive (vertex, edge or face);
-/// the point goes to where these planes come nearest to the HIP, and looks again from there until it stays. That is the
-/// same walk, but it needs no neighbours, which cracks, copies and slivers do not have: the planes are those of convex
-/// obstacles, so no step can pass through a face, whatever the mesh is like.
-///
-/// The point is the centre of a ball of the tool's radius; a point tool is a ball of `kSkin`. Servo thread; never
-/// allocates.
+/// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the distance
+/// to the HIP decreases. Here every face near the point bounds it by a plane through its nearest primitive (vertex,
+/// edge or face). The point moves to the position nearest to the HIP that satisfies these planes, and iterates until it
+/// does not move. The result is the same, but neighbour links are not needed, which cracks, duplicate and sliver
+/// triangles lack. Since the planes bound convex obstacles, no step can pass through a face of any mesh.
+/// The point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread;
+/// never allocates.
 class SurfacePoint final : public SurfaceContact {
  public:
-  static constexpr double kSkin = 1e-8;        // m, the least distance that the point keeps from a face
-  static constexpr double kFarthest = 1.5e-3;  // m, the largest `most` of clearance()
+  static constexpr double kSkin = 1e-8;        // m, least distance of the point from a face
+  static constexpr double kFarthest = 1.5e-3;  // m, largest allowed `most` of clearance()
 
   SurfacePoint(const SurfaceOptions& options, const Stiffness& stiffness) : options_(options), stiffness_(stiffness) {}
 
@@ -38,7 +37,7 @@ class SurfacePoint final : public SurfaceContact {
   double reach() const noexcept override { return radius(); }
   double outlook() const noexcept override { return radius() + kFarthest; }
 
-  /// False where p was inside the tissue or nearer to it than the radius: then the point was led out.
+  /// False if p was inside the tissue or closer to it than the radius; then the point was moved out.
   bool put(const TriangleGrid& grid, const dvec3& p) noexcept override;
   void put_free(const dvec3& p) noexcept override;
   void map_to(const TriangleGrid& grid) noexcept override;
@@ -58,10 +57,10 @@ class SurfacePoint final : public SurfaceContact {
 
   SurfaceOptions options_;
   Stiffness stiffness_;
-  Tissue ground_ = Tissue::kAir;  // under the point; air: it touches nothing
-  bool behind_ = false;           // a wall gave way: walls are left out until the ground is the harder tissue
-  Tissue beyond_ = Tissue::kAir;  // … which is this one
-  // Faces near the place where they were collected, with their boxes side by side.
+  Tissue ground_ = Tissue::kAir;  // tissue in contact; air: no contact
+  bool behind_ = false;           // a wall yielded: walls are ignored until the contact is on the harder tissue
+  Tissue beyond_ = Tissue::kAir;  // that harder tissue
+  // Faces near the position at which they were collected, with their boxes in structure-of-arrays form.
   static constexpr int kMostNear = 2048, kBatch = 8;
   struct Boxes {
     alignas(32) float lo_x[kMostNear + kBatch], lo_y[kMostNear + kBatch], lo_z[kMostNear + kBatch];
@@ -70,19 +69,19 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
-  const TriangleGrid* collected_ = nullptr;  // the grid that they belong to; null: they must be collected anew
-  // Those of them that one look is about, as places in near_.
+  const TriangleGrid* collected_ = nullptr;  // the grid of these faces; null: they must be collected again
+  // The faces used in one iteration, as indices in near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
   double near_reach_ = 0;
-  // Faces of which an edge or a corner is nearest, in one look.
+  // Faces whose nearest primitive in one iteration is an edge or a corner.
   struct Edge {
     std::uint32_t face = 0;
     OnFace at;
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // Of the first planes, those of faces of which the inside is nearest: normals, and distances from the centre.
+  // The first planes belong to faces whose nearest primitive is their interior: normals, and distances from the centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

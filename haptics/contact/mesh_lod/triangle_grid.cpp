@@ -8,15 +8,16 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // mean edges that a cell is wide
+constexpr double kCellEdges = 1.5;  // width of a cell in mean edge lengths
 constexpr double kMostCells = 4e6;
-constexpr double kEntriesPerFace = 16;  // more, and the cells are made larger …
-constexpr double kFewEntries = 1e6;     // … where there are more than these
-constexpr float kBoxMargin = 1e-7f;     // m, more than the rounding of a box to floats
-constexpr double kSliver = 1e-12;       // squared sine of the angle below which a face is its edges
+constexpr double kEntriesPerFace = 16;  // limit of list entries per face; above it the cells are made larger …
+constexpr double kFewEntries = 1e6;     // … if there are more entries than this
+constexpr float kBoxMargin = 1e-7f;     // m, larger than the rounding of a box to floats
+constexpr double kSliver = 1e-12;       // squared sine of the angle below which only a face's edges are used
 
-/// On which side of the line from a to b the origin lies: 1 left, -1 right. On the line itself as if the origin were
-/// moved by a little along the first axis, and by less along the second: of two faces at an edge one has the origin.
+/// The side of the line from a to b on which the origin lies: 1 left, -1 right. If it is on the line, the origin is
+/// treated as moved slightly along the first axis, and less along the second, so that exactly one of two faces at an
+/// edge contains it.
 int side(double au, double av, double bu, double bv) noexcept {
   const double one = au * bv, other = bu * av;
   if (one != other) return one > other ? 1 : -1;
@@ -24,9 +25,10 @@ int side(double au, double av, double bu, double bv) noexcept {
   return bu > au ? 1 : -1;
 }
 
-constexpr double kFlat = 1e-10;  // m that the corner beyond an edge may lie off the plane of a face that is flat there
+// m, distance of the vertex beyond an edge from the face's plane up to which the edge counts as flat
+constexpr double kFlat = 1e-10;
 
-/// `beyond`: the corner of the face on the other side of the edge.
+/// `beyond`: the vertex of the face on the other side of the edge that is not on it.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);
@@ -78,7 +80,7 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
     boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxMargin,
                       glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxMargin});
   }
-  // What lies beyond each edge: its tissue, and whether it bends towards a ball on this side.
+  // For each edge: the tissue beyond it, and whether the surface bends towards a ball on this side.
   struct Side {
     std::uint32_t a, b, face;
     int edge;
@@ -152,7 +154,7 @@ std::size_t TriangleGrid::bytes() const noexcept {
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {
   Nearest best;
   best.distance = most;
-  // The box that is looked at doubles until it reaches as far as the nearest found in it.
+  // Double the search box until it reaches at least as far as the nearest face found in it.
   for (double reach = std::min(cell_, most);; reach = std::min(2 * reach, most)) {
     for_near(p - reach, p + reach, [&](std::uint32_t i) {
       const dvec3 q = nearest_on(faces_[i], p).p;
@@ -187,7 +189,7 @@ int TriangleGrid::winding_sixths(const dvec3& p) const noexcept {
       const bool left = w[0] > 0 && w[1] > 0 && w[2] > 0, right = w[0] < 0 && w[1] < 0 && w[2] < 0;
       if (!left && !right) return;
       const dvec3 n = f.normal();
-      const double above = glm::dot(n, f.a - p) / n[axis];  // along the axis, to the face
+      const double above = glm::dot(n, f.a - p) / n[axis];  // distance along the axis to the face
       sixths += (above > 0) == left ? 1 : -1;
     });
   }

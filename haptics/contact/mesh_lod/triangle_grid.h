@@ -1,4 +1,4 @@
-// Triangles of one level in a uniform grid: what lies near a point, how near it is, whether a point is inside.
+// The triangles of one level in a uniform grid. Queries: triangles near a point, distance, inside test.
 #pragma once
 
 #include <algorithm>
@@ -10,30 +10,31 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// A triangle as queries read it. SI, frame W.
+/// A triangle in the form for queries. SI, frame W.
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  std::array<Tissue, 3> across{};  // of the face beyond the edges ab, bc, ca; kAir where that is the same or none
-  // The one face beyond each edge; ~0: none, or more than one. Bit k of `hollow`: that face is not bent away from the
-  // front (or back) of this one, so that the plane of this face bounds a ball there, too.
+  // tissue of the face beyond the edges ab, bc, ca; kAir if it is the same or there is none
+  std::array<Tissue, 3> across{};
+  // The one face beyond each edge; ~0: none or several. Bit k of `hollow`: the surface at edge k does not bend away
+  // from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the edge.
   std::array<std::uint32_t, 3> beyond{~0U, ~0U, ~0U};
   std::uint8_t hollow_front = 0, hollow_back = 0;
 
   dvec3 corner(int i) const noexcept { return i == 0 ? a : i == 1 ? b : c; }
-  /// Not of unit length; zero for a face without area.
+  /// Not normalised; zero for a degenerate face.
   dvec3 normal() const noexcept { return glm::cross(b - a, c - a); }
 };
 
-/// The point of a face nearest to p, and on what of it that lies. Exact for slivers and faces without area, too: their
-/// edges count.
+/// The point of a face nearest to p, and the primitive on which it lies. Also exact for slivers and degenerate faces,
+/// by their edges.
 struct OnFace {
   dvec3 p{0};
-  int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: inside
+  int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: in the interior
   bool corner = false;  // at an end of that edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
-/// The point of the segment from a to b nearest to p.
+/// The nearest point to p on the segment from a to b.
 inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) noexcept {
   const dvec3 ab = b - a;
   const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
@@ -44,32 +45,32 @@ inline dvec3 nearest_on_segment(const dvec3& a, const dvec3& b, const dvec3& p) 
 class TriangleGrid {
  public:
   TriangleGrid() = default;
-  /// `part`: the mesh is cut out of a larger one, and open where that goes on.
+  /// `part`: the mesh was cut out of a larger one, and its open edges continue there.
   explicit TriangleGrid(const TissueMesh& mesh, bool part = false);
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  /// Of faces, boxes and cells.
+  /// Memory for faces, boxes and cells.
   std::size_t bytes() const noexcept;
 
-  /// Calls use(index) once for every face whose box meets the box lo .. hi.
+  /// Calls use(index) once for every face whose box overlaps the box lo .. hi.
   template <class Use>
   void for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept;
 
-  /// Around a face, m from origin().
+  /// Bounding box of a face, m from origin().
   struct Box {
     glm::vec3 lo{0}, hi{0};
   };
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
-  static constexpr float kBoxRounding = 1e-7f;  // m, more than floats lose in such boxes
-  /// False where all of the face's box is farther than `most` metres from p.
+  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of these boxes
+  /// False if the face's box is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
     const float far = static_cast<float>(most) + kBoxRounding;
     return glm::dot(off, off) <= far * far;
   }
-  /// Edge of a cell, m: about one and a half mean edges of the faces.
+  /// Edge length of a cell, m: about one and a half mean edge lengths of the faces.
   double cell() const noexcept { return cell_; }
 
   struct Nearest {
@@ -81,9 +82,9 @@ class TriangleGrid {
   /// The nearest point of the surface within `most` metres.
   Nearest nearest(const dvec3& p, double most) const noexcept;
 
-  /// Six times the generalized winding number along the directions of the axes: 6 inside a closed mesh, 0 outside.
+  /// Six times the generalised winding number, evaluated along the axis directions: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// Of a part by the side of the nearest face on which p lies.
+  /// For a part of a mesh: decided by the side of the nearest face on which p lies.
   bool inside(const dvec3& p) const noexcept;
 
  private:
@@ -100,7 +101,7 @@ class TriangleGrid {
   bool part_ = false;
   std::vector<Face> faces_;
   std::vector<Box> boxes_;
-  std::vector<std::uint32_t> start_;    // of each cell in entries_; one more at the end
+  std::vector<std::uint32_t> start_;    // for each cell its first index in entries_; one more at the end
   std::vector<std::uint32_t> entries_;  // indices of faces
   dvec3 origin_{0};
   double cell_ = 1e-3;    // m
@@ -124,7 +125,7 @@ void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const n
           if (box.lo.x > high.x || box.lo.y > high.y || box.lo.z > high.z || box.hi.x < low.x || box.hi.y < low.y ||
               box.hi.z < low.z)
             continue;
-          // A face that lies in several of these cells counts in the first.
+          // A face that lies in several of these cells is reported for the first one.
           if (first != last && glm::max(cell_of(box.lo), first) != glm::ivec3(x, y, z)) continue;
           use(i);
         }

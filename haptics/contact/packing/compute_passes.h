@@ -1,4 +1,4 @@
-// The three passes on a GPU, as the model uses them: the same sums in the same order as on the processor.
+// The three passes on a GPU: the same sums in the same order as on the CPU, so that the results have the same bits.
 #pragma once
 
 #include <memory>
@@ -12,14 +12,14 @@
 
 namespace typodont::haptics::packing {
 
-/// Packings with fewer spheres are not tried on a GPU: the tree on the processor answers before a GPU has begun.
+/// Smallest number of spheres for which a GPU is tried; with fewer, the CPU finishes before a GPU has started.
 inline constexpr std::size_t kWorthAGpu = 1'000'000;
 
-/// Servo thread. noexcept, and does not allocate beyond what the GPU's driver does. Once a pass has failed, ready() is
-/// false until the next load(), and the caller does the same on the processor.
+/// Servo thread. noexcept; allocates nothing except in the GPU's driver. If a pass fails, ready() is false until the
+/// next load(), and the caller computes on the CPU.
 class ComputePasses {
  public:
-  /// `tools`: all that may be asked for.
+  /// `tools`: all tools that will be used.
   ComputePasses(std::unique_ptr<SpherePasses> passes, std::span<const ToolSpheres> tools);
 
   std::string device() const { return passes_->device(); }
@@ -28,13 +28,14 @@ class ComputePasses {
 
   /// Pass 1.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2: as the other estimate_surface().
+  /// Pass 2, as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
-  /// Pass 3, only measured: J that the head's way from `from` to `to` costs; `near_to`: the end of the longest way.
+  /// Pass 3 without removal: the energy in J that the head's motion from `from` to `to` costs; `near_to`: end of the
+  /// longest motion that will be evaluated.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3: as carve().
+  /// Pass 3, as carve().
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -45,19 +46,19 @@ class ComputePasses {
   bool ready_ = false;
   std::vector<RestingBall> resting_;
   std::vector<CuttingBall> cutting_;
-  std::vector<std::uint32_t> number_;  // of each resting ball in the tool
-  std::vector<SphereShare> shares_;    // in the processor's order
+  std::vector<std::uint32_t> number_;  // index in the tool of each resting ball
+  std::vector<SphereShare> shares_;    // in the CPU's order
   std::vector<SphereChange> changes_;
 };
 
-/// What one tick's passes take on the processor and on a GPU, over several places at the tissue's spheres.
+/// Times of one tick's passes on the CPU and on a GPU, summed over several tool positions at the tissue's spheres.
 struct PassTimes {
   double processor = 0, gpu = 0;  // s
   bool same = true;               // all results have the same bits
-  /// A GPU is chosen where it is faster and gives the same bits.
+  /// True if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// `tissue` must be loaded. Set-up: takes some ticks' time.
+/// Measures both. `tissue` must be loaded. Set-up time: takes as long as some ticks.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

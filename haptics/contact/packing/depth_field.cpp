@@ -46,8 +46,8 @@ void DepthField::copy(const DenseTissue& tissue) {
   }
 }
 
-// Labels on a border may be dithered (solid.cpp does so, for true volumes). A sphere needs a clean border: the label
-// that most of a voxel's neighbours have.
+// Removes dithering from label borders (solid.cpp dithers to get exact volumes), because a sphere needs a clean border:
+// each voxel gets the most frequent label among its neighbours.
 void DepthField::settle_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
@@ -57,7 +57,7 @@ void DepthField::settle_labels() {
     around[static_cast<std::size_t>(n)] = (n / 9 - 1) * stride_x_ + (n / 3 % 3 - 1) * stride_y_ + n % 3 - 1;
   }
   for (const std::ptrdiff_t i : solid_) {
-    // Away from borders there is nothing to settle.
+    // Away from borders nothing changes.
     const Tissue own = before[static_cast<std::size_t>(i)];
     bool mixed = false;
     for (const std::ptrdiff_t n : around) {
@@ -79,8 +79,8 @@ void DepthField::settle_labels() {
   }
 }
 
-// Every voxel's closest point on surface or border, carried from voxel to voxel (Danielsson 1980, with points between
-// the voxels). A field tells true distances only in its band, and near cuts not even there.
+// Finds the closest point on the surface or border for every voxel by propagation from voxel to voxel (Danielsson 1980,
+// with points between the voxels). The field's own distances are correct only in its band, and not near cuts.
 void DepthField::find_closest_points(double band) {
   std::vector<glm::vec3> way(depth_.size());  // from the voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
@@ -92,7 +92,7 @@ void DepthField::find_closest_points(double band) {
     return true;
   };
 
-  // Seeds: where the way to a neighbour leaves the tissue, and where the field's slope leads to.
+  // Seeds: points where the line to a neighbour leaves the tissue, and points along the field's gradient.
   const std::array<std::ptrdiff_t, 3> strides = {stride_x_, stride_y_, 1};
   for (const std::ptrdiff_t i : solid_) {
     const float own = depth_[static_cast<std::size_t>(i)];
@@ -118,7 +118,7 @@ void DepthField::find_closest_points(double band) {
     if (at_surface && steep2 > 0.25f) take(i, -own / steep2 * slope);
   }
 
-  // The half of the 26 neighbours that come first in a scan; the other half is its mirror image.
+  // The 13 of the 26 neighbours that come first in a scan; the other 13 are their opposites.
   std::array<std::ptrdiff_t, 13> before;
   std::array<glm::vec3, 13> step;
   for (std::size_t n = 0; n < 13; ++n) {
@@ -126,9 +126,9 @@ void DepthField::find_closest_points(double band) {
     step[n] = glm::vec3(k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1);
     before[n] = (k / 9 - 1) * stride_x_ + (k / 3 % 3 - 1) * stride_y_ + k % 3 - 1;
   }
-  // Scans forward and backward by turns, until one changes nothing. A neighbour counts again only where it changed in
-  // this scan or the one before: the last scan in the same direction has seen all older changes.
-  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // which scan; 0: a seed
+  // Scan forward and backward alternately until a scan changes nothing. A neighbour is evaluated again only if it
+  // changed in this scan or the previous one, because the last scan in the same direction has used all older changes.
+  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the scan; 0: a seed
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);
     bool changed = false;

@@ -13,10 +13,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;
-constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, of all
+constexpr std::uintmax_t kMostKept = 256u << 20;  // bytes, limit for all cached packings
 constexpr const char* kSuffix = ".packing";
 
-/// Calls use(bytes, count) for all that a packing of the right size consists of.
+/// Calls use(bytes, count) for each array of a packing of the right size.
 template <class Packing, class Use>
 bool each_part(Packing& p, Use&& use) {
   const auto part = [&](auto& value) { return use(&value, sizeof value); };
@@ -34,7 +34,7 @@ void write(const fs::path& path, const SpherePacking& packing) {
   if (!written || !out.flush()) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False where the file does not hold that.
+/// False if the file does not contain such a packing.
 bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
   std::ifstream in(path, std::ios::binary);
   packing.center.resize(spheres), packing.radius.resize(spheres), packing.tissue.resize(spheres);

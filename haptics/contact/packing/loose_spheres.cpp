@@ -8,13 +8,14 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// Spheres are linked across gaps of up to this fraction of the smaller radius. It must reach across the packing's gaps
-/// to the next deeper layer: a sphere that is cut down keeps only its far side, and hangs there.
+/// Spheres are linked across gaps of up to this fraction of the smaller radius. It must bridge the packing's gaps to
+/// the next deeper layer, because a sphere that was cut keeps only its far side.
 constexpr double kLink = 1.5;
-constexpr double kWidened = 0.1e-3;  // m, a gap may grow by this and still hold: less than the diameter of any tool
-constexpr int kPace = 16;            // spheres that each flood takes in a turn
+// m by which a gap may grow without breaking the link; less than the diameter of any tool
+constexpr double kWidened = 0.1e-3;
+constexpr int kPace = 16;  // number of spheres that each flood fill adds in a turn
 
-/// Whether two spheres with these radii and this distance hold together.
+/// True if two spheres with these radii and this distance are linked.
 bool holds(double ri, double rj, double distance, double gap_at_start) {
   if (!(ri > 0 && rj > 0)) return false;
   const double gap = distance - ri - rj;
@@ -22,8 +23,8 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 }
 
 struct Flood {
-  std::vector<int> reached;  // all of its spheres
-  std::size_t done = 0;      // of which so many were looked around
+  std::vector<int> reached;  // all spheres of the flood fill
+  std::size_t done = 0;      // number of these whose neighbours were already visited
 };
 
 }  // namespace
@@ -68,7 +69,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
                static_cast<double>(link.gap));
 }
 
-/// Whether that link held before the cut that is looked at.
+/// True if the link existed before the cut under examination.
 bool LooseSpheres::held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
@@ -83,7 +84,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
     before_[static_cast<std::size_t>(c.sphere)] = c;
     cut_[static_cast<std::size_t>(c.sphere)] = cuts_;
   }
-  // Parts can only have come apart where a link broke: floods begin around there.
+  // Parts can only separate where a link broke, so the flood fills start there.
   std::vector<int> seeds;
   const auto seed = [&](int i) {
     if (tissue.tree().radius(i) > 0) seeds.push_back(i);
@@ -109,11 +110,11 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   return loose;
 }
 
-/// Floods from all seeds, which were parts of one body.
+/// Flood fills from all seeds, which belonged to one body.
 void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose) {
   ++search_;
   std::vector<Flood> floods(seeds.size());
-  std::vector<int> joined(seeds.size());  // to which flood each belongs now
+  std::vector<int> joined(seeds.size());  // for each flood fill the one with which it was merged
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](int f) {
     while (joined[static_cast<std::size_t>(f)] != f) f = joined[static_cast<std::size_t>(f)];
@@ -142,8 +143,8 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
           if (seen_[static_cast<std::size_t>(j)] != search_) {
             reach(j, into);
           } else if (const int other = root(flood_[static_cast<std::size_t>(j)]); other != into) {
-            // They have met: the smaller one goes over to the larger one. What it did not look around is looked around
-            // there; what it did may be looked around once more.
+            // Two flood fills have met: the smaller one is merged into the larger one. The larger one visits the
+            // neighbours that the smaller one has not visited; some may be visited twice.
             Flood &a = floods[static_cast<std::size_t>(into)], &b = floods[static_cast<std::size_t>(other)];
             const bool to_other = b.reached.size() > a.reached.size();
             Flood &from = to_other ? a : b, &to = to_other ? b : a;
@@ -156,7 +157,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
       }
       Flood& now = floods[static_cast<std::size_t>(into)];
       if (into == f && now.done >= now.reached.size()) {
-        loose.push_back(std::move(now.reached));  // it has gone round a piece
+        loose.push_back(std::move(now.reached));  // it has covered a separate piece
       } else if (into == f) {
         next.push_back(f);
       }
@@ -164,7 +165,7 @@ void LooseSpheres::flood(const SphereTissue& tissue, std::span<const int> seeds,
     std::erase_if(next, [&](int f) { return root(f) != f; });
     std::swap(active, next);
   }
-  // Where every flood has ended alone, the largest part is what the others came off.
+  // If all flood fills ended separately, the largest part is the main body.
   if (active.empty() && loose.size() > ended) {
     const auto most = std::max_element(loose.begin() + static_cast<std::ptrdiff_t>(ended), loose.end(),
                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });

@@ -1,4 +1,4 @@
-// What a cut leaves without hold: spheres that no longer hang together with the body they were part of.
+// Finds the pieces that a cut detached: spheres that are no longer connected with the body to which they belonged.
 #pragma once
 
 #include <span>
@@ -9,34 +9,33 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. A function of the spheres alone: equal cuts, equal pieces.
-///
-/// Spheres that lie close in the packing are linked. A link lasts while both are there and the gap between them is
-/// less than the sum of their radii, or hardly wider than at the start: spheres between which a tool has passed shrank
-/// away from it and from each other, while a sphere that is cut down keeps its distance to those on its far side.
-/// Around the spheres that lost links, floods spread over links at the same pace until they have met. One that ends
-/// alone went round a loose piece. What was apart before anything was cut (two teeth) stays: only of what was one body
-/// the smaller part is loose.
+/// Carver thread. A function of the spheres alone: equal cuts give equal pieces.
+/// Spheres that lie close in the packing are linked. A link exists while both spheres exist and the gap between them is
+/// less than the sum of their radii, or hardly wider than at the start. Spheres between which a tool has passed have
+/// shrunk away from each other, while a sphere that was cut on one side keeps its distance to those on its far side.
+/// Flood fills start around the spheres that lost links, and grow over links at equal speed until they meet. One that
+/// ends without meeting another has covered a loose piece. Bodies that were separate at the start (two teeth) are kept:
+/// only the smaller parts of one original body are loose.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);
 
-  /// A sphere that a cut changed, and what it was before.
+  /// A sphere that a cut changed, in its previous state.
   struct Changed {
     int sphere;
     dvec3 center;   // m
     double radius;  // m
   };
-  /// After a cut that changed these spheres, each named once: the pieces that it set loose, which are still in the
-  /// tissue. Lists of spheres.
+  /// Call after a cut that changed these spheres, each listed once. Returns the pieces that it detached, as lists of
+  /// spheres; they are still in the tissue.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
-  /// How many bodies there were at the start.
+  /// Number of separate bodies at the start.
   int bodies() const { return bodies_; }
 
  private:
   struct Link {
     int to;
-    float gap;  // m, at the start
+    float gap;  // m, gap at the start
   };
   std::span<const Link> links(int i) const {
     const auto k = static_cast<std::size_t>(i);
@@ -46,15 +45,15 @@ class LooseSpheres {
   bool held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const;
   void flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose);
 
-  std::vector<std::size_t> first_;  // of each sphere's links
+  std::vector<std::size_t> first_;  // for each sphere the index of its first link
   std::vector<Link> links_;
-  std::vector<int> body_;  // of each sphere
+  std::vector<int> body_;  // for each sphere the body it belongs to
   int bodies_ = 0;
-  std::vector<Changed> before_;  // of each sphere, in the cut that last changed it …
-  std::vector<unsigned> cut_;    // … and which cut that was
+  std::vector<Changed> before_;  // for each sphere its state before the cut that last changed it
+  std::vector<unsigned> cut_;    // for each sphere the number of that cut
   unsigned cuts_ = 0;
-  std::vector<unsigned> seen_;  // in which search a sphere was last reached …
-  std::vector<int> flood_;      // … and by which flood
+  std::vector<unsigned> seen_;  // for each sphere the search that last reached it
+  std::vector<int> flood_;      // for each sphere the flood fill that reached it
   unsigned search_ = 0;
 };
 

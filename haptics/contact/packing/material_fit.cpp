@@ -17,15 +17,14 @@ namespace {
 
 using namespace packing;
 
-/// What the tool took in one moment.
+/// Tissue that overlaps the tool's motion at one time.
 struct Moment {
   double t = 0, measured = 0;                   // s, N
-  std::vector<std::pair<int, double>> overlap;  // spheres, and m³ of each
+  std::vector<std::pair<int, double>> overlap;  // indices of spheres, and m³ of overlap with each
   double gain = 0;                              // N at density 1
 };
 
-/// N that the motor needs per watt at the teeth: power = μ_c · efficiency · F · R · ω (Servo's `earn`), the motor's
-/// droop left out.
+/// N per watt of power at the teeth: power = μ_c · efficiency · F · R · ω (Servo's `earn`), without the motor's droop.
 double newtons_per_watt(const ServoSettings& settings, const Pose& X_WT, const dvec3& feed) {
   const Tool& tool = settings.tool;
   const double along = glm::dot(glm::normalize(feed), X_WT.R * dvec3(0, 0, 1));
@@ -63,7 +62,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
   const PerTissue density = densities(parameters, settings.materials);
   const double dentin = settings.materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
 
-  // What the tool takes on its way, moment by moment: that does not depend on the densities.
+  // The overlap of the tool along its path for each time; it does not depend on the densities.
   SphereTissue spheres(packing, parameters.removal,
                        cell_volumes(packing, SphereTree(packing.center, packing.radius), tissue));
   CutBuffers buffers(packing.size());
@@ -129,7 +128,7 @@ MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settin
     for (const Moment& m : moments) {
       const double unit = stability_of(m.overlap, m.gain, 1);
       adjust_densities(m.overlap, m.gain, options.eta > 0 ? options.eta : options.relaxation / unit, m.measured, rho);
-      // Nothing is lighter than air, and what gives no resistance stays so.
+      // Densities are not negative, and a tissue without resistance keeps zero.
       for (const auto& [i, v] : m.overlap)
         rho[static_cast<std::size_t>(i)] = std::max(0.0, rho[static_cast<std::size_t>(i)]);
     }

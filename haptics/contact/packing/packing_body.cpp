@@ -16,19 +16,19 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr int kBlock = 8;             // voxels along the edge of a block of the field
-constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves on between two notes of a sphere
-constexpr double kAround = 1.8;       // voxels around a sphere and its gaps: what interpolation reads
-constexpr double kGapsAround = 2;     // in radii of the largest hole: as far as the gaps beside a sphere reach
-constexpr std::size_t kMost = 50000;  // notes that wait before the field is made anew unasked
+constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves between two notes about a sphere
+constexpr double kAround = 1.8;       // voxels around a sphere and its gaps that interpolation reads
+constexpr double kGapsAround = 2;     // in radii of the largest hole: extent of the gaps beside a sphere
+constexpr std::size_t kMost = 50000;  // limit of waiting notes; above it the field is updated without a request
 
 const dvec3 kNowhere(std::numeric_limits<double>::infinity());
 
-/// Where the tool's ball was when it reached deepest.
+/// Position of the tool's ball when it reached deepest into the sphere.
 dvec3 ball_of(const CutSphere& s) {
   return s.base - (s.tool + s.base_radius - s.overlap) * s.away;
 }
 
-/// What is left of a sphere when a ball of radius `r` around its centre has taken all of it.
+/// The remainder of a sphere after a ball of radius `r` around its centre has removed all of it.
 CutSphere taken_by_ball(const CutSphere& s, double r) {
   CutSphere gone = s;
   gone.base = s.center(), gone.base_radius = s.radius(), gone.away = dvec3(0, 0, 1);
@@ -69,8 +69,8 @@ PackingBody::PackingBody(TissueVolume tissue, const SpherePacking& packing, std:
   read_materials();
 }
 
-/// Tissue and hardness of each sphere are those of the voxel at its centre as packed. The packer settles dithered
-/// borders, so a label counts only where it was painted since.
+/// Tissue and hardness of each sphere are those of the voxel at its initial centre. The packer has cleaned dithered
+/// borders, so a voxel's label is used only if it was painted since.
 void PackingBody::read_materials() {
   const VoxelFrame& frame = volume_.frame();
   const bool first = label_.empty();
@@ -95,7 +95,7 @@ void PackingBody::take_over_paint() {
   end_stroke();
   read_materials();
   repainted_ = true;
-  if (volume_.strokes().done > strokes_in_field()) {  // a stroke of the brush is one that can be taken back
+  if (volume_.strokes().done > strokes_in_field()) {  // a brush stroke can be undone
     done_.push_back({{}, true});
     undone_.clear();
   }
@@ -106,7 +106,7 @@ std::size_t PackingBody::strokes_in_field() const {
       std::count_if(done_.begin(), done_.end(), [](const Stroke& stroke) { return stroke.in_field; }));
 }
 
-/// A sphere was changed: for undo, for snapshots, for the field.
+/// Records a change of a sphere for undo, for snapshots and for the field.
 void PackingBody::changed(int i, const CutSphere& before) {
   const auto k = static_cast<std::size_t>(i);
   if (in_stroke_ && kept_in_[k] != stroke_) {
@@ -115,7 +115,7 @@ void PackingBody::changed(int i, const CutSphere& before) {
   }
   if (remembers_) written_.push_back(i);
   const CutSphere& now = spheres_.sphere(i);
-  // Another cut has begun: what the one before had come to.
+  // A new cut has begun: note the result of the previous one.
   if (before.overlap > 0 && now.base != before.base && ball_of(before) != last_noted_[k]) note(i, before);
   const double moved = glm::distance(ball_of(now), last_noted_[k]);
   if (!(moved < kNoteEvery * volume_.frame().voxel) || !(spheres_.tree().radius(i) > 0)) note(i, now);
@@ -152,7 +152,7 @@ void PackingBody::take_out_pieces(const Cut& cut) {
       loose.removed[static_cast<std::size_t>(spheres_.tissue(i))] += spheres_.volume(i);
       spheres_.set(i, taken_by_ball(before.back(), r));
     }
-    // In the field, each sphere takes the gaps beside it along, as far as the spheres that stay.
+    // In the field, a detached sphere takes the gaps beside it along, up to the spheres that stay.
     for (std::size_t k = 0; k < piece.size(); ++k) {
       const dvec3 c = before[k].center();
       const double r = before[k].radius();
@@ -190,7 +190,7 @@ void PackingBody::end_stroke() {
   if (done_.back().kept.empty() && !done_.back().in_field) done_.pop_back();
 }
 
-/// The spheres of a stroke become what they were before it, or after it.
+/// Restores the spheres of a stroke to their states before it, or after it.
 void PackingBody::exchange(Stroke& stroke) {
   for (Kept& kept : stroke.kept) {
     const auto k = static_cast<std::size_t>(kept.sphere);
@@ -205,7 +205,7 @@ void PackingBody::exchange(Stroke& stroke) {
   }
 }
 
-/// After a stroke of the field was exchanged, which may have been the brush's.
+/// Call after a stroke of the field was undone or redone, which may be a brush stroke.
 void PackingBody::take_back_paint() {
   if (paints_ == 0) return;
   read_materials();
@@ -282,7 +282,7 @@ TissueVolume& PackingBody::rasterize() {
     const dvec3 p_V = frame.to_voxels(packing_.center[k]);
     return std::pair{glm::ivec3(glm::ceil(p_V - reach)), glm::ivec3(glm::floor(p_V + reach))};
   };
-  // Notes by the blocks of the field that they reach.
+  // Sort the notes by the blocks of the field that they affect.
   std::map<glm::ivec3, std::vector<std::size_t>, Before> blocks;
   const auto block_of = [](const glm::ivec3& v) { return glm::ivec3(glm::floor(dvec3(v) / double{kBlock})); };
   for (std::size_t n = 0; n < notes_.size(); ++n) {

@@ -1,4 +1,4 @@
-// The carver's half of "packing": the spheres, their strokes, and the field that is made of them.
+// The carver's half of "packing": the spheres, their strokes, and the field computed from them.
 #pragma once
 
 #include <span>
@@ -11,20 +11,19 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. Cuts are made in the spheres alone; the field follows when it is asked for.
-///
-/// The field: each sphere that is cut knows where the tool's ball was when it reached deepest into the sphere. Around
-/// the sphere, as far as the gaps beside it reach, the field is raised to that ball's depth. Spheres note where the
-/// ball was once it has moved on by three hundredths of a voxel, so the field depends on the cuts alone, not on when it
-/// is asked for, and is true to that much.
+/// Carver thread. Cuts change only the spheres; the field is updated on request.
+/// How the field follows: each cut sphere stores the position of the tool's ball at its deepest overlap. Around the
+/// sphere, including the gaps beside it, the field is raised to the depth of that ball. A sphere adds a note about the
+/// ball's position whenever the ball has moved by 0.03 voxel. So the field depends only on the cuts, not on the times
+/// of the requests, and has that accuracy.
 class PackingBody final : public TissueBody {
  public:
-  /// `packing` must have been made from `tissue`. Throws Error where it was not.
+  /// `packing` must have been made from `tissue`. Throws Error otherwise.
   PackingBody(TissueVolume tissue, const SpherePacking& packing, std::span<const Tool> tools,
               const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called: the model refuses tools that fill.
+  /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
   void begin_stroke() override;
@@ -44,14 +43,14 @@ class PackingBody final : public TissueBody {
  private:
   struct Kept {
     int sphere;
-    CutSphere state;   // before the stroke; after an undo: after the stroke
+    CutSphere state;   // state before the stroke; after an undo: state after the stroke
     dvec3 last_noted;  // m
   };
   struct Stroke {
     std::vector<Kept> kept;
-    bool in_field = false;  // the volume has it, too
+    bool in_field = false;  // the stroke also exists in the volume
   };
-  /// A ball of the tool that took something of a sphere, not yet in the field.
+  /// A ball of the tool that removed a part of a sphere, not yet applied to the field.
   struct Note {
     int sphere;
     dvec3 p_W;  // m
@@ -70,25 +69,25 @@ class PackingBody final : public TissueBody {
   SpherePacking packing_;
   SphereTissue spheres_;
   std::vector<float> fitted_;
-  std::vector<Tissue> label_;  // of the field, at each sphere's centre at the start
+  std::vector<Tissue> label_;  // label of the field at each sphere's initial centre
   std::vector<ToolSpheres> tools_;
   CutBuffers buffers_;
   LooseSpheres loose_;
   std::vector<LoosePiece> pieces_;
   std::vector<Stroke> done_, undone_;
   bool in_stroke_ = false;
-  std::vector<std::uint64_t> kept_in_;  // the stroke that last kept each sphere's state
+  std::vector<std::uint64_t> kept_in_;  // for each sphere the stroke that last stored its state
   std::uint64_t stroke_ = 0;
-  std::vector<LooseSpheres::Changed> cut_now_;  // by the cut that is being made
-  std::vector<std::uint64_t> changed_in_;       // the cut that last changed each sphere
+  std::vector<LooseSpheres::Changed> cut_now_;  // spheres changed by the present cut
+  std::vector<std::uint64_t> changed_in_;       // for each sphere the cut that last changed it
   std::uint64_t cut_number_ = 0;
   PerTissue taken_back_{};
   bool remembers_ = false;
-  std::vector<int> written_;       // since remember_writes(true)
-  std::vector<dvec3> last_noted_;  // m, of each sphere: where the tool's ball was
+  std::vector<int> written_;       // spheres changed since remember_writes(true)
+  std::vector<dvec3> last_noted_;  // m, for each sphere the position of the tool's ball in its last note
   std::vector<Note> notes_;
-  std::uint64_t paints_ = 0;  // of the volume, as far as the spheres know
-  bool repainted_ = false;    // since the last snapshot
+  std::uint64_t paints_ = 0;  // number of the volume's brush strokes that the spheres include
+  bool repainted_ = false;    // painted since the last snapshot
 };
 
 }  // namespace typodont::haptics::packing

@@ -72,7 +72,7 @@ class PackingMethod final : public ContactMethod {
   std::optional<SpherePacking> packing_;  // from a file
 };
 
-/// What `typodont fit-material` wrote: the hardness of spheres by their numbers.
+/// Reads the output of `typodont fit-material`: the hardness of spheres by their indices.
 void read_material(const Json& json, Parameters& p) {
   json.allow_only({"spheres", "seed", "tissue_hash", "mean_square_error_N2", "sphere", "hardness"});
   if (static_cast<std::size_t>(json["spheres"].integer(1)) != p.spheres) {

@@ -13,15 +13,15 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;        // m, the largest clearance that is searched for
-constexpr double kNearby = 0.2e-3;     // m, a point this close to a sphere has that sphere's tissue
-constexpr int kTrials = 8;             // cost evaluations for the length of one step
-constexpr double kWellSpent = 0.85;    // a step that spends this fraction of the budget is accepted
-constexpr double kPathUnit = 0.1e-3;   // m, of the path by which a tool came
-constexpr int kLooks = 16;             // places at which GPU and processor are compared
-constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord leaves the arc by 5e-5 of the head's reach
+constexpr double kLook = 10e-3;        // m, upper limit of the searched clearance
+constexpr double kNearby = 0.2e-3;     // m, distance within which a point gets the tissue of the nearest sphere
+constexpr int kTrials = 8;             // cost evaluations to find the length of one step
+constexpr double kWellSpent = 0.85;    // a step that uses this fraction of the budget is accepted
+constexpr double kPathUnit = 0.1e-3;   // m, unit of the stored path of the tool
+constexpr int kLooks = 16;             // tool positions at which GPU and CPU are compared
+constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord deviates from the arc by 5e-5 of the head's reach
 
-/// The proxy has the friction, which set_friction() sets in every tick; the servo has the spring and the damper.
+/// The proxy computes friction, set by set_friction() in every tick; the servo computes spring and damper.
 constexpr ProxyOptions kFrictionless{.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0};
 
 Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double share) {
@@ -65,7 +65,7 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-/// Brings the spheres to the GPU. With the first snapshot it shows whether that is worth it.
+/// Copies the spheres to the GPU. The first snapshot decides whether the GPU is used.
 void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
@@ -82,8 +82,8 @@ double PackingModel::travel() const noexcept {
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<PackingSnapshot&>(snapshot);
   const bool first = snapshot_.number == 0;
-  // The fresh snapshot lacks the cuts that the servo has made since it was taken: make them again in it. If the carver
-  // has undone a stroke or removed a loose piece, a cut can now remove another volume than the first time.
+  // The new snapshot lacks the servo's cuts since it was taken, so they are repeated in it. If the carver has undone a
+  // stroke or removed a loose piece, a cut may now remove another volume than the first time.
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
     const PerTissue now =
@@ -98,7 +98,7 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   }
   const bool came_back = first || fresh.edits != snapshot_.edits;
   std::swap(fresh, snapshot_);
-  // Without undo or redo the fresh spheres are those of the servo, less loose pieces: lists of near spheres stay right.
+  // Without undo or redo the new spheres are those of the servo minus loose pieces, so the near lists stay valid.
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
@@ -135,8 +135,7 @@ void PackingModel::forget_contact() noexcept {
   retreat_.leading = retreat_.wedged = false;
 }
 
-/// Notes the path of the tool, and whether the hand has left it: the tool stays where it is, while at the hand's place
-/// it would be free.
+/// Stores the tool's path, and detects that contacts hold the tool although it would be free at the hand's position.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   retreat_.wedged = false;
@@ -159,8 +158,8 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
 }
 
-/// Leads the tool back along its path, where it has been and tissue has only become less, without cutting and at a pace
-/// that the hand may feel, to the point of the path that is nearest to the hand. True where it is led in this tick.
+/// Leads the tool back along its path (where it has been, tissue has only been removed) without cutting, at a limited
+/// speed, to the point of the path that is nearest to the hand. True while it is being led.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
   using R = offset::RetreatParameters;
   if (!retreat_.leading) return false;
@@ -196,7 +195,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     out.faults |= bits(Fault::kPatchEdge);
     return;
   }
-  // While the tool is free the servo moves it without calling this model: take over its pose.
+  // While the tool is free, the servo moves it without calling this model: take over its pose.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
   if (lead_back(in)) {
@@ -230,8 +229,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.area = surface_.volume / parameters_.epsilon;
 }
 
-/// The tissue under the contacts themselves, for when the head overlaps nothing: only the shank touches, or the contact
-/// is a point.
+/// Takes the tissue from the contacts if the head overlaps nothing: only the shank touches, or the contact is a point.
 void PackingModel::take_tissue_from_contacts() noexcept {
   double total = 0;
   for (const ProxyContact& c : proxy().contacts()) {
@@ -247,8 +245,8 @@ void PackingModel::take_tissue_from_contacts() noexcept {
   }
 }
 
-/// Sets μ_s and μ_d of eq. 13 for the tissue that was under the head in the last tick. A turning bur has no friction
-/// here: the servo computes the tangential force of its teeth.
+/// Sets μ_s and μ_d of eq. 13 for the tissue in contact in the last tick. A rotating bur has no friction here, because
+/// the servo computes the tangential force of its teeth.
 void PackingModel::set_friction(const ContactInput& in) noexcept {
   double fixed = 0, sliding = 0;
   if (settings_.friction && (!in.cuts || in.scrapes)) {
@@ -260,7 +258,7 @@ void PackingModel::set_friction(const ContactInput& in) noexcept {
   proxy().set_friction(fixed, std::min(fixed, sliding));
 }
 
-/// Lists the tissue's spheres that each sphere of the head can reach between the proxy's pose and another one.
+/// Lists the tissue's spheres that each sphere of the head can reach between the proxy's pose and another pose.
 void PackingModel::find_near(const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   std::size_t end = 0;
@@ -271,8 +269,8 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// An upper bound of the energy that the way takes, J: tissue that several of the head's spheres cover counts once for
-/// each. `near_to`: where the way ends for which find_near() was asked.
+/// Upper bound of the energy of a motion, J: tissue that several of the head's spheres cover is counted for each.
+/// `near_to`: end of the motion for which find_near() was called.
 double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
@@ -285,14 +283,14 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// The largest fraction of the way, at most `most`, whose cost is within the budget. It may spend up to 15 % less; the
-/// rest of the budget stays for the next tick. The first guess uses the price of the last step, then the secant method
-/// narrows the interval from below.
+/// The largest fraction of the motion, at most `most`, whose cost is within the budget. It may use up to 15 % less; the
+/// rest of the budget remains for the next tick. The first guess uses the cost per metre of the last step; then the
+/// secant method improves it from below.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
-  double listed = -1;  // of the way, for which find_near() was asked
+  double listed = -1;  // fraction of the motion for which find_near() was called
   Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
@@ -313,7 +311,8 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
       if (part < 1.5 * safe) part = 1.5 * safe;
       continue;
     }
-    // The cost grows faster once another sphere is reached, where the secant converges slowly: bisect every other time.
+    // The cost grows faster after another sphere is reached, where the secant method converges slowly; so bisection is
+    // used every second time.
     const double by_secant = (budget - safe_cost) / (dear_cost - safe_cost);
     part = safe + (k % 2 == 0 ? 0.97 * by_secant : 0.5) * (dear - safe);
   }
@@ -355,7 +354,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       proxy().note_cut(tree, i, before.center(), before.radius());
     });
   }
-  // No sphere changed: only rounding held the proxy, and follow() moves it in the next tick.
+  // No sphere changed: only rounding held the proxy, and follow() will move it in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.spindle};

@@ -1,4 +1,4 @@
-// The servo's half of "packing": the three passes of S2 in a tick.
+// The servo's half of "packing": the three passes of S2 in each tick.
 #pragma once
 
 #include <array>
@@ -16,20 +16,19 @@
 
 namespace typodont::haptics::packing {
 
-/// Servo thread. Passes 1 and 2, first contact and the material there: constrain(). Pass 3, removal along the way:
-/// cut(). A packing of millions of spheres is tried on a GPU when the first snapshot comes; the passes run there where
+/// Servo thread. constrain() does passes 1 and 2: first contact, and the material there. cut() does pass 3: removal
+/// along the motion. A packing of millions of spheres is tried on a GPU at the first snapshot; the passes run there if
 /// that is faster and gives the same bits.
-///
 /// The cutting speed of eq. 4, v_d = v_b / ρ, follows from the energy that the servo has earned: removing the volume dV
-/// of tissue with the specific energy u costs u dV, a head with the contact area A that goes on at v_d costs A u v_d,
-/// and the motor gives the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's
-/// `earn` has Preston's law for P). So v_b = P / (A u_dentin) with ρ over dentin's. A is not estimated: cut() finds the
-/// step whose removal costs what has been earned.
+/// of tissue with the specific energy u costs u dV; a head with the contact area A moving at v_d costs A u v_d; and the
+/// motor delivers the power P at the teeth (specific cutting energy: Shaw, "Metal Cutting Principles"; the servo's
+/// `earn` computes P by Preston's law). So v_b = P / (A u_dentin) with ρ relative to dentin. A is not estimated: cut()
+/// finds the step whose removal costs the earned energy.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills or has parts that never cut: spheres only shrink.
+  /// Throws Error for a filling instrument or a tool with parts that never cut, because spheres only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// With these passes on a GPU, whether they are faster or not: for tests.
+  /// With these passes on a GPU, even if it is slower. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -62,30 +61,30 @@ class PackingModel final : public ContactModel {
 
   const ServoSettings& settings_;
   Parameters parameters_;
-  PerTissue density_{};  // over dentin's
-  PerTissue energy_{};   // J/m³, specific cutting energy by these densities
+  PerTissue density_{};  // relative to dentin
+  PerTissue energy_{};   // J/m³, specific cutting energy for these densities
   PackingSnapshot snapshot_;
-  std::vector<SphereProxy> proxies_;    // one a tool
-  std::unique_ptr<ComputePasses> gpu_;  // null: the processor alone
-  bool gpu_must_win_ = false;           // the GPU is used only where it is faster
+  std::vector<SphereProxy> proxies_;    // one per tool
+  std::unique_ptr<ComputePasses> gpu_;  // null: CPU only
+  bool gpu_must_win_ = false;           // use the GPU only if it is faster
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, the proxy's place as last told to the servo
-  /// A tool that is held where the hand has left it comes out the way it went in, as with the model "offset".
+  dvec3 held_{0};  // m, proxy position last returned to the servo
+  /// State for leading a tool back along its path when contacts hold it far from the hand, as in the model "offset".
   struct Retreat {
     offset::RetreatPath path;  // in units of kPathUnit
-    dvec3 held_at{0};          // m, the proxy has stayed near this place …
-    double held_for = 0;       // … for so many s, with the hand far away
-    bool leading = false;      // the proxy is being led back, …
+    dvec3 held_at{0};          // m, position near which the proxy has stayed …
+    double held_for = 0;       // … for this time in s, with the hand far away
+    bool leading = false;      // the proxy is being led back …
     std::size_t to = 0;        // … to this point of the path
-    bool wedged = false;       // the hand has left, and no way back is known
+    bool wedged = false;       // the hand is far away, and there is no path back
   } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;
-  std::vector<int> near_;              // find_near(): the lists of all spheres of the head, one after the other
+  std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
   std::vector<std::size_t> near_end_;  // the end of each list in near_
-  double price_ = 0;                   // J for the whole way at the last step's cost per metre; 0: not known
-  double last_way_ = 0;                // m, length of the whole way in the last cut
+  double price_ = 0;                   // J for the whole motion at the last step's cost per metre; 0: unknown
+  double last_way_ = 0;                // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;
 };
 

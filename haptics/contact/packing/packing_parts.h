@@ -1,4 +1,4 @@
-// What the two halves of the packing model share: parameters, the snapshot, the cut.
+// Data shared by both halves of the packing model: parameters, the snapshot, the cut.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@
 namespace typodont::haptics::packing {
 
 struct Parameters {
-  std::size_t spheres = 36000;           // of the tissue
-  std::uint64_t seed = 1;                // of the packings of tissue and tools
-  std::filesystem::path file;            // a packing to use instead; empty: none
-  std::optional<ToolSpheres> tool_mesh;  // the head of the first tool, from a closed mesh; empty: by the tool table
-  std::size_t tool_spheres = 60;         // of a head that is no ball
-  /// m/s at density 1, v_b of eq. 4, whatever the push, as in the paper; 0: v_b follows from the motor's power, see
-  /// PackingModel::cut().
+  std::size_t spheres = 36000;           // number of spheres of the tissue
+  std::uint64_t seed = 1;                // seed of the packings of tissue and tools
+  std::filesystem::path file;            // file of a packing to use instead; empty: none
+  std::optional<ToolSpheres> tool_mesh;  // head of the first tool from a closed mesh; empty: from the tool table
+  std::size_t tool_spheres = 60;         // number of spheres of a head that is not a ball
+  /// Fixed v_b of eq. 4 in m/s at density 1, independent of the force, as in the paper; 0: v_b follows from the motor's
+  /// power, see PackingModel::cut().
   double base_speed = 0;
-  double free_speed = 0.02;     // m/s, where the density is so low that eq. 4 would give more
-  bool by_contact = false;      // of a fixed v_b: ρ of eq. 3, which grows with the contact (reaming), instead of ρ̂
-  double epsilon = 0.05e-3;     // m, by which the tool is larger where the surface is estimated
-  PerTissue density = given();  // over dentin's; negative: the tissue's specific energy over dentin's
-  std::filesystem::path material;              // a fit to a measurement (eq. 14) …
-  std::optional<std::uint64_t> material_hash;  // … of the tissue with this hash …
-  std::vector<float> fitted;                   // … and the hardness of every sphere that it found; empty: none
+  double free_speed = 0.02;  // m/s, upper limit of eq. 4 at very low density
+  bool by_contact = false;  // with a fixed v_b: use ρ of eq. 3, which grows with the contact (reaming), instead of ρ̂
+  double epsilon = 0.05e-3;                    // m, enlargement of the tool for estimating the surface
+  PerTissue density = given();                 // relative to dentin; negative: the ratio of the specific energies
+  std::filesystem::path material;              // file of a fit to a measurement (eq. 14)
+  std::optional<std::uint64_t> material_hash;  // hash of the tissue for which the fit was made
+  std::vector<float> fitted;                   // fitted hardness of every sphere; empty: none
   Removal removal = Removal::kMended;
 
   static constexpr PerTissue given() {
@@ -39,13 +39,13 @@ struct Parameters {
   }
 };
 
-/// A tool of the tray as this model has it.
+/// A tool of the set in the representation of this model.
 inline ToolSpheres spheres_of(std::span<const Tool> tools, std::size_t index, const Parameters& parameters) {
   if (index == 0 && parameters.tool_mesh) return *parameters.tool_mesh;
   return tool_spheres(tools[index], parameters.tool_spheres, parameters.seed);
 }
 
-/// Density of every tissue over dentin's: what the scene says, else the ratio of the specific energies.
+/// Density of every tissue relative to dentin: the scene's value, otherwise the ratio of the specific energies.
 inline PerTissue densities(const Parameters& parameters, const MaterialTable& materials) {
   PerTissue density = parameters.density;
   const double dentin = materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy;
@@ -55,21 +55,21 @@ inline PerTissue densities(const Parameters& parameters, const MaterialTable& ma
   return density;
 }
 
-/// All spheres as they are: this model's snapshots hold the whole tissue.
+/// All spheres in their present state: snapshots of this model contain the whole tissue.
 struct PackingSnapshot final : Snapshot {
   SphereTissue spheres;
 };
 
-/// Buffers for one cut, sized at set-up.
+/// Buffers for one cut, allocated at set-up.
 struct CutBuffers {
   explicit CutBuffers(std::size_t spheres) : changed(spheres), before(spheres) {}
   std::vector<int> changed;
   std::vector<CutSphere> before;
 };
 
-/// Takes away what the tool's head covers on its way from A to B; servo and carver both call it and hold the same bits.
-/// Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes the numbers of the spheres
-/// that sphere t of the head can touch on its way, in the tree's order, and returns how many there are.
+/// Removes the tissue that the tool's head covers on its motion from A to B; called by servo and carver, which get the
+/// same bits. Calls keep(number, sphere before) for each sphere that changes. near(t, numbers) writes the indices of
+/// the spheres that sphere t of the head can touch on its motion, in the tree's order, and returns their number.
 template <class Near, class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Near&& near, Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {
@@ -82,7 +82,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// The same by the tissue's own tree.
+/// The same using the tissue's own tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

@@ -20,21 +20,22 @@ namespace {
 
 using packing::DepthField;
 
-// All lengths of this file are in voxels of the field, unless a name says metres.
+// All lengths in this file are in voxels of the field, unless a name says metres.
 
 constexpr int kEdge = 4;  // nodes along a block's edge
 constexpr int kNodes = kEdge * kEdge * kEdge;
-constexpr float kFullDepths = 2;           // free radii beyond this many limits need not be told apart
-constexpr double kFirstSpacing = 1 / 3.0;  // of the first grid, in limits of the radius
-constexpr double kFinest = 0.9;  // a finer grid is made once the largest free sphere has this many spacings or less
-constexpr double kFiner = 1.5;   // by this factor
-constexpr double kLeastRadius = 0.3;        // spacings; smaller finds at a node are dropped until the grid is finer
-constexpr double kAsExpected = 0.8;         // share of a node's free radius that a sphere placed there has at least
-constexpr double kLargestTravel = 1.0;      // spacings that a centre may leave its node by
-constexpr double kLastStep = 0.02;          // spacings, of the search for a sphere's centre
-constexpr double kSmallestSpacing = 0.004;  // voxels; a packing that needs a finer grid has no room
+constexpr float kFullDepths = 2;           // free radii above this multiple of the limit are not distinguished
+constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid over the radius limit
+// a finer grid is made once the largest free sphere's radius is at most this many spacings
+constexpr double kFinest = 0.9;
+constexpr double kFiner = 1.5;          // ratio between the spacings of successive grids
+constexpr double kLeastRadius = 0.3;    // spacings; smaller spheres found at a node are skipped until the grid is finer
+constexpr double kAsExpected = 0.8;     // smallest ratio of a placed sphere's radius to its node's free radius
+constexpr double kLargestTravel = 1.0;  // spacings, largest distance of a centre from its node
+constexpr double kLastStep = 0.02;      // spacings, last step of the search for a sphere's centre
+constexpr double kSmallestSpacing = 0.004;  // voxels; if a finer grid would be needed, the packing is full
 
-/// Directions spread evenly over the ball (Fibonacci lattice).
+/// Directions distributed evenly over the ball (Fibonacci lattice).
 template <std::size_t kCount>
 std::array<dvec3, kCount> even_directions() {
   std::array<dvec3, kCount> d;
@@ -50,8 +51,8 @@ struct Placed {
   double r;
 };
 
-/// Lowers the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node. Returns
-/// whether any became less.
+/// Reduces the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node. True if
+/// any decreased.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -65,14 +66,14 @@ bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   return lowered != 0;
 }
 
-/// Order of placing: among spheres that reach the limit the tightest place first, so that they lie close; then the
-/// larger the earlier.
+/// Order of placement: among spheres that reach the limit, the tightest position first, so that they lie close
+/// together; then the larger ones first.
 float key_of(float free, float limit) {
   const float full = kFullDepths * limit, tight = (1 + kFullDepths) * limit - (free < full ? free : full);
   return free < limit ? free : tight;
 }
 
-/// The largest key of a block's nodes, 0 where none is above that.
+/// The largest key of a block's nodes; 0 if none is above 0.
 TYPODONT_DISPATCH("avx2", "default")
 float largest_key(const float* free, float limit) {
   constexpr int kLanes = 8;
@@ -96,7 +97,7 @@ class Packer {
     make_grid(kFirstSpacing * limit);
   }
 
-  /// The next sphere; false when there is no room that the finest grid can see.
+  /// Places the next sphere; false if the finest grid finds no room.
   bool place(Placed& placed, Tissue& label) {
     while (true) {
       const int b = top_block();
@@ -121,7 +122,7 @@ class Packer {
         continue;
       }
       add(found);
-      // A sphere that was moved off its node may leave the node its free radius.
+      // A sphere that was moved away from its node may leave the node's free radius unchanged.
       if (key_of(free) >= key) free = 0, renew_key(b);
       placed = found, label = tissue;
       return true;
@@ -146,10 +147,10 @@ class Packer {
   }
 
  private:
-  /// 4³ nodes of the grid: the radius of the largest sphere around each that is free, 0 or less where there is none.
+  /// 4³ nodes of the grid: the radius of the largest free sphere around each, 0 or less if there is none.
   struct Block {
     alignas(32) float free[kNodes];
-    glm::ivec3 at;  // of its first node, in blocks
+    glm::ivec3 at;  // index of the block
     float key;
   };
   struct Entry {
@@ -199,7 +200,7 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// Calls use(i) for every sphere that reaches into the ball; some more than once.
+  /// Calls use(i) for every sphere that reaches into the ball; for some more than once.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
@@ -243,7 +244,7 @@ class Packer {
     }
   }
 
-  /// The grid anew with another spacing, with all spheres placed so far.
+  /// Rebuilds the grid with another spacing, including all spheres placed so far.
   void make_grid(double spacing) {
     const double largest_free = queue_.empty() ? 1e30 : (kFinest + 1) * spacing_;
     spacing_ = spacing;
@@ -257,7 +258,7 @@ class Packer {
     block_at_.assign(cell_count, -1);
     for (std::size_t i = 0; i < placed_.size(); ++i) link(static_cast<int>(i));
 
-    // Every block that may hold tissue, free of it as far as is known.
+    // Every block that may contain tissue, initially without spheres.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * (kEdge - 1) * spacing_;
     const auto most = static_cast<float>(kFullDepths * limit_);
     for (int x = 0; x < cells_.x; ++x) {
@@ -272,12 +273,12 @@ class Packer {
         }
       }
     }
-    // What the spheres leave of it. Nowhere is there room for one much larger than the last.
+    // Reduce the free radii by the placed spheres. No remaining sphere can be much larger than the last one.
     for (const Placed& s : placed_) {
       for_blocks_near(s.p, s.r + std::min(largest_free, kFullDepths * limit_),
                       [&](int b) { lower(blocks_[static_cast<std::size_t>(b)], s); });
     }
-    // And what the tissue has there; a block without room is dropped.
+    // Reduce the free radii by the tissue's depth; drop blocks without room.
     std::size_t kept = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       Block& block = blocks_[b];
@@ -306,7 +307,7 @@ class Packer {
     const int i = static_cast<int>(placed_.size());
     placed_.push_back(s);
     link(i);
-    // A node's free radius is at most the largest that is left anywhere, so a sphere matters no farther than that.
+    // A node's free radius is at most the largest remaining one, so the effect of a sphere ends there.
     const double most = s.r < limit_ ? s.r + 2 * spacing_ : kFullDepths * limit_;
     for_blocks_near(s.p, s.r + most, [&](int b) {
       Block& block = blocks_[static_cast<std::size_t>(b)];
@@ -315,8 +316,8 @@ class Packer {
     });
   }
 
-  /// From a node to the largest free sphere near it: a search along even directions, its step halved where none is
-  /// better.
+  /// Moves from a node to the largest free sphere near it: a search along evenly distributed directions, whose step is
+  /// halved if none improves.
   Placed refined(const dvec3& node) {
     const Tissue tissue = field_.tissue_at(node);
     const double room = std::min(field_.in(tissue, node), kFullDepths * limit_);
@@ -329,7 +330,7 @@ class Packer {
         near_.push_back(placed_[static_cast<std::size_t>(i)]);
     });
     double best = free_at(node, tissue);
-    // Spheres farther away than the largest that can be found do not matter.
+    // Spheres farther away than the largest possible one have no effect.
     std::erase_if(near_, [&](const Placed& s) { return glm::distance(s.p, node) - s.r > best + 2 * travel; });
     dvec3 at = node;
     static const std::array<dvec3, 14> kAround = even_directions<14>();
@@ -345,7 +346,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at a point, at most the limit; any value not above `enough` where it is not above that.
+  /// Free radius at a point, at most the limit. If it is not above `enough`, any such value may be returned.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -355,7 +356,7 @@ class Packer {
     return std::min(free, field_.in(tissue, p));
   }
 
-  /// What a straight line between samples gets wrong about depth: a sphere must not stick out of its tissue.
+  /// Corrects the error of linear interpolation of the depth, so that a sphere does not protrude from its tissue.
   void shrink_into(Placed& s, Tissue& label) const {
     static const std::array<dvec3, 48> kAround = even_directions<48>();
     label = field_.tissue_at(s.p);
@@ -370,11 +371,11 @@ class Packer {
 
   const DepthField& field_;
   double limit_;
-  dvec3 shift_{0};  // of the grid, in spacings
+  dvec3 shift_{0};  // offset of the grid, in spacings
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  std::vector<int> block_at_, first_link_;  // of every cell; a cell is a block's place
+  std::vector<int> block_at_, first_link_;  // for each cell; a cell is the position of a block
   struct Link {
     int sphere, next;
   };
@@ -382,8 +383,8 @@ class Packer {
   std::vector<Block> blocks_;
   std::priority_queue<Entry> queue_;
   std::vector<Placed> placed_;
-  std::vector<Placed> near_;      // of the place being refined
-  std::vector<unsigned> stamps_;  // by which spheres are taken into near_ once
+  std::vector<Placed> near_;      // spheres near the position being refined
+  std::vector<unsigned> stamps_;  // marks spheres that are already in near_
   unsigned stamp_ = 0;
 };
 
@@ -432,7 +433,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels around it
+  constexpr int kAir = 2;  // voxels of air around it
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));

@@ -9,21 +9,22 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr int kSweeps = 24;            // a tick; what is left of the way then waits for the next
-constexpr int kStuck = 8;              // sweeps on end without progress that end a tick: in a bed of many spheres
-constexpr int kSlides = 6;             // contacts of the parts that never cut that one cut may find
-constexpr int kRounds = 60;            // of the projection
-constexpr double kSettled = 1e-12;     // m, of the projection
+constexpr int kSweeps = 24;  // limit of sweeps per tick; the rest of the motion waits for the next tick
+constexpr int kStuck = 8;    // consecutive sweeps without progress that end a tick, in a cavity with many contacts
+constexpr int kSlides = 6;   // limit of contacts of the non-cutting parts that one cut may find
+constexpr int kRounds = 60;  // iterations of the projection
+constexpr double kSettled = 1e-12;     // m, convergence tolerance of the projection
 constexpr double kArrived = 1e-10;     // m
-constexpr double kLargestTurn = 0.02;  // rad at once: a chord then leaves its arc by 5e-5 of the reach
-constexpr double kMargin = 60e-6;      // m, mean margin of the lists of near spheres
-constexpr double kLook = 2e-3;         // m, how far is searched where nothing is within the margin
-constexpr double kRounding = 1e-12;    // m, that bounds of distances are made larger or smaller by
-constexpr double kStickOut = 1e-6;  // m: what a sphere sticks out by is up to here taken from the margin of all lists
-constexpr double kPastTheEnd = 1.0000001;  // of a motion: contacts at its very end count
-constexpr std::size_t kListed = 64;        // spheres in a list, at least …
-constexpr std::size_t kAllListed = 16384;  // … and room for those of all lists together, at least
-constexpr int kNotAgain = 64;              // searches until a list that did not fit is tried again
+constexpr double kLargestTurn = 0.02;  // rad in one step: its chord deviates from the arc by 5e-5 of the reach
+constexpr double kMargin = 60e-6;      // m, mean margin of the near lists
+constexpr double kLook = 2e-3;         // m, search distance if nothing is within the margin
+constexpr double kRounding = 1e-12;    // m by which bounds of distances are enlarged or reduced for rounding
+// m; if a sphere protrudes by at most this, the margins of all lists are reduced instead
+constexpr double kStickOut = 1e-6;
+constexpr double kPastTheEnd = 1.0000001;  // ratio to a motion: contacts exactly at its end are included
+constexpr std::size_t kListed = 64;        // minimum length of a list, in spheres …
+constexpr std::size_t kAllListed = 16384;  // … and minimum room for all lists together
+constexpr int kNotAgain = 64;              // searches after which a list that was too long is tried again
 
 }  // namespace
 
@@ -91,11 +92,11 @@ void SphereProxy::note_cut(const SphereTree& tree, int sphere, const dvec3& cent
   }
 }
 
-/// Lists the tissue's spheres near one of the tool's.
+/// Lists the tissue's spheres near one of the tool's spheres.
 void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& center) noexcept {
   NearList& list = lists_[i];
   list = {};
-  // Margins differ, so that the lists of a tool that goes straight on are not all made in the same tick.
+  // Margins vary, so that the lists of a tool that moves straight on are not all renewed in the same tick.
   const double spread = 0.61803398875 * static_cast<double>(i);
   double margin = kMargin * (0.75 + 0.5 * (spread - std::floor(spread)));
   const double r = tool_.radius[i];
@@ -115,7 +116,7 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   const auto nearer = [](const Near& a, const Near& b) { return a.gap != b.gap ? a.gap < b.gap : a.sphere < b.sphere; };
   const auto from = found_gaps_.begin(), to = from + static_cast<std::ptrdiff_t>(count);
   auto last = to;
-  if (count > room_) {  // the nearest that there is room for; the first that is left out limits how far the list serves
+  if (count > room_) {  // keep only the nearest; the first omitted sphere limits the list's margin
     last = from + static_cast<std::ptrdiff_t>(room_);
     std::nth_element(from, last, to, nearer);
     margin = last->gap;
@@ -128,8 +129,8 @@ void SphereProxy::list_near(const SphereTree& tree, std::size_t i, const dvec3& 
   list.free = std::min(list.margin, near[0].gap);
 }
 
-/// The first sphere of its list that a sphere of the tool touches on its way before `until`. `certain`: none that is
-/// not in the list comes before that.
+/// The first listed sphere that a sphere of the tool touches before `until`. `certain`: no unlisted sphere comes
+/// earlier.
 SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i, const Motion& motion, double until,
                                           bool& certain) noexcept {
   NearList& list = lists_[i];
@@ -152,9 +153,9 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   return best ? best : SphereTree::Hit{};
 }
 
-/// What the spheres of the tool from `begin` to `end` first touch on their way, where that is before `until`; of
-/// several at once, the one with the least number. The lists come first: with a contact that they know, the way to that
-/// contact is mostly so short that no sphere has to be looked for in the tree.
+/// The first contact of the tool's spheres from `begin` to `end` before `until`; among simultaneous ones the one with
+/// the lowest index. The lists are searched first: after a known contact the remaining motion is usually so short that
+/// the tree need not be searched.
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
@@ -175,7 +176,7 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
   return first;
 }
 
-/// What the tool first touches on its way to `goal`.
+/// The first contact of the tool on its motion to `goal`.
 FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
   FirstContact first;
   const Motion motion = motion_to(goal);
@@ -214,12 +215,13 @@ std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const P
   return count;
 }
 
-/// How much of the way to `goal` the proxy can go, 0 to 1: kGap short of the first contact.
+/// Fraction 0 to 1 of the motion to `goal` that the proxy can move: up to kGap before the first contact.
 double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept {
   if (first.ball < 0) return 1;
   const dvec3& center_T = tool_.center_T[static_cast<std::size_t>(first.ball)];
   const dvec3 from = X_W_ * center_T, m = goal * center_T - from, off = from + first.t * m - tree.center(first.sphere);
-  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);  // m per whole way
+  // m per unit of the motion's parameter
+  const double nearing = -glm::dot(m, off) / std::max(glm::length(off), 1e-300);
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
 
@@ -249,7 +251,7 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, 
   }
 }
 
-/// The motion nearest to the wanted one that no constraint of the tool's spheres from `first_sphere` on forbids:
+/// The motion nearest to the wanted one that satisfies the constraints of the tool's spheres from `first_sphere` on:
 /// min |δ - move|² + |lever (φ - turn)|².
 void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                           std::size_t first_sphere) noexcept {
@@ -257,7 +259,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   struct Step {
     Constraint* constraint;
     dvec3 turned;   // rotation for a push of 1
-    double yields;  // what a push of 1 adds to the gap
+    double yields;  // change of the gap for a push of 1
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -293,7 +295,7 @@ std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept 
 
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
   std::size_t at = contact_of(tool_sphere, sphere);
-  if (at == kMostContacts) {  // the one that holds least makes room
+  if (at == kMostContacts) {  // replace the constraint with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {
       if (constraints_[k].multiplier < constraints_[at].multiplier) at = k;
@@ -314,7 +316,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
 void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
   X_WH_ = X_WH;
 
-  // What was touched in the last tick and still is.
+  // Keep contacts of the last tick that still touch.
   const std::size_t before = count_;
   count_ = 0;
   for (std::size_t k = 0; k < before; ++k) {
@@ -333,7 +335,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(move, turn, by, turned);
 
-    // Coulomb friction (eq. 10–13): what holds the proxy back along the normal decides how far it may slide.
+    // Coulomb friction (eq. 10–13): the normal displacement of the proxy limits its sliding.
     dvec3 pushed(0);
     for (std::size_t k = 0; k < count_; ++k) pushed += constraints_[k].multiplier * constraints_[k].n;
     const double normal = glm::length(pushed);
@@ -348,7 +350,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // One part of the way, swept.
+    // One part of the motion, swept.
     const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;
@@ -373,7 +375,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     }
   }
 
-  // What holds the proxy where it is now.
+  // Find the contacts that hold the proxy at its new position.
   dvec3 by, turned;
   project(X_WH.p - X_W_.p, turn_between(X_W_.R, X_WH.R), by, turned);
   pushed_ = 0, n_W_ = dvec3(0);

@@ -1,4 +1,4 @@
-// The tool's proxy among spheres: it follows the hand as far as no sphere is in the way. S2, pass 1 and sec. III B, C.
+// The tool's proxy among spheres: it follows the hand as far as the spheres allow. S2, pass 1 and sec. III B, C.
 #pragma once
 
 #include <array>
@@ -21,44 +21,45 @@ struct ProxyOptions {
 };
 
 struct ProxyContact {
-  dvec3 p_W{0};     // m, where the spheres touch
+  dvec3 p_W{0};     // m, point of contact
   dvec3 n_W{0};     // unit, from the tissue's sphere to the tool's
-  int sphere = -1;  // of the tissue
+  int sphere = -1;  // index of the tissue's sphere
   int tool_sphere = -1;
-  double push = 0;  // m, how far the constraint holds the proxy back along n_W
+  double push = 0;  // m by which the constraint holds the proxy back along n_W
 };
 
 /// Servo thread. follow() is noexcept and never allocates. Frame W, metres, newtons.
-///
-/// The proxy only moves along ways that were swept free, so it cannot pass through a sphere at any speed. Where it is
-/// stopped, the plane of the contact becomes a constraint, and it goes on to the place nearest to the hand that all
-/// constraints allow (a projection in translation and rotation, by Gauss–Seidel on the constraints' multipliers).
+/// The proxy moves only along swept, collision-free paths, so it cannot pass through a sphere at any speed. If a
+/// contact stops it, the contact's plane becomes a constraint, and the proxy continues to the position nearest to the
+/// hand that satisfies all constraints (a projection in translation and rotation, by Gauss–Seidel on the constraints'
+/// multipliers).
 class SphereProxy {
  public:
   SphereProxy(const ToolSpheres& tool, const ProxyOptions& options);
 
-  /// Puts the proxy there, whatever lies there. Spheres that overlap it let it out, but no deeper.
+  /// Sets the proxy's pose without collision test. Overlapping spheres let it move out but not deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves it without looking, where a cut has just made room.
+  /// Moves the proxy without collision test, after a cut has made room.
   void move_to(const Pose& X_W) noexcept;
-  /// μ_s and μ_d of eq. 13 from now on: of the tissue that is touched.
+  /// Sets μ_s and μ_d of eq. 13, which depend on the touched tissue.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
     options_.static_friction = static_friction, options_.dynamic_friction = dynamic_friction;
   }
-  /// Spheres may have grown or come back: the lists of near spheres are no longer right.
+  /// Invalidates the near lists, because spheres may have grown or returned.
   void forget_near() noexcept;
-  /// A cut has made this of a sphere. A cut sphere lies within the sphere that the cut began with, but it may stick out
-  /// of what an earlier tick of the same cut had left of it.
+  /// Notifies that a cut changed a sphere. A cut sphere lies within the sphere before that cut, but it may protrude
+  /// from the state after an earlier tick of the same cut.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
-  /// Of a cut: the way nearest to `move` and `turn` (m, rad) on which the parts that never cut stay out of what they
-  /// touch, and how much of it they can go, 0 to 1. Lists the contacts along which they go. What lies beyond `most_way`
-  /// (m) is not looked at: 1 then.
+  /// For a cut: the motion nearest to `move` and `turn` (m, rad) on which the non-cutting parts stay out of contact,
+  /// and the fraction 0 to 1 of it that they can move. Lists the contacts along which they slide. Contacts beyond
+  /// `most_way` (m) are not examined; then the fraction is 1.
   double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
-  /// One tick: as near to the hand as the spheres allow. `gpu` looks for the first contact where it is given and ready.
+  /// One tick: moves as near to the hand as the spheres allow. `gpu` searches the first contact if it is given and
+  /// ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// As SphereTree::near_segment(), of the way of one of the tool's spheres from the proxy's pose to another one.
+  /// As SphereTree::near_segment(), for the motion of one of the tool's spheres from the proxy's pose to another one.
   std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                        std::span<int> found) const noexcept;
 
@@ -67,40 +68,40 @@ class SphereProxy {
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }
   bool sticks() const { return sticks_; }
-  /// Unit, the sum of the contacts' normals by their push; zero where nothing is touched.
+  /// Unit vector, the sum of the contacts' normals weighted by their push; zero without contact.
   const dvec3& normal() const { return n_W_; }
 
-  /// Eq. 7: on the hand, N; v_WH in m/s.
+  /// Eq. 7: force on the hand, N; v_WH in m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: about the tool's centre of mass, N m, for that force.
+  /// Eq. 8: torque of that force about the tool's centre of mass, N m.
   dvec3 torque(const dvec3& force) const noexcept;
-  /// Where that force acts: the contacts' places by their push; m.
+  /// Point at which that force acts: the contacts' positions weighted by their push; m.
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
-  /// What stands between two poses: a rotation vector, rad.
+  /// The rotation from one orientation to the other as a rotation vector, rad.
   static dvec3 turn_between(const dquat& from, const dquat& to) noexcept;
   static dquat turned_by(const dvec3& turn) noexcept;
 
   static constexpr std::size_t kMostContacts = 12;
-  static constexpr double kGap = 1e-7;  // m that is left between proxy and sphere
+  static constexpr double kGap = 1e-7;  // m, gap left between proxy and sphere
 
  private:
-  /// From the proxy's pose to another one.
+  /// Motion from the proxy's pose to another pose.
   struct Motion {
     Pose to;
-    double shift = 0, turn = 0;  // m of the frame's origin; rad, as a chord of the unit circle
-    /// A bound of how far the tool's sphere at this distance from the frame's origin moves, m.
+    double shift = 0, turn = 0;  // m, displacement of the frame's origin; rotation as a chord of the unit circle
+    /// Upper bound in m of the displacement of a tool sphere at this distance from the frame's origin.
     double way(double arm) const { return shift + turn * arm; }
   };
-  /// The tissue's spheres near one of the tool's, nearest first. It serves until the tool's sphere has moved by the
-  /// list's margin (a Verlet list, Verlet 1967): in a cavity the tree is asked once for many ticks.
+  /// The tissue's spheres near one of the tool's, nearest first. Valid until the tool's sphere has moved by the list's
+  /// margin (a Verlet list, Verlet 1967). In a cavity the tree is then searched only once in many ticks.
   struct NearList {
-    double margin = 0;  // m: a sphere that is not in the list was at least this far away
-    double moved = 0;   // m, bound of how far the tool's sphere has moved since
-    double free = 0;    // m, how far away the nearest sphere was; negative where it overlaps
+    double margin = 0;  // m: spheres that are not in the list were at least this far away
+    double moved = 0;   // m, upper bound of the displacement of the tool's sphere since
+    double free = 0;    // m, distance of the nearest sphere; negative if it overlaps
     std::size_t count = 0;
-    int refused = 0;  // searches until the list is tried again: it did not fit
+    int refused = 0;  // searches after which the list is tried again, because it was too long
   };
   struct Near {
     double gap;  // m
@@ -126,19 +127,19 @@ class SphereProxy {
 
   ToolSpheres tool_;
   ProxyOptions options_;
-  double lever_;  // m, by which rotations count as ways
+  double lever_;  // m, lever that converts rotations to lengths
   Pose X_W_, X_WH_;
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;         // m, of the tool's spheres from the frame's origin
-  std::vector<NearList> lists_;     // of each of the tool's spheres …
-  std::size_t room_;                // … how many spheres each has room for …
-  std::vector<Near> near_;          // … and these, list by list
-  std::vector<int> found_;          // of one search …
-  std::vector<Near> found_gaps_;    // … and how far away they are
-  std::vector<SweptBall> swept_;    // of one look on the GPU …
-  std::vector<std::size_t> asked_;  // … and which of the tool's spheres each is
+  std::vector<double> arm_;         // m, distance of each of the tool's spheres from the frame's origin
+  std::vector<NearList> lists_;     // one for each of the tool's spheres
+  std::size_t room_;                // room in each list
+  std::vector<Near> near_;          // the entries, list by list
+  std::vector<int> found_;          // result of one search
+  std::vector<Near> found_gaps_;    // distances of the found spheres
+  std::vector<SweptBall> swept_;    // balls of one search on the GPU
+  std::vector<std::size_t> asked_;  // index of the tool's sphere for each of these balls
   double pushed_ = 0;               // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

@@ -8,11 +8,11 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-/// A cut goes on where it comes from within 60° of the side that it came from before.
+/// cosine: a cut continues if it comes from within 60° of its previous direction
 constexpr double kSameSide = 0.5;
-/// Share of its base's radius below which a sphere is removed: no contact with it could be felt.
+/// fraction of the base's radius below which a sphere is removed, because a contact with it would be imperceptible
 constexpr double kLeast = 1e-3;
-constexpr double kTouching = 1e-13;  // m, an overlap that rounding leaves between spheres that touch
+constexpr double kTouching = 1e-13;  // m, overlap that rounding causes between touching spheres
 
 double ball_volume(double r) {
   return 4.0 / 3.0 * kPi * r * r * r;
@@ -40,7 +40,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// m³ that a sphere and its share of the gaps still count for.
+/// Volume in m³ that a sphere represents, including its part of the gaps.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (!(s.radius() > kLeast * s.base_radius)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -57,7 +57,7 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Makes `s` what a ball of radius `r` leaves of it on its way from a to b; false where that is all of it.
+/// Sets `s` to what a ball of radius `r` leaves of it on its path from a to b; false if nothing remains.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {
@@ -68,7 +68,7 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   };
   double overlap = overlap_of(s.base, s.base_radius);
   if (s.overlap > 0 && (glm::dot(away, s.away) < kSameSide || r != s.tool || !(overlap > s.overlap))) {
-    // Another cut: the sphere as it is now is what it begins with.
+    // A new cut: the present sphere becomes its base.
     s = {s.center(), s.radius(), counted(s), {}, 0, 0};
     overlap = overlap_of(s.base, s.base_radius);
   }
@@ -147,7 +147,8 @@ std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree&
       }
     }
   }
-  // A sphere smaller than a voxel may have no voxel: it keeps its own volume at least. Then each tissue has its volume.
+  // A sphere smaller than a voxel may own no voxel, so it keeps at least its own volume. Afterwards scale to each
+  // tissue's volume.
   PerTissue sum{};
   for (std::size_t i = 0; i < cell.size(); ++i) {
     cell[i] = std::max(cell[i], ball_volume(packing.radius[i]));

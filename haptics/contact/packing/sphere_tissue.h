@@ -12,10 +12,10 @@
 
 namespace typodont::haptics::packing {
 
-/// What a cut took.
+/// Tissue removed by a cut.
 struct Removed {
   PerTissue volume{};    // m³
-  PerTissue hardened{};  // m³ times hardness: what the cut costs, over the specific energy of each tissue
+  PerTissue hardened{};  // m³ times hardness: the cut's cost divided by the specific energy of each tissue
 
   Removed& operator+=(const Removed& other) noexcept {
     for (std::size_t t = 0; t < volume.size(); ++t) volume[t] += other.volume[t], hardened[t] += other.hardened[t];
@@ -27,49 +27,49 @@ struct Removed {
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
-  /// `cell`: m³ of tissue that each sphere stands for, see cell_volumes(); empty: its own volume times a factor per
-  /// tissue, so that all spheres of a tissue have that tissue's volume.
+  /// `cell`: m³ of tissue that each sphere represents, see cell_volumes(); empty: its own volume times a factor per
+  /// tissue, so that the spheres of a tissue represent its whole volume.
   SphereTissue(const SpherePacking& packing, Removal removal, std::span<const double> cell = {});
 
   std::size_t size() const { return spheres_.size(); }
   const SphereTree& tree() const { return tree_; }
   Tissue tissue(int i) const noexcept { return tissue_[static_cast<std::size_t>(i)]; }
   const CutSphere& sphere(int i) const noexcept { return spheres_[static_cast<std::size_t>(i)]; }
-  /// How hard the tissue of a sphere is, over its tissue's own hardness (hardness.h); above 1 where a density was
-  /// fitted to a measurement (eq. 14).
+  /// Hardness of a sphere over its tissue's own hardness (hardness.h); above 1 if a density was fitted to a measurement
+  /// (eq. 14).
   double hardness(int i) const noexcept { return hardness_[static_cast<std::size_t>(i)]; }
-  /// Whether any sphere's hardness is not 1.
+  /// True if any sphere's hardness differs from 1.
   bool graded() const { return graded_; }
   /// At set-up, or after the tissue was painted.
   void set_material(int i, Tissue tissue, double hardness) noexcept;
-  /// m³ that a sphere stands for: its own volume and its share of the gaps around it.
+  /// m³ that a sphere represents: its own volume and its part of the gaps around it.
   double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// The same of a sphere of this tissue as it was at another time.
+  /// The same for a sphere of this tissue in an earlier state.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
-  /// Of all that is left, m³.
+  /// Remaining volumes, m³.
   PerTissue volumes() const noexcept;
 
-  /// Takes away what a ball of radius `r` covers on its way from a to b (S2, eq. 6). Writes the numbers of the spheres
-  /// that changed to the front of `changed`, as they were before to that of `before` (which may be empty), and adds
-  /// what was taken to `removed`. Returns how many changed. `changed` must hold all spheres that the way of the ball
-  /// can touch; those that do not fit stay as they are.
+  /// Removes what a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the changed
+  /// spheres to the front of `changed`, their previous states to that of `before` (which may be empty), and adds the
+  /// removed volume to `removed`. Returns the number of changed spheres. `changed` must have room for all spheres that
+  /// the ball can touch; those that do not fit are not changed.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// The same where the spheres that the way of the ball can touch are known: the first `found` of `changed`.
+  /// The same if the spheres that the ball can touch are known: the first `found` of `changed`.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Sum over `near` of what cut() would take from each, m³ times hardness times `weight` of its tissue.
+  /// Sum over `near` of what cut() would remove from each, m³ times hardness times the `weight` of its tissue.
   double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
-  /// Puts a sphere back as it was at another time.
+  /// Restores a sphere to an earlier state.
   void set(int i, const CutSphere& sphere) noexcept;
-  /// A cut has made this of a sphere: adds what it took to `removed`.
+  /// Sets a sphere to its state after a cut, and adds the removed volume to `removed`.
   void take(int i, const CutSphere& after, Removed& removed) noexcept;
 
   Removal removal() const { return removal_; }
   std::span<const CutSphere> spheres() const { return spheres_; }
 
-  /// Of spheres and tree.
+  /// Memory for spheres and tree.
   std::size_t bytes() const {
     return spheres_.size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes();
   }
@@ -86,8 +86,9 @@ class SphereTissue {
   SphereTree tree_;
 };
 
-/// m³ of tissue that belongs to each sphere: every voxel's tissue counts for the nearest sphere, so each cell holds the
-/// sphere and the gaps around it. The cells of a tissue's spheres have that tissue's volume (packing.solid_volume).
+/// m³ of tissue that belong to each sphere: each voxel's tissue counts for the nearest sphere, so that a cell contains
+/// the sphere and the gaps around it. The cells of a tissue's spheres together have that tissue's volume
+/// (packing.solid_volume).
 std::vector<double> cell_volumes(const SpherePacking& packing, const SphereTree& tree, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

@@ -14,10 +14,11 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-constexpr double kRounding = 2e-6;    // of the packing's extent: some dozen steps of single precision
+// rounding error over the packing's extent: about a dozen roundings in single precision
+constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = 10;  // levels: 8^10 leaves
 
-/// contact_time() of eight spheres. One expression a lane, so every processor gives the same bits.
+/// contact_time() for eight spheres. One expression per lane, so that all processors give the same bits.
 TYPODONT_DISPATCH("avx2", "default")
 void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const dvec3& m, double* t) {
   for (std::size_t i = 0; i < kWide; ++i) {
@@ -26,7 +27,7 @@ void contact_times(const SphereTree::Leaf& leaf, const dvec3& p, double r, const
   }
 }
 
-/// Squares of the distances from a point to the children's boxes; infinite where there is nothing in one.
+/// Squared distances from a point to the children's boxes; infinite for an empty box.
 TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& from, F8& far2) {
   far2 = F8{};
   for (int a = 0; a < 3; ++a) {
@@ -37,15 +38,15 @@ TYPODONT_KERNEL void far_squared(const SphereTree::Node& node, const glm::vec3& 
   }
 }
 
-/// Which children come that near to a point.
+/// Mask of the children within this distance of a point.
 TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm::vec3& from, float reach) {
   F8 far2;
   far_squared(node, from, far2);
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around all of a sphere's way: what is farther away than `reach` is not touched. A box around a large sphere
-/// would leave out far less.
+/// A ball around the whole path of a sphere: anything farther away than `reach` is not touched. A box around a large
+/// sphere would exclude much less.
 struct Around {
   glm::vec3 middle;
   float reach;
@@ -54,7 +55,7 @@ struct Around {
   }
 };
 
-/// Which children a moving box may touch before `until`; `enter`: when at the earliest.
+/// Mask of the children that a moving box may touch before `until`; `enter`: earliest time.
 struct Ray {
   F8 origin[3], inverse[3];
   float reach;
@@ -115,7 +116,7 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Orders id_of_[from .. to) so that every run of `chunk`, of an eighth of it and so on lies close together.
+/// Orders id_of_[from .. to) so that every run of `chunk`, of an eighth of it and so on is spatially compact.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -146,7 +147,7 @@ void SphereTree::set(int i, const dvec3& center, double radius) noexcept {
   mend(s / kWide);
 }
 
-/// The boxes above a leaf, up to the first that stays as it is.
+/// Updates the boxes above a leaf, up to the first that does not change.
 void SphereTree::mend(std::size_t leaf) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   const Leaf& l = leaves_[leaf];
@@ -207,12 +208,12 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
   Ray ray;
   const dvec3 from = p - origin_;
   for (int a = 0; a < 3; ++a) {
-    // Slower than this is no motion: over the whole time it stays far below the slack.
+    // A slower motion counts as rest: its whole displacement is far below the slack.
     const double slow = 1e-6 * slack_;
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // What single precision loses: of places, and of the time it takes to get there.
+  // Allowance for single precision: of positions, and of the time of contact.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
@@ -242,7 +243,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     const Node& node = nodes_[level_[at.level - 1] + at.index];
     unsigned hit = children_hit(node, ray, until, enter);
     if (hit) hit &= children_within(node, around.middle, around.reach);
-    // The nearest child on top of the stack.
+    // Push the nearest child last, so that it is on top of the stack.
     const std::size_t first = depth;
     for (; hit; hit &= hit - 1) {
       const int k = std::countr_zero(hit);
@@ -264,7 +265,7 @@ bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) co
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<int> found) const noexcept {
-  // What single precision loses of places is in the reach.
+  // The reach includes the rounding of positions in single precision.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
   std::size_t count = 0;
@@ -295,8 +296,8 @@ std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reac
   return count;
 }
 
-/// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`, which the
-/// visit may lower.
+/// Calls visit(slot, distance from p to the sphere's surface) for spheres that may be nearer than `most`; the visit may
+/// reduce `most`.
 template <class Visit>
 void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) const noexcept {
   const glm::vec3 from(p - origin_);
@@ -325,7 +326,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
     }
     F8 far2;
     far_squared(nodes_[level_[level - 1] + index], from, far2);
-    // The nearest child on top of the stack.
+    // Push the nearest child last, so that it is on top of the stack.
     const std::size_t first = depth;
     for (unsigned bits = bits_of(far2 <= F8{} + reach2()); bits; bits &= bits - 1) {
       const int k = std::countr_zero(bits);

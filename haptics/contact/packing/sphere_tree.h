@@ -1,4 +1,4 @@
-// A bounding volume hierarchy over spheres that shrink, move and vanish while it is in use.
+// A bounding volume hierarchy over spheres that shrink, move and disappear while it is in use.
 #pragma once
 
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace typodont::haptics::packing {
 
-/// Eight spheres a leaf, eight children a node, both looked at side by side. Metres, any one frame. Built at set-up;
-/// everything else is noexcept and never allocates. One thread at a time.
+/// Eight spheres per leaf and eight children per node, which are tested in parallel. Metres, any frame. Built at
+/// set-up; everything else is noexcept and never allocates. One thread at a time.
 class SphereTree {
  public:
   struct Hit {
-    double t = kNever;  // 0 to 1 of the motion; kNever: none
+    double t = kNever;  // 0 to 1 of the motion; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
@@ -29,29 +29,30 @@ class SphereTree {
     const Leaf& leaf = leaves_[s / kWide];
     return {leaf.x[s % kWide], leaf.y[s % kWide], leaf.z[s % kWide]};
   }
-  /// 0 where the sphere has vanished.
+  /// 0 if the sphere has disappeared.
   double radius(int i) const noexcept {
     const auto s = static_cast<std::size_t>(slot_of_[static_cast<std::size_t>(i)]);
     return leaves_[s / kWide].r[s % kWide];
   }
 
-  /// A sphere is now here and this large; radius 0: it has vanished. Mends the boxes above it, as far as they change.
+  /// Sets a sphere's position and radius; radius 0: it has disappeared. Updates the boxes above it as far as they
+  /// change.
   void set(int i, const dvec3& center, double radius) noexcept;
 
-  /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`; of several at once the one with
-  /// the least number. The same bits as brute_force().
+  /// The first sphere that a sphere of radius `r` at `p` touches while it moves by `m`; among simultaneous ones the one
+  /// with the lowest index. The same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// The first of these at most kWide spheres that it touches, with the same bits.
+  /// The first of these spheres (at most kWide) that it touches, with the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
-  /// Numbers of the spheres that come nearer than `reach` to the segment from a to b, in an order that depends on the
-  /// tree alone. Returns how many there are; more than `found` holds are counted, not stored.
+  /// Indices of the spheres nearer than `reach` to the segment from a to b, in an order that depends only on the tree.
+  /// Returns their number; if there are more than `found` can hold, the others are counted but not stored.
   std::size_t near_segment(const dvec3& a, const dvec3& b, double reach, std::span<int> found) const noexcept;
 
-  /// Whether sphere i is one that near_segment() lists.
+  /// True if near_segment() would list sphere i.
   bool is_near(int i, const dvec3& a, const dvec3& b, double reach) const noexcept;
-  /// Where sphere i comes in the lists of near_segment(): by ascending rank.
+  /// Order of sphere i in the lists of near_segment(), which are sorted by ascending rank.
   std::uint32_t rank(int i) const noexcept {
     constexpr auto kLanes = static_cast<std::uint32_t>(kWide);
     const auto slot = static_cast<std::uint32_t>(slot_of_[static_cast<std::size_t>(i)]);
@@ -59,10 +60,10 @@ class SphereTree {
     return (last - slot / kLanes) * kLanes + slot % kLanes;
   }
 
-  /// How far a point may move before it can be in a sphere: at most `most`, negative inside. m.
+  /// Distance in m that a point may move before it can be in a sphere: at most `most`, negative inside.
   double room(const dvec3& p, double most) const noexcept;
 
-  /// The sphere whose surface is nearest to a point, -1 where all have vanished; of several the one found first in the
+  /// The sphere whose surface is nearest to a point, -1 if all have disappeared; among equal ones the first in the
   /// tree's order.
   int nearest(const dvec3& p) const noexcept;
 
@@ -72,11 +73,11 @@ class SphereTree {
 
   static constexpr std::size_t kWide = 8;
 
-  // For the kernels in the .cpp.
+  // Public only for the kernels in the .cpp file.
   struct alignas(64) Leaf {
     double x[kWide], y[kWide], z[kWide], r[kWide];
   };
-  /// Boxes of the children, from origin_, rounded outward; lo > hi: nothing in it.
+  /// Boxes of the children, relative to origin_, rounded outward; lo > hi: empty.
   struct alignas(32) Node {
     float lo[3][kWide], hi[3][kWide];
   };
@@ -88,12 +89,12 @@ class SphereTree {
   void mend(std::size_t leaf) noexcept;
 
   dvec3 origin_{0};
-  double slack_ = 0;          // m, that boxes are larger by: covers all rounding of single precision
-  std::vector<int> id_of_;    // of every slot; slot = leaf · 8 + lane; -1: none
-  std::vector<int> slot_of_;  // of every sphere
+  double slack_ = 0;          // m by which boxes are enlarged; covers all rounding of single precision
+  std::vector<int> id_of_;    // for each slot its sphere; slot = leaf · 8 + lane; -1: none
+  std::vector<int> slot_of_;  // for each sphere its slot
   std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;         // level by level, that above the leaves first, the root last
-  std::vector<std::size_t> level_;  // where each level begins in nodes_
+  std::vector<Node> nodes_;         // level by level, the one above the leaves first, the root last
+  std::vector<std::size_t> level_;  // for each level its first index in nodes_
 };
 
 }  // namespace typodont::haptics::packing

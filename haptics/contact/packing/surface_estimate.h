@@ -1,4 +1,5 @@
-// What the tool touches, and how fast it cuts that: S2, pass 2 and eq. 2 to 5. Pure functions. Servo thread, noexcept.
+// The tissue in contact with the tool, and its cutting speed: S2, pass 2 and eq. 2 to 5. Pure functions. Servo thread,
+// noexcept.
 #pragma once
 
 #include <span>
@@ -9,19 +10,19 @@
 namespace typodont::haptics::packing {
 
 struct SurfaceEstimate {
-  dvec3 n_W{0};           // unit, out of the tissue (eq. 2); zero where nothing is near
-  double volume = 0;      // m³, of all overlaps
-  double density = 0;     // ρ of eq. 3 with the volume in mm³: more contact cuts slower, as a reamer does
-  double normalised = 0;  // ρ̂ of eq. 3: of the material alone, as for a drill
-  PerTissue share{};      // of the volume; sums to 1
+  dvec3 n_W{0};           // unit, out of the tissue (eq. 2); zero if nothing is near
+  double volume = 0;      // m³, sum of all overlaps
+  double density = 0;     // ρ of eq. 3 with the volume in mm³: more contact cuts slower, as with a reamer
+  double normalised = 0;  // ρ̂ of eq. 3: depends on the material alone, as for a drill
+  PerTissue share{};      // fraction of the volume; sums to 1
   PerTissue hardness{};   // mean of each tissue's spheres, SphereTissue::hardness()
 };
 
-/// Adds up the overlaps of eq. 2 and 3, one pair of spheres after the other. The order decides the last bits.
+/// Sums the overlaps of eq. 2 and 3 over pairs of spheres. The order affects the last bits.
 class OverlapSum {
  public:
   OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
-  /// The tool's sphere at `c` and the tissue's sphere `i` share the volume `v`, m³.
+  /// The tool's sphere at `c` and the tissue's sphere `i` overlap by the volume `v`, m³.
   void add(const dvec3& c, int i, double v) noexcept;
   SurfaceEstimate estimate() const noexcept;
 
@@ -33,20 +34,20 @@ class OverlapSum {
   double weighted_ = 0;  // m³
 };
 
-/// Of the head's spheres that reach within `epsilon` of the contact and the tissue that they would overlap if they were
-/// larger by that (eq. 2, 3). `density` per tissue, 0 for what gives no resistance; a sphere's hardness scales it.
-/// `scratch`: room for the numbers of the spheres near one tool sphere.
+/// Sums over the head's spheres that reach within `epsilon` of the contact, enlarged by `epsilon`, and the tissue that
+/// they then overlap (eq. 2, 3). `density` per tissue, 0 for no resistance; it is multiplied by a sphere's hardness.
+/// `scratch`: room for the indices of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;
 
-/// Eq. 4: m/s. Where there is no density there is nothing to hold the tool, and the speed is `free_speed`.
+/// Eq. 4: cutting speed in m/s. At zero density nothing holds the tool, and the speed is `free_speed`.
 inline double cutting_speed(double base_speed, double density, double free_speed) noexcept {
   return density * free_speed > base_speed ? base_speed / density : free_speed;
 }
 
-/// Eq. 5, mended (printed: m · v_d / Δt, which is no length): how far the tool goes on in `dt` seconds toward a place
-/// that is `left` metres away.
+/// Eq. 5, corrected (printed: m · v_d / Δt, which is not a length): the tool's displacement in `dt` seconds toward a
+/// point at distance `left` in m.
 inline double cutting_step(double speed, double dt, double left) noexcept {
   return std::min(speed * dt, left);
 }

@@ -11,11 +11,11 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kSamples = 48;  // of the field, along the longest side of the tool
-// Distance of the spheres of a chain, over their radius: the notch between two is 2 % of the radius deep.
+constexpr double kSamples = 48;  // samples of the field along the longest side of the tool
+// Distance of the spheres of a chain over their radius: the notch between two spheres is then 2 % of the radius deep.
 constexpr double kChainStep = 0.4;
 
-/// Inscribed spheres along the axis of a part that never cuts.
+/// Adds inscribed spheres along the axis of a part that never cuts.
 void add_chain(const SmoothPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
@@ -37,7 +37,7 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   field.band = glm::length(extent);
   const std::size_t count = static_cast<std::size_t>(field.size.x) * field.size.y * field.size.z;
   field.distance.resize(count);
-  field.tissue.assign(count, Tissue::kEnamel);  // any: a tool is of one kind
+  field.tissue.assign(count, Tissue::kEnamel);  // any tissue, because a tool has only one material
   for (int x = 0; x < field.size.x; ++x) {
     for (int y = 0; y < field.size.y; ++y) {
       for (int z = 0; z < field.size.z; ++z) {
@@ -48,7 +48,7 @@ ToolSpheres packed(const dvec3& lo, const dvec3& hi, std::size_t spheres, std::u
   PackOptions options;
   options.spheres = spheres;
   options.seed = seed;
-  options.max_radius = field.band;  // large spheres are no loss: nothing cuts a tool
+  options.max_radius = field.band;  // large spheres are allowed, because nothing cuts a tool
   const SpherePacking packing = pack_spheres(field, options);
 
   return {packing.center, packing.radius};

@@ -12,25 +12,25 @@ namespace typodont::haptics::packing {
 /// Frame T (head centre, z along the shank), metres.
 struct ToolSpheres {
   ToolSpheres() = default;
-  /// A head of these spheres, without parts that never cut.
+  /// A head of these spheres without non-cutting parts.
   ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii);
-  /// Adds a sphere that touches, but never cuts.
+  /// Adds a sphere that touches but never cuts.
   void add_smooth(const dvec3& p_T, double r);
 
   std::vector<dvec3> center_T;
   std::vector<double> radius;
-  std::size_t head = 0;   // the first so many are the head's; the others are the shank's and the safe end's
-  dvec3 com_T{0};         // m, the head's centre of mass by eq. 9, of even density
-  double reach = 0;       // m, from T's origin to the farthest point of any sphere
-  double head_reach = 0;  // m, the same of the head's spheres
+  std::size_t head = 0;   // number of head spheres, which come first; the others belong to the shank and the safe end
+  dvec3 com_T{0};         // m, the head's centre of mass by eq. 9, for uniform density
+  double reach = 0;       // m, from T's origin to the farthest point of all spheres
+  double head_reach = 0;  // m, the same for the head's spheres
 
   std::size_t size() const { return radius.size(); }
 };
 
-/// A head of the tool table: a ball is one sphere, every other head is packed with `spheres` of them. Shank and safe
+/// A head of the tool table: a ball is one sphere, every other head is packed with `spheres` spheres. Shank and safe
 /// end are chains of inscribed spheres on the tool's axis.
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed);
-/// A closed solid given in T, e.g. a mesh (read_mesh_solid). Throws Error where it has no bounds.
+/// A closed solid in T, e.g. a mesh (read_mesh_solid). Throws Error if it is unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);
 
 }  // namespace typodont::haptics::packing

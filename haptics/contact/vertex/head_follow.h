@@ -1,4 +1,4 @@
-// A head that points hold off: where it comes to lie on its way towards the hand.
+// Moves a head towards the hand as far as contact points allow.
 #pragma once
 
 #include <vector>
@@ -10,24 +10,26 @@
 
 namespace typodont::haptics::vertex {
 
-/// Lengths as multiples of the head's radius.
+/// Lengths are multiples of the head's radius.
 struct FollowParameters {
-  static constexpr double step = 0.15;     // the head's longest way in one look, as the points' bounds are linear
-  static constexpr int looks = 2;          // with one list of points
-  static constexpr int rounds = 16;        // lists of points in a tick, at most: 4.8 radii of way
-  static constexpr double settled = 0.2;   // of `step`: after a shorter way no other look is needed
-  static constexpr double led_out = 0.05;  // overlap above which the head was found in tissue
-  /// Way from the place where the points were listed, beyond which they must be listed anew.
+  // longest displacement of the head in one iteration, because the points' bounds are linear
+  static constexpr double step = 0.15;
+  static constexpr int looks = 2;    // iterations with one list of points
+  static constexpr int rounds = 16;  // limit of lists per tick: the head moves by at most 4.8 radii
+  // ratio to `step`: after a shorter displacement no further iteration is needed
+  static constexpr double settled = 0.2;
+  static constexpr double led_out = 0.05;  // overlap above which the head counts as inside tissue
+  /// Displacement after which the points must be listed again.
   static constexpr double kept = 0.15;
-  /// How far beyond the head the points must be listed.
+  /// Distance from the head up to which points must be listed.
   static constexpr double margin = kept + looks * step;
 };
 
-/// Where a head on its way to `to` comes while no point is near it: it goes no farther at once than points were looked
-/// for, so no leap passes a thin wall. `list(p)`: lists the points around p, where those that are listed do not reach.
+/// Moves a head towards `to` while no point is near it. Each hop is at most as long as the search distance for points,
+/// so that no jump passes a thin wall. `list(p)`: lists the points around p if the present list does not suffice.
 template <class List>
 dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, double radius, List&& list) noexcept {
-  constexpr int kMostHops = 64;  // in one tick
+  constexpr int kMostHops = 64;  // limit per tick
   const double free = (FollowParameters::margin - FollowParameters::kept) * radius;
   for (int hop = 0; points.empty() && from != to && hop < kMostHops; ++hop) {
     const dvec3 rest = to - from;
@@ -38,23 +40,23 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   return from;
 }
 
-/// Servo thread; allocates at construction only.
+/// Servo thread; allocates only in the constructor.
 class HeadFollower {
  public:
-  /// A point that holds the head where it came to lie.
+  /// A point that holds the head at its final position.
   struct Hold {
     std::uint32_t point;  // its index
-    dvec3 n;              // unit, the way the head is pushed
+    dvec3 n;              // unit, direction in which the point pushes the head
     double push;          // m
   };
 
   explicit HeadFollower(std::size_t most_points) { bounds_.reserve(most_points), points_.reserve(most_points); }
 
-  /// The head's way from `from` towards the hand at X_WT, in its orientation. Distance to a convex head is convex, so a
-  /// step that keeps the bounds of all points overlaps none. `slack`: m that it may overlap them. `give`: points that
-  /// it overlaps only keep it from going deeper. `list(p)`: lists the points around p, where those that are listed do
-  /// not reach; a head that is fast for its size needs several lists in a tick, or it stays behind the hand. Returns
-  /// where the head comes to lie.
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Distance to a convex head is a
+  /// convex function, so a step that satisfies the bounds of all points overlaps none. `slack`: m of allowed overlap.
+  /// `give`: points that overlap only prevent deeper overlap. `list(p)`: lists the points around p if the present list
+  /// does not suffice. A head that is fast for its size needs several lists in a tick; otherwise it stays behind the
+  /// hand. Returns the final position.
   template <class List>
   dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
                List&& list) noexcept {
@@ -67,9 +69,9 @@ class HeadFollower {
     return from;
   }
 
-  /// Of the last follow(): a point was deep in the head.
+  /// True if in the last follow() a point was deep in the head.
   bool led_out() const noexcept { return led_out_; }
-  /// Of the last follow(): there were points near the head.
+  /// True if in the last follow() there were points near the head.
   bool bounded() const noexcept { return !bounds_.empty(); }
   int count() const noexcept { return active_.count; }
   Hold hold(int i) const noexcept {
@@ -78,12 +80,12 @@ class HeadFollower {
   }
 
  private:
-  /// Moves the head as far as the listed points reach. True if it is still on its way.
+  /// Moves the head as far as the listed points reach. Returns true if it has not arrived yet.
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 
-  std::vector<StepBound> bounds_;      // of the last look
-  std::vector<std::uint32_t> points_;  // to which they belong
+  std::vector<StepBound> bounds_;      // of the last iteration
+  std::vector<std::uint32_t> points_;  // the points to which they belong
   ActivePlanes active_;
   bool led_out_ = false;
 };

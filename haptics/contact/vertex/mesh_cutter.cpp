@@ -15,10 +15,11 @@ using P = CutParameters;
 
 namespace {
 
-constexpr double kRounding = 1e-6;   // m: balls around faces are floats
-constexpr int kMostRounds = 8;       // of holding vertices back; then none of the step is moved
-constexpr double kLooksAway = -0.2;  // cosine between a face's normal and the way from the head's centre: above, it may
-                                     // lie behind another face
+constexpr double kRounding = 1e-6;  // m, because balls around faces are stored as floats
+constexpr int kMostRounds = 8;      // rounds of holding vertices back; after them the whole step is cancelled
+// cosine between a face's normal and the direction from the head's centre; above it, the face may lie behind another
+// one
+constexpr double kLooksAway = -0.2;
 
 dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   return glm::cross(b - a, c - a);
@@ -30,7 +31,7 @@ double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 way = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(way, way);
 }
-/// Height over longest edge; 0: no area.
+/// Height over longest edge; 0: degenerate.
 double roundness(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
   const dvec3 ab = b - a, bc = c - b, ca = a - c;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -67,11 +68,11 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
     const float far = most + mesh.ball_radius(f);
     if (glm::dot(off, off) <= far * far) near_.push_back(f);
   });
-  // In an order that does not depend on how the workpiece lies in the grid.
+  // Sort, so that the order does not depend on the position of the workpiece in the grid.
   std::sort(near_.begin(), near_.end());
 }
 
-/// Splits edges that are too long, in faces that the head may reach. Splitting changes no shape.
+/// Splits edges that are too long in faces that the head may reach. Splitting does not change the shape.
 void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   for (std::size_t k = 0; k < near_.size();) {
@@ -83,7 +84,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const double e2 = edge2(mesh, f, i);
       if (e2 > most) most = e2, longest = i;
     }
-    // The border stays as it is, and so do the edges that end there.
+    // Border edges, and edges that end at the border, do not change.
     if (longest >= 0 && (mesh.vertex(mesh.face(f).v[longest]).on_border() ||
                          mesh.vertex(mesh.face(f).v[(longest + 1) % 3]).on_border())) {
       longest = -1;
@@ -108,13 +109,13 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       if (h != f && h != g) near_.push_back(h);
     });
   }
-  // A face may have been listed twice, by its own place and as a neighbour.
+  // A face may be listed twice: by its own position and as a neighbour.
   ++look_;
   std::erase_if(near_, [&](Index f) { return !see_face(f); });
 }
 
-/// Where a vertex inside the head goes. The radial way is right as long as it leads into the solid; where it would lead
-/// out through one of the faces around the vertex, what leads out is taken from it.
+/// Target of a vertex inside the head. The radial direction is correct as long as it leads into the solid; if it would
+/// pass outward through a face around the vertex, the outward component is removed.
 bool MeshCutter::way_for(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
                          dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
@@ -180,7 +181,7 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
   }
 }
 
-/// The faces around the vertices that move, as they are before.
+/// Collects the faces around the moving vertices in their previous state.
 void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) noexcept {
   affected_.clear();
   for (const Moved& m : moved_) {
@@ -192,7 +193,7 @@ void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head) 
   }
 }
 
-/// Puts the moved vertices of a face back. False where it has none.
+/// Moves the vertices of a face back. False if none of them had moved.
 bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   bool any = false;
   for (const Index v : mesh.face(f).v) {
@@ -205,8 +206,8 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
   return any;
 }
 
-/// A face that turns far in a step folds over, unless it comes to lie along the head: a narrow one may turn into a
-/// wall.
+/// A face that rotates far in a step folds over, except if it ends parallel to the head's surface: a narrow one may
+/// become part of a wall.
 void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
   const auto folds = [&](const Affected& a, const dvec3& now) {
     const double length = glm::length(now), size = length * glm::length(a.normal);
@@ -226,7 +227,7 @@ void MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
   for (const Affected& a : affected_) hold_back(mesh, a.f);
 }
 
-/// The balls around the faces near the head, side by side.
+/// Lists the bounding balls of the faces near the head in structure-of-arrays form.
 void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   const std::size_t count = near_.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -235,7 +236,7 @@ void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   }
 }
 
-/// A face near the head that f crosses, of pairs of which at least one has changed; kNone where there is none.
+/// A face near the head that intersects f, for pairs of which at least one has changed; kNone if there is none.
 Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   const std::size_t count = near_.size();
   const glm::vec3 c = mesh.ball_center(f);
@@ -251,7 +252,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
     if (apart_[k] > 0) continue;
     const Index g = near_[k];
     if (g == f || !(changed || face_seen_[g] == look_)) continue;
-    // Two that share a vertex and lie nearly in one plane cross only where the surface folds, and then others do, too.
+    // Two faces that share a vertex and are nearly coplanar intersect only if the surface folds, and then other pairs
+    // do, too.
     const mesh::Face& other = mesh.face(g);
     bool shares = false;
     for (const Index v : corners.v) shares |= v == other.v[0] || v == other.v[1] || v == other.v[2];
@@ -265,8 +267,8 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
   return kNone;
 }
 
-/// As long as all faces near the head look at its centre, the surface there is seen from it whole, and cannot cross
-/// itself. Faces that look away are tested one by one: those of a thin wall's other side, or of an undercut.
+/// As long as all faces near the head face its centre, the surface there is star-shaped and cannot intersect itself.
+/// Faces that face away are tested individually: the other side of a thin wall, or an undercut.
 void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
@@ -280,7 +282,7 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       const dvec3 way = (a + b + c) / 3.0 - head.p, n = normal2(a, b, c);
       const double cosine = glm::dot(n, way), most = kLooksAway * glm::length(n) * glm::length(way);
       if (cosine < most) continue;
-      // What moved lies on the head, or hangs on it: a face that has not changed matters where the head is.
+      // Moved vertices lie on the head or are connected to it, so an unchanged face matters only near the head.
       const bool changed = is_affected(f);
       const double within = mesh.ball_radius(f) + (changed ? edge : kRounding);
       if (glm::dot(way, way) > (head.head.reach() + within) * (head.head.reach() + within)) continue;
@@ -289,7 +291,7 @@ void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double e
       suspects_.push_back(f);
       for (const Index v : mesh.face(f).v) edge_seen_[v] = edge_look_;
     }
-    // Where the surface folds, the faces that look at the head beside those that do not may cross.
+    // Where the surface folds, faces toward the head may intersect those that face away.
     if (!suspects_.empty()) {
       const std::size_t looking_away = suspects_.size();
       for (const Affected& a : affected_) {
@@ -334,7 +336,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) 
   }
 }
 
-/// Collapses an edge where no face turns far, none grows too long, and the volume stays.
+/// Collapses an edge if no face rotates far, none becomes too large, and the volume hardly changes.
 bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
@@ -343,7 +345,7 @@ bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, 
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
   const double longest2 = P::longest * P::longest * edge * edge;
   bool allowed = true;
-  double volume = 0;  // m³ · 6, that comes to the solid
+  double volume = 0;  // m³ · 6, volume added to the solid
   mesh.around(gone, [&](Index h, int c) {
     const dvec3 &b = mesh.point(h, (c + 1) % 3), &d = mesh.point(h, (c + 2) % 3);
     volume += volume6(to, b, d, to) - volume6(from, b, d, to);
@@ -376,7 +378,7 @@ bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, 
   return mesh.collapse(f, i, keeps_first);
 }
 
-/// Turns an edge between two faces that lie nearly in one plane, where the flatter of both becomes rounder.
+/// Flips an edge between two nearly coplanar faces if this improves the flatter one of them.
 bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
@@ -390,13 +392,13 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   if (std::min(roundness(a, d, c), roundness(d, b, c)) <= std::min(roundness(a, b, c), roundness(b, a, d))) {
     return false;
   }
-  const double volume = volume6(a, d, c, b);  // m³ · 6, that comes to the solid
+  const double volume = volume6(a, d, c, b);  // m³ · 6, volume added to the solid
   if (std::abs(volume) > 6 * P::most_volume * edge * edge * edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
       if (mesh::crossed_by(mesh, mesh::corners(mesh, h), [&](Index k) { return k != h; }) == kNone) continue;
-      mesh.flip(f, 1);  // f is now a, d, c: its edge 1 is the one that was turned
+      mesh.flip(f, 1);  // f is now a, d, c: its edge 1 is the flipped one
       return false;
     }
   }
@@ -406,7 +408,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   return true;
 }
 
-/// Collapses short edges and turns the longest edges of slivers, among the faces that changed.
+/// Collapses short edges and flips the longest edges of slivers among the changed faces.
 void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   for (const Affected& a : affected_) {
@@ -420,7 +422,7 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDo
       if (length2[i] > length2[longest]) longest = i;
     }
     if (length2[shortest] < shortest2) {
-      // A vertex that the head has not moved keeps its place.
+      // A vertex that the head has not moved keeps its position.
       const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
       if (draw_together(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
           draw_together(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
@@ -433,7 +435,8 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDo
   }
 }
 
-/// A vertex that had to stay inside the head is drawn into a neighbour that lies on it. False where none can take it.
+/// Merges a vertex that had to stay inside the head into a neighbour on the head's surface. False if no neighbour is
+/// suitable.
 bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, double edge, CutDone& done) noexcept {
   for (int tries = 0; tries < 2; ++tries) {
     Index face = kNone;
@@ -441,7 +444,7 @@ bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, doubl
     bool keeps_first = false;
     double nearest2 = 1e300;
     mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // the edge that ends in v, and the one that begins there
+      for (const bool before : {false, true}) {  // the edge that ends in v, then the one that begins there
         const int i = before ? (c + 2) % 3 : c;
         const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
         const double far2 = edge2(mesh, f, i);

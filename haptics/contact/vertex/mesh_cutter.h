@@ -1,5 +1,5 @@
-// What a head removes from a mesh by moving its vertices (S4, section 3), with what the paper leaves out: the mesh is
-// made fine enough before, vertices go in a direction that stays in the solid, and slivers are mended after.
+// Cuts a mesh with a head by moving the mesh's vertices (S4, section 3), with additions to the paper: the mesh is
+// refined first, vertices move in a direction that stays in the solid, and slivers are repaired afterwards.
 #pragma once
 
 #include <memory>
@@ -13,44 +13,47 @@
 
 namespace typodont::haptics::vertex {
 
-/// The numbers of a cut, each with its reason. Lengths as multiples of the edge that the head asks for.
+/// Parameters of a cut with their reasons. Lengths are multiples of the edge length that the head requires.
 struct CutParameters {
-  static constexpr double longest = 4.0 / 3;  // an edge longer than this is split (Botsch & Kobbelt 2004) …
-  static constexpr double shortest = 0.35;    // … and a shorter one collapsed
-  static constexpr double step = 0.5;         // the head's way is made in steps of this: no face turns far in one
-  static constexpr double farthest = 3;       // a vertex that would go farther in a step belongs to another wall
-  static constexpr double least_turn = 0.2;   // cosine between a face's normals before and after a step
-  static constexpr double faces_head = 0.3;   // cosine against the head's normal, with which a face may turn farther
-  static constexpr double same_way = 0.6;     // cosine between faces at one vertex that do not cross each other
-  static constexpr double flattest = 0.12;    // height of a triangle over its longest edge: flatter is a sliver
-  static constexpr double overlap = 1e-10;    // m: a vertex no deeper than this lies on the head
-  static constexpr double same_plane = 0.9;   // cosine between two faces whose common edge may be turned
-  static constexpr double least_turn_in_mending = 0.5;  // the same, when a sliver is mended
-  static constexpr double most_given = 0.2;    // of edge³, that a vertex may take with it which folds the surface
-  static constexpr double most_volume = 0.02;  // of edge³, that mending a sliver may change
+  static constexpr double longest = 4.0 / 3;  // a longer edge is split (Botsch & Kobbelt 2004) …
+  static constexpr double shortest = 0.35;    // … and a shorter one is collapsed
+  static constexpr double step = 0.5;         // length of a step of the head, so that no face rotates far in one step
+  static constexpr double farthest = 3;       // a vertex that would move farther in a step belongs to another wall
+  static constexpr double least_turn = 0.2;   // smallest cosine between a face's normals before and after a step
+  static constexpr double faces_head = 0.3;   // cosine to the head's normal above which a face may rotate farther
+  // cosine between faces at one vertex above which they are not tested for intersection
+  static constexpr double same_way = 0.6;
+  static constexpr double flattest = 0.12;   // height of a triangle over its longest edge; a flatter one is a sliver
+  static constexpr double overlap = 1e-10;   // m: a vertex that is not deeper lies on the head's surface
+  static constexpr double same_plane = 0.9;  // cosine between two faces whose common edge may be flipped
+  static constexpr double least_turn_in_mending = 0.5;  // the same limit as least_turn for repairing a sliver
+  // ratio to edge³: volume that may change when a vertex that folds the surface is removed
+  static constexpr double most_given = 0.2;
+  static constexpr double most_volume = 0.02;  // ratio to edge³: volume that may change when a sliver is repaired
 };
 
-/// Which tissue lies where, as it was before anything was cut; null where all is of one tissue.
+/// The tissue labels before the first cut; null if there is only one tissue.
 using SharedLabels = std::shared_ptr<const DenseTissue>;
 
 struct CutDone {
   PerTissue removed{};   // m³
-  bool changed = false;  // the mesh is another one
-  bool held = false;     // vertices stayed inside the head: a wall too thin, or a border
+  bool changed = false;  // the mesh changed
+  bool held = false;     // vertices stayed inside the head, because of a thin wall or a border
 };
 
-/// Its buffers are sized at construction. Equal meshes and equal cuts give equal bits.
+/// Buffers are allocated in the constructor. Equal meshes and equal cuts give equal bits.
 class MeshCutter {
  public:
   MeshCutter() = default;
-  /// `mesh`: of the size that will be cut.
+  /// `mesh`: determines the size of the buffers.
   MeshCutter(const mesh::EditableMesh& mesh, SharedLabels labels);
 
-  /// The head goes from A to B in straight steps. At A it overlaps no tissue. `edge`: m, that the surface left behind
-  /// shall have.
+  /// Moves the head from A to B in straight steps. At A it overlaps no tissue. `edge`: m, edge length of the resulting
+  /// surface.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The paper's own: vertices inside the head at B go away from its centre or axis. Nothing is split or mended.
+  /// The printed algorithm: vertices inside the head at B move away from its centre or axis. Without splitting and
+  /// repair.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -63,9 +66,9 @@ class MeshCutter {
   struct Affected {
     mesh::Index f;
     double volume6;  // m³, six times the signed volume between face and the head's centre
-    dvec3 normal;    // area × 2
+    dvec3 normal;    // the normal times twice the area
   };
-  /// A head at one place.
+  /// A head at one position.
   struct Placed {
     const VertexHead& head;
     dvec3 p;
@@ -112,15 +115,16 @@ class MeshCutter {
 
   SharedLabels labels_;
   std::uint32_t look_ = 0;
-  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // the last look that saw them
-  std::vector<std::uint32_t> place_of_;                 // of a seen vertex that moves: where in moved_
+  std::vector<std::uint32_t> vertex_seen_, face_seen_;  // number of the last search that visited them
+  std::vector<std::uint32_t> place_of_;                 // for a visited vertex that moves: its index in moved_
   std::uint32_t edge_look_ = 0;
-  std::vector<std::uint32_t> edge_seen_;  // of a vertex: the last look in which a face at it looked away from the head
+  // for a vertex: the last search in which one of its faces faced away from the head
+  std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, suspects_;
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // near the head a face looks away from it
+  bool thin_ = false;  // a face near the head faces away from it
 };
 
 /// Six times the signed volume between a triangle and a point.

@@ -14,10 +14,10 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-constexpr double kNear = 2.5;  // voxels to a face, within which a sample's distance is taken from it
+constexpr double kNear = 2.5;  // voxels to a face within which a sample's distance is computed from it
 
-/// The point of a face nearest to p, and on what of the face it lies: 0 to 2 a corner, 3 to 5 an edge, 6 inside
-/// (Ericson 2005, section 5.1.5).
+/// The nearest point of a face to p, and its feature: 0 to 2 a corner, 3 to 5 an edge, 6 the interior (Ericson 2005,
+/// section 5.1.5).
 struct Closest {
   dvec3 p;
   int feature;
@@ -48,7 +48,7 @@ dvec3 unit_normal(const EditableMesh& mesh, Index f) {
   return length > 0 ? n / length : dvec3(0);
 }
 
-/// The normal that tells inside from outside at a corner, an edge or a face (Baerentzen & Aanaes 2005).
+/// The pseudonormal that separates inside from outside at a corner, an edge or a face (Baerentzen & Aanaes 2005).
 dvec3 pseudonormal(const EditableMesh& mesh, Index f, int feature) {
   if (feature == 6) return unit_normal(mesh, f);
   if (feature >= 3) {
@@ -69,16 +69,16 @@ bool was_cut(const EditableMesh& mesh, Index f) {
 }
 
 struct Block {
-  std::array<float, kApron * kApron * kApron> before;  // the field now shown, with a sample more on every side
+  std::array<float, kApron * kApron * kApron> before;  // the present field, with one more sample on every side
   std::array<float, kEdge * kEdge * kEdge> value;
-  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 not known
+  std::array<std::int8_t, kEdge * kEdge * kEdge> side;  // -1 inside, 1 outside, 0 unknown
 };
 std::size_t at(int x, int y, int z) {
   return static_cast<std::size_t>((x * kEdge + y) * kEdge + z);
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// The samples near a face.
+/// Computes the samples near a face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -119,7 +119,7 @@ void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3
   }
 }
 
-/// Samples that no face is near to lie on the side that their neighbours do.
+/// Samples that are far from all faces get the side of their neighbours.
 void spread_sides(Blocks& blocks) {
   struct Place {
     glm::ivec3 key, v;
@@ -142,7 +142,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Beyond the blocks nothing has changed.
+      // Outside the blocks nothing has changed.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -168,7 +168,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // it was tissue
+      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // it was tissue before
       queue.push_back(to);
     }
   }

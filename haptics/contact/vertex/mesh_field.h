@@ -1,12 +1,12 @@
-// The distance field of a mesh that was cut, where it was cut. Carver thread.
+// Computes the distance field of a mesh in the regions where it was cut. Carver thread.
 #pragma once
 
 #include "haptics/contact/vertex/vertex_body.h"
 
 namespace typodont::haptics::vertex {
 
-/// Where the nearest face is one that a cut has moved, the field is the distance to it, and where none was, the
-/// tissue's own. Samples far from all faces have the sign of those around them.
+/// Where the nearest face was moved by a cut, the field is the distance to it; elsewhere it is the tissue's original
+/// field. Samples far from all faces have the sign of their neighbours.
 std::vector<RasterBlock> field_of(const mesh::EditableMesh& mesh, const FieldBlocks& blocks,
                                   const TissueVolume& untouched, const TissueVolume& now);
 

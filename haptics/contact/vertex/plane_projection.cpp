@@ -6,11 +6,12 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Steps of the head, metres. `only_no_deeper`: bounds that overlap only keep it from going deeper.
+/// Steps of the head, metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};  // neighbours on a fine mesh
+  // for neighbours on a fine mesh
+  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)
       : bounds_(bounds), only_no_deeper_(only_no_deeper) {}

@@ -1,4 +1,4 @@
-// The head's step towards the hand, as far as the vertices around it allow.
+// Limits the head's step towards the hand by the vertices around it.
 #pragma once
 
 #include <span>
@@ -9,12 +9,12 @@ namespace typodont::haptics::vertex {
 
 /// A bound of the head's step: n·step >= -gap.
 struct StepBound {
-  dvec3 n;     // unit, the way the head is pushed
-  double gap;  // m, negative where the head overlaps
+  dvec3 n;     // unit, direction in which the head is pushed
+  double gap;  // m, negative if the head overlaps
 };
 
-/// The step nearest to `wanted` that keeps all bounds (dual active set: Goldfarb & Idnani 1983). Where none does, the
-/// bounds that overlap keep it only from going deeper. `active`: the bounds that hold the head there.
+/// The step nearest to `wanted` that satisfies all bounds (dual active set: Goldfarb & Idnani 1983). If there is none,
+/// overlapping bounds only prevent deeper overlap. `active`: the bounds that hold the head.
 dvec3 nearest_step(std::span<const StepBound> bounds, const dvec3& wanted, ActivePlanes& active) noexcept;
 
 }  // namespace typodont::haptics::vertex

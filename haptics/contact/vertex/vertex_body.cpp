@@ -18,7 +18,7 @@ double finest_edge(std::span<const Tool> tools, const Parameters& parameters) {
   return CutParameters::longest * finest;
 }
 
-/// The labels of the whole volume; null where all tissue is of one kind.
+/// The labels of the whole volume; null if there is only one tissue.
 SharedLabels labels_of(const TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -66,7 +66,7 @@ void VertexBody::carve(const Cut& cut, bool) {
   if (remembers_) written_.push_back(cut);
   if (!done.changed) return;
   for (std::size_t t = 0; t < done.removed.size(); ++t) removed_[t] += done.removed[t];
-  // What the head may have reached, and what lies so near that its distance may differ.
+  // Region that the head may have reached, including samples whose distance may have changed.
   const VoxelFrame frame = volume_.frame();
   const double reach = heads_[cut.tool].reach() + edges_[cut.tool] + 4 * frame.voxel;
   const glm::ivec3 lo(glm::floor(frame.to_voxels(glm::min(cut.X_WA.p, cut.X_WB.p) - reach) / 8.0));
@@ -86,7 +86,7 @@ void VertexBody::fill(const Cut&) {
   TYPODONT_CHECK(false);
 }
 
-/// Strokes of the brush are the field's (rasterize()); they stand in the list between those of the mesh.
+/// Brush strokes belong to the field (rasterize()); the list contains them between the strokes of the mesh.
 void VertexBody::count_painted() {
   const std::size_t kept = volume_.strokes().done - strokes_before_;
   auto known = static_cast<std::size_t>(std::ranges::count_if(done_, &Stroke::painted));
@@ -170,7 +170,7 @@ void VertexBody::cut_out(Snapshot& snapshot) {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
   fresh.mesh = mesh_;
   if (fresh.sample_of.size() == mesh_.vertex_room()) return;
-  // What the model gave back for its first snapshot: it has no buffers yet.
+  // The first snapshot that the model returned has no buffers yet.
   fresh.cutter = MeshCutter(mesh_, labels_);
   fresh.sample_of.resize(mesh_.vertex_room());
 }
@@ -180,7 +180,7 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// The same cuts, in the same order: the same bits.
+/// Applies the same cuts in the same order, which gives the same bits.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);
@@ -189,7 +189,7 @@ void VertexBody::bring_up_to_date(Snapshot& snapshot) {
 
 TissueVolume& VertexBody::rasterize() {
   if (unseen_.empty()) return volume_;
-  volume_.end_stroke();  // what cuts change is no part of a brush's
+  volume_.end_stroke();  // changes by cuts do not belong to a brush stroke
   for (const RasterBlock& block : field_of(mesh_, unseen_, untouched_, volume_)) volume_.replace(block);
   unseen_.clear();
   return volume_;

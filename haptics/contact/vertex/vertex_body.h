@@ -1,4 +1,4 @@
-// The carver's half of "vertex": the mesh, its strokes, and the field that is made of it.
+// The carver's half of "vertex": the mesh, its strokes, and the field computed from it.
 #pragma once
 
 #include <deque>
@@ -15,11 +15,11 @@
 
 namespace typodont::haptics::vertex {
 
-/// The whole mesh, with what it takes to cut it.
+/// The whole mesh with the data needed to cut it.
 struct VertexSnapshot final : Snapshot {
   mesh::EditableMesh mesh;
   MeshCutter cutter;
-  std::vector<std::uint32_t> sample_of;  // of a vertex: where the model lists it
+  std::vector<std::uint32_t> sample_of;  // for each vertex its index in the model's list
 };
 
 struct KeyLess {
@@ -27,16 +27,16 @@ struct KeyLess {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   }
 };
-/// Blocks of 8³ samples of the field, by their number along each axis.
+/// Blocks of 8³ samples of the field, by their index along each axis.
 using FieldBlocks = std::set<glm::ivec3, KeyLess>;
 
-/// Carver thread. Cuts are made in the mesh alone; the field follows when it is asked for.
+/// Carver thread. Cuts change only the mesh; the field is updated on request.
 class VertexBody final : public TissueBody {
  public:
   VertexBody(TissueVolume tissue, const TissueMesh& mesh, std::span<const Tool> tools, const Parameters& parameters);
 
   void carve(const Cut& cut, bool continues) override;
-  /// Never called: the model refuses tools that fill.
+  /// Never called, because the model refuses filling instruments.
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return {}; }
   void begin_stroke() override;
@@ -55,26 +55,26 @@ class VertexBody final : public TissueBody {
   std::uint64_t elements() const override { return mesh_.vertex_count(); }
 
   const mesh::EditableMesh& mesh() const { return mesh_; }
-  /// m³ that cuts removed so far, undone ones included.
+  /// m³ removed by all cuts so far, including undone ones.
   const PerTissue& removed() const { return removed_; }
 
  private:
   struct Stroke {
     mesh::MeshRecord record;
     PerTissue removed{};   // m³
-    FieldBlocks blocks;    // that it may have changed
-    bool painted = false;  // it is one of the brush's, which the field alone keeps
+    FieldBlocks blocks;    // blocks that the stroke may have changed
+    bool painted = false;  // a brush stroke, which only the field stores
   };
   CutDone make(mesh::EditableMesh& mesh, MeshCutter& cutter, const Cut& cut) const;
   void exchange(Stroke& stroke, double sign);
   void count_painted();
 
   TissueVolume volume_;
-  std::size_t strokes_before_;  // that the volume came with, which the mesh knows nothing of
+  std::size_t strokes_before_;  // strokes that the volume already had; the mesh does not know them
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;
-  std::vector<double> edges_;  // m, that each of them asks for
+  std::vector<double> edges_;  // m, edge length required by each head
   mesh::EditableMesh mesh_;
   MeshCutter cutter_;
   SharedLabels labels_;
@@ -82,12 +82,12 @@ class VertexBody final : public TissueBody {
   bool in_stroke_ = false;
   PerTissue removed_{}, taken_back_{};
   bool remembers_ = false;
-  std::vector<Cut> written_;                   // since remember_writes(true)
-  FieldBlocks unseen_;                         // that the field does not show yet
-  std::optional<mesh::SurfacePieces> pieces_;  // for pictures, once they were asked for
+  std::vector<Cut> written_;                   // cuts since remember_writes(true)
+  FieldBlocks unseen_;                         // blocks that the field must still update
+  std::optional<mesh::SurfacePieces> pieces_;  // for pictures; created at the first request
 };
 
-/// The cut that `cut` tells of; servo and carver both call it and hold the same bits.
+/// Executes a cut; called by servo and carver, which get the same bits.
 inline CutDone make_cut(mesh::EditableMesh& mesh, MeshCutter& cutter, const VertexHead& head, double edge,
                         bool as_printed, const Pose& X_WA, const Pose& X_WB) noexcept {
   return as_printed ? cutter.cut_as_printed(mesh, head, X_WB) : cutter.cut(mesh, head, X_WA, X_WB, edge);

@@ -12,7 +12,8 @@ VertexHead::VertexHead(const Tool& tool)
       radius_(tool.radius()),
       reach_(tool.reach()) {}
 
-/// The distance is convex along a line, so Newton's steps from beyond the surface go down to it without passing it.
+/// The distance is convex along a line, so Newton's method started outside converges to the surface without
+/// overshooting.
 double VertexHead::way_out(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
@@ -30,7 +31,7 @@ double VertexHead::way_out(const dvec3& p, const dvec3& way) const noexcept {
 
 dvec3 VertexHead::as_printed(const dvec3& p) const noexcept {
   const bool round_end = tool_.shape == HeadShape::kRoundEndCylinder;
-  const double low = radius_ - tool_.half();  // height of a round end's centre
+  const double low = radius_ - tool_.half();  // height of the centre of a round end
   if (ball_ || (round_end && p.z < low)) {
     const dvec3 c = ball_ ? dvec3(0) : dvec3(0, 0, low);
     const double length = glm::length(p - c);

@@ -1,4 +1,4 @@
-// A head as vertices are pushed out of it (S4, section 3), in any pose.
+// A head in any pose that pushes vertices out of its inside (S4, section 3).
 #pragma once
 
 #include "haptics/tool.h"
@@ -12,10 +12,10 @@ class VertexHead {
 
   bool is_ball() const noexcept { return ball_; }
   double radius() const noexcept { return radius_; }
-  /// m, from the origin to the farthest point.
+  /// m, from the origin to the farthest point of the head.
   double reach() const noexcept { return reach_; }
 
-  /// Signed distance to the surface, negative inside, and the unit direction in which it grows.
+  /// Signed distance to the surface, negative inside, and its unit gradient.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
     if (!ball_) return field_.distance(p_TQ, n_T);
     const double length = glm::length(p_TQ);
@@ -25,10 +25,10 @@ class VertexHead {
   double distance(const dvec3& p_TQ) const noexcept {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
-  /// m from a point inside along a unit direction to the surface.
+  /// m from an inner point along a unit direction to the surface.
   double way_out(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
-  /// Where the paper's rule puts a point inside: away from the centre of a ball (3.1) or of the lower half ball of a
-  /// round-ended head, else away from the axis at its height (3.3), (3.6).
+  /// Target of an inner point by the printed rule: away from the centre of a ball (3.1) or of the lower half ball of a
+  /// round-ended head, otherwise away from the axis at its height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// "vertex": a triangle mesh whose vertices the head pushes before it (S4).
+// "vertex": a triangle mesh whose vertices the head pushes away (S4).
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@ namespace typodont::haptics::vertex {
 inline constexpr std::string_view kName = "vertex";
 
 struct Parameters {
-  double edge = 0;                       // m, of the surface that a head leaves; 0: a sixth of its radius
-  bool as_printed = false;               // the paper's rules as they stand there, see README.md
-  std::optional<ForceFilterLaw> filter;  // of the force, S4 figure 5
-  std::size_t spare = 200'000;           // vertices that cutting may add
+  double edge = 0;                       // m, edge length of the surface that a head leaves; 0: a sixth of its radius
+  bool as_printed = false;               // use the printed rules of the paper, see README.md
+  std::optional<ForceFilterLaw> filter;  // force filter, S4 figure 5
+  std::size_t spare = 200'000;           // number of vertices that cutting may add
 
   double edge_for(const Tool& tool) const { return edge > 0 ? edge : tool.radius() / 6; }
 };
 
-/// {"edge_mm": 0.1, "as_printed": false, "filter": {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3},
+/// Reads {"edge_mm": 0.1, "as_printed": false, "filter": {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3},
 /// "spare_vertices": 200000}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 

@@ -15,18 +15,18 @@ using P = FeelParameters;
 
 namespace {
 
-constexpr std::size_t kMostFaces = 1 << 17;  // near the head
-constexpr double kNextShell = 4;             // times as wide as the one before
-constexpr int kMostParts = 64;               // into which the edge of a face is divided
+constexpr std::size_t kMostFaces = 1 << 17;  // limit of faces near the head
+constexpr double kNextShell = 4;             // width of a search shell over the previous one
+constexpr int kMostParts = 64;               // largest number of parts of a face's edge
 
-/// Twice the area times the normal.
+/// The normal times twice the area.
 dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// Into how many parts the edges of a face are divided, so that none is longer than an edge that would be split.
+/// Number of parts of a face's edges, so that no part is longer than an edge that would be split.
 int parts_of(const EditableMesh& mesh, Index f, double edge) noexcept {
-  // The ball around a face tells a small one at once.
+  // The bounding ball detects small faces quickly.
   const double longest = CutParameters::longest * edge;
   if (static_cast<double>(mesh.ball_radius(f)) * 2 <= longest) return 1;
   double longest2 = 0;
@@ -61,7 +61,7 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The fresh mesh lacks the cuts made since. After an undo these may take more or less than they did.
+  // The new mesh lacks the cuts made since. After an undo these may remove more or less than before.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -77,7 +77,8 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   found_ = touching_ = false;
 }
 
-/// The vertices within `margin` of a head; of faces larger than it asks for, those too that refining would give them.
+/// Collects the vertices within `margin` of a head; for faces larger than `edge`, also the vertices that refining would
+/// add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
@@ -99,7 +100,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
-      if (mesh.vertex(v).face != f) continue;  // each vertex once, with the face that it names
+      if (mesh.vertex(v).face != f) continue;  // take each vertex once, with the face that it stores
       if (is_far(mesh.vertex(v).p)) continue;
       snapshot_.sample_of[v] = static_cast<std::uint32_t>(samples_.size());
       add(mesh.vertex(v).p, {0, v, mesh.face(f).tissue});
@@ -136,12 +137,12 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
   return std::ranges::all_of(near, [&](std::uint32_t i) { return head.distance(R_TW * (points_[i] - X.p)) > 0; });
 }
 
-/// Metres that any point of the head moved since the points were listed.
+/// Largest displacement in m of a point of the head since the points were listed.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
   return way_between(found_at_, X, head().is_ball() ? 0 : head().reach());
 }
 
-/// Lists the points near the head at X, where those that are listed do not reach.
+/// Lists the points near the head at X if the present list does not suffice.
 void VertexModel::list_where_needed(const Pose& X) noexcept {
   const double radius = head().radius();
   if (found_ && moved_since_listing(X) <= FollowParameters::kept * radius) return;
@@ -152,7 +153,7 @@ void VertexModel::list_where_needed(const Pose& X) noexcept {
 double VertexModel::clearance(const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
-  if (eases_ && eased_ != dvec3(0)) return 0;  // a force still fades
+  if (eases_ && eased_ != dvec3(0)) return 0;  // a force is still fading
   list_where_needed(X_WG);
   const double reach = head().reach();
   if (!points_.empty()) {
@@ -160,7 +161,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     const double touches = P::touches * head().radius();
     const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X_WG.R)));
     double room = listed;
-    // The nearest points first, then those of ever wider shells.
+    // Test the nearest points first, then those in wider and wider shells.
     for (double within = touches;; within = std::min(kNextShell * within, listed)) {
       for (const std::uint32_t i : points_.within(X_WG.p, reach + within)) {
         room = std::min(room, head().distance(R_TW * (points_[i] - X_WG.p)));
@@ -169,7 +170,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
       if (room <= within || within >= listed) return room;
     }
   }
-  // Nothing is near: faces tell farther than the points that were looked for.
+  // No point is near: the faces give a larger clearance than the listed points.
   const EditableMesh& mesh = snapshot_.mesh;
   double room = P::look_ahead;
   const dvec3 far(reach + P::look_ahead);
@@ -189,7 +190,8 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The springs of the vertices inside a head at X (S4, 4.2): each as long as its way to the head's surface.
+/// The springs of the vertices inside a head at X (S4, 4.2); the length of each is the displacement to the head's
+/// surface.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
@@ -203,7 +205,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
     dvec3 n;
     double d;
     if (is_ball) {
-      // Its reach is its radius, so the point is inside; its push goes through the centre and turns nothing.
+      // For a ball the reach is the radius, so the point is inside; its force passes through the centre and causes no
+      // torque.
       const double length = std::sqrt(square);
       n = length > 0 ? off / length : dvec3(0, 0, -1);
       d = length - head().radius();
@@ -227,8 +230,8 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   return sum;
 }
 
-/// A bur that comes free far behind the hand, and one that holds on where the mesh could not give way, change the force
-/// no faster than the hand itself does, and a little.
+/// A bur that becomes free far from the hand, or that continues where the mesh could not yield, changes the force only
+/// slightly faster than the hand itself does.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
   const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
@@ -240,7 +243,7 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5); the damper acts along the force, and never pulls. `force`, `torque`: of the
+/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: of the
 /// springs.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
@@ -272,8 +275,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  // A rim that has cut its hole would not find back into it without slack; and what a bur overlaps, because the mesh
-  // could not give way there, only keeps it from going deeper.
+  // Without slack a rim could not re-enter the hole that it has cut. And tissue that a bur overlaps because the mesh
+  // could not yield only prevents deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
     list_where_needed({p, in.X_WT.R});
@@ -289,8 +292,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.depth = depth;
   const dvec3 way = pull / depth;
   springs_ = springs_at({out.p_WG + probe * way, in.X_WT.R}, way);
-  // The springs tell how stiff the tissue is, and the direction. A head whose sides stand along the pull, as a cone's
-  // do, is pushed to all sides at once: the less of its springs' sum is real.
+  // The springs determine the stiffness of the tissue and the direction. A head whose sides are nearly parallel to the
+  // pull (a cone) is pushed in opposite directions, so that their sum is too small.
   const double along = -glm::dot(springs_.force, way);
   if (!(along > 0)) return give(in, dvec3(0), dvec3(0), out);
   const double stiffness = springs_.sum / springs_.weight, share = along / springs_.sum;
@@ -299,7 +302,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   give(in, stiffness * depth * (aside - way), share * stiffness * depth / along * springs_.torque, out);
 }
 
-/// What is left of the last force fades, if it came from a bur.
+/// The rest of the last force fades if it came from a bur.
 void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   filtered_ = dvec3(0);
   if (parameters_.as_printed || eased_ == dvec3(0)) return;
@@ -312,7 +315,7 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
   out.stored = size * size / (2 * settings_.stiffness);
 }
 
-/// The head is where the hand is; each vertex inside it pulls, all together.
+/// Printed algorithm: the head is at the hand, and each vertex inside it pulls.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
@@ -322,7 +325,7 @@ void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noe
     const Sample& sample = samples_[i];
     const dvec3 off_T = R_TW * (points_[i] - in.X_WT.p);
     if (sample.v == mesh::kNone || !(head().distance(off_T) < 0)) continue;
-    const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));  // last position less the updated one
+    const dvec3 way = in.X_WT.R * (off_T - head().as_printed(off_T));  // previous minus updated position
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const dvec3 push = settings_.stiffness * settings_.materials[tissue].stiffness / 1000 * way;
     sum.force += push;
@@ -374,7 +377,7 @@ void VertexModel::feel(const ContactInput&, Contact& out) noexcept {
   out.known_tissue = true;
 }
 
-/// Of the nearest face, on its inner side.
+/// The tissue on the inner side of the nearest face.
 Tissue VertexModel::tissue_at(const dvec3& p_W) const noexcept {
   const double reach = 2 * edge();
   const EditableMesh& mesh = snapshot_.mesh;

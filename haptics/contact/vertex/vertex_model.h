@@ -1,4 +1,5 @@
-// The servo's half of "vertex" (README.md): a head that vertices hold off, springs on the vertices that it would push.
+// The servo's half of "vertex" (README.md): vertices hold the head outside, and springs on the vertices that the head
+// would push give the force.
 #pragma once
 
 #include <vector>
@@ -11,23 +12,25 @@
 
 namespace typodont::haptics::vertex {
 
-/// The numbers of contact and force, most as shares of the head's radius.
+/// Parameters of contact and force; most are fractions of the head's radius.
 struct FeelParameters {
-  static constexpr double probe = 0.2;  // depth at which the springs are counted: many vertices, none behind the centre
-  static constexpr double slack = 0.01;       // that a head which is no ball may overlap
-  static constexpr double most_aside = 0.25;  // of the force along the pull: what the springs give across it
-  static constexpr double ease = 15;          // N/s by which the force of a bur changes although the hand rests
-  static constexpr double sweep = 0.04;   // of the edge: the least way that is cut at once, so that not every tick cuts
-  static constexpr double scrape = 2e-4;  // … and of an edge that the hand draws, which holds little energy
-  static constexpr double stride = 0.5;   // of the edge: the longest
-  static constexpr double touches = 0.01;       // a head that is nearer than this to a point has no room to move freely
-  static constexpr double look_ahead = 0.5e-3;  // m that a free head looks around itself
+  // depth at which the springs are counted: deep enough for many vertices, none behind the centre
+  static constexpr double probe = 0.2;
+  static constexpr double slack = 0.01;       // allowed overlap of a head that is not a ball
+  static constexpr double most_aside = 0.25;  // largest transverse force of the springs over the force along the pull
+  static constexpr double ease = 15;          // N/s, change of a bur's force that is allowed while the hand rests
+  // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
+  static constexpr double sweep = 0.04;
+  static constexpr double scrape = 2e-4;        // the same for an edge that the hand drags, which stores little energy
+  static constexpr double stride = 0.5;         // ratio to the edge: longest displacement that is cut at once
+  static constexpr double touches = 0.01;       // a head that is closer to a point has no room to move freely
+  static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
 
 /// Servo thread.
 class VertexModel final : public ContactModel {
  public:
-  /// Throws Error for a tool that fills: vertices only give way.
+  /// Throws Error for a filling instrument, because vertices only recede.
   VertexModel(const ServoSettings& settings, const Parameters& parameters);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -46,20 +49,20 @@ class VertexModel final : public ContactModel {
 
  private:
   static constexpr std::size_t kMostSamples = 1 << 16;
-  /// What a point near the head stands for: a vertex, or a point that refining a large face would give.
+  /// A contact point near the head: a vertex, or a point that refining a large face would add.
   struct Sample {
-    double area;    // m², that it stands for: a third of the triangles around it
-    mesh::Index v;  // kNone: not of the mesh
+    double area;    // m² that it represents: a third of the triangles around it
+    mesh::Index v;  // kNone: not a vertex of the mesh
     Tissue tissue;
   };
-  /// What the vertices inside a head add up to.
+  /// Sums over the vertices inside a head.
   struct Springs {
-    dvec3 force{0}, torque{0};  // N and N·m, each times the area that a vertex stands for, m²
-    double area = 0;            // m², that the vertices stand for …
-    double across = 0;          // m², … seen along the pull
-    double sum = 0;             // N·m², of the springs' forces without their directions
+    dvec3 force{0}, torque{0};  // N and N·m, each times the vertex's area in m²
+    double area = 0;            // m² that the vertices represent
+    double across = 0;          // m², projected along the pull
+    double sum = 0;             // N·m², sum of the springs' absolute forces
     double weight = 0;          // m³, area × depth
-    PerTissue tissue{};         // by area × depth
+    PerTissue tissue{};         // weighted by area × depth
     int count = 0;
   };
 
@@ -82,20 +85,20 @@ class VertexModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   VertexSnapshot snapshot_;
-  std::vector<VertexHead> heads_;  // one a tool
-  std::vector<double> edges_;      // m, that each of them asks for
+  std::vector<VertexHead> heads_;  // one per tool
+  std::vector<double> edges_;      // m, edge length required by each head
   std::uint32_t tool_ = 0;
   Springs springs_;
-  dvec3 filtered_{0};         // N, the last force behind the filter
+  dvec3 filtered_{0};         // N, the last force after the filter
   bool eases_ = false;        // the bur has cut since it was last free
   dvec3 eased_{0};            // N, the last force before the filter
   dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // of each of these points
-  bool found_ = false;           // they are those around found_at_, and the mesh has not changed since
+  std::vector<Sample> samples_;  // one for each of these points
+  bool found_ = false;           // the list belongs to found_at_, and the mesh has not changed since
   Pose found_at_;
-  bool touching_ = false;  // in the last constrain(), at touching_at_
+  bool touching_ = false;  // contact in the last constrain(), at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
   RecentCuts<MadeCut> made_;

@@ -1,4 +1,4 @@
-// Force Dimension omega, sigma, lambda and Novint Falcon through libdhd or libdrd, opened at run time.
+// Driver for Force Dimension omega, sigma, lambda and Novint Falcon through libdhd or libdrd, loaded at run time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -59,9 +59,9 @@ struct Api {
   }
 };
 
-constexpr int kMost = 16;  // devices at once; a greater number is a serial
+constexpr int kMost = 16;  // limit for device indices; a larger number in an address is a serial number
 
-/// Peak force and stiffness that the makers recommend, by the words in the system's name.
+/// Peak force and stiffness recommended by the manufacturers, by words in the system's name.
 struct Known {
   const char* word;
   double force, stiffness, torque;
@@ -72,7 +72,7 @@ constexpr Known kKnown[] = {{"sigma", 12, 4000, 0.4},
                             {"delta", 12, 4000, 0},
                             {"Falcon", 8, 3000, 0}};
 
-/// The one that is open under `id`, as it describes itself.
+/// Describes the device that is open under `id`.
 DeviceInfo describe(const Api& api, char id, const std::string& address, double rate) {
   const char* name = api.name ? api.name(id) : nullptr;
   DeviceInfo info{address, name ? name : "Force Dimension", "", rate, 8, 3000, 0, 0};
@@ -94,7 +94,7 @@ FoundDevice found(int number, const DeviceInfo& info) {
   device.model = info.model, device.serial = info.serial, device.force_limit = info.force_limit;
   return device;
 }
-/// Why the last one did not open, as far as the library tells.
+/// The reason why the last device did not open, as far as the library reports it.
 std::string refusal(const Api& api) {
   const char* said = api.last_error ? api.last_error() : nullptr;
   return said && *said ? said : "it does not open";
@@ -121,10 +121,10 @@ class ForceDimensionDevice : public HapticDevice {
     id_ = static_cast<char>(opened);
     info_ = describe(api_, id_, address, rate);
     if (which < kMost) use_.is(found(which, info_));
-    info_.vibration_band = 250;     // Hz, a cautious choice of ours: stiff arms whose controller runs at 4 kHz
-    info_.position_step = 0.01e-3;  // m, as their maker states it for the omega (u)
-    // The controller's own watchdog, in multiples of 125 µs (u), lets go when we die: 16 is 2 ms; 0 would switch it
-    // off.
+    info_.vibration_band = 250;     // Hz, our cautious choice: stiff arms whose controller runs at 4 kHz
+    info_.position_step = 0.01e-3;  // m, stated by the manufacturer for the omega (unverified)
+    // The controller's own watchdog, in multiples of 125 µs (unverified), releases the motors if this process dies: 16
+    // is 2 ms; 0 would switch it off.
     if (api_.watchdog) api_.watchdog(16, id_);
     wrist_ = api_.has_wrist && api_.has_wrist(id_);
     send(dvec3(0), dvec3(0));
@@ -147,7 +147,7 @@ class ForceDimensionDevice : public HapticDevice {
     faults_ = 0;
     dvec3 p(0);
     double R[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    // The library answers negative on failure and a small positive number for "same as before".
+    // The library returns a negative number on failure and a small positive number for "unchanged".
     bool ok = api_.position(&p.x, &p.y, &p.z, id_) >= 0;
     ok = api_.frame(R, id_) >= 0 && ok;
     if (!ok) {
@@ -182,7 +182,7 @@ class ForceDimensionDevice : public HapticDevice {
   char id_ = 0;
   Nanos period_, due_ = 0, failing_since_ = 0;
   HandSample last_;
-  std::array<double, 8> joints_{};  // DHD_MAX_DOF; base and wrist, the grip is left out
+  std::array<double, 8> joints_{};  // DHD_MAX_DOF; base and wrist without the grip
   std::size_t joint_count_ = 0;
   bool wrist_ = false;
   std::uint32_t faults_ = 0;

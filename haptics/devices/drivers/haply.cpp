@@ -10,7 +10,7 @@
 #include "haptics/devices.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/json_scan.h"
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 #include "haptics/devices/websocket.h"
 
 namespace typodont::haptics {
@@ -18,7 +18,7 @@ namespace typodont::haptics {
 namespace {
 
 constexpr int kPort = 10001;
-constexpr Nanos kWake = 10'000'000;  // ns: the service sends a state only in answer to a force
+constexpr Nanos kWake = 10'000'000;  // ns: the service sends a state only as an answer to a force
 constexpr Nanos kLost = 100'000'000;
 
 std::optional<dvec3> vector_of(const std::optional<JsonText>& json) {
@@ -38,10 +38,10 @@ class HaplyDevice : public HapticDevice {
  public:
   HaplyDevice(std::unique_ptr<Link> link, const std::string& host, DeviceInfo identity, Descriptor claimed)
       : claimed_(std::move(claimed)), socket_(std::move(link), host, "/"), info_(std::move(identity)) {
-    info_.force_limit = 8;       // N (u), peak as its maker states it
-    info_.continuous_force = 4;  // N, a cautious choice: half the peak
-    info_.max_stiffness = 3500;  // N/m (u)
-    info_.vibration_band = 100;  // Hz, a cautious choice of ours
+    info_.force_limit = 8;       // N, peak stated by the manufacturer (unverified)
+    info_.continuous_force = 4;  // N, our cautious choice: half the peak
+    info_.max_stiffness = 3500;  // N/m (unverified)
+    info_.vibration_band = 100;  // Hz, our cautious choice
     const Nanos give_up = socket_.now() + kNanosPerSecond;
     while (state_.id[0] == 0) {
       std::string_view message;
@@ -54,7 +54,7 @@ class HaplyDevice : public HapticDevice {
     }
     info_.serial = state_.id.data();
     zero_ = frame_for(dvec3(0));
-    keeper_.emplace(socket_.descriptor(), socket_.frame_of({zero_.text.data(), zero_.size}));
+    watchdog_process_.emplace(socket_.descriptor(), socket_.frame_of({zero_.text.data(), zero_.size}));
   }
   ~HaplyDevice() override { release(); }
 
@@ -63,8 +63,8 @@ class HaplyDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;          // for the service; not while this process itself stood still
-    if (!started_) release();  // asks for the first state
+    Nanos waited = 0;          // time spent waiting for the service; excludes times when this process did not run
+    if (!started_) release();  // requests the first state
     started_ = true;
     bool fresh = false, rubbish = false;
     Nanos t = socket_.now();
@@ -85,27 +85,29 @@ class HaplyDevice : public HapticDevice {
         if (state && state->id == state_.id) {
           state_ = *state;
           fresh = true;
-          continue;  // the newest of what is queued
+          continue;  // use the newest message in the queue
         }
         if (!state) faults_ |= bits(Fault::kBadInput);
-        if (!rubbish) release();  // zero force, and a question for the next state; once, however much rubbish comes
+        // sends zero force, which requests the next state; only once, even after many invalid messages
+        if (!rubbish) release();
         rubbish = !state;
         continue;
       }
       if (fresh && spacing_.left(t) > 0) continue;
       if (fresh) return hand_over(sample, t);
       faults_ |= bits(Fault::kBadInput);
-      release();  // silence: ask again
+      release();  // no answer: request again
     }
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    keeper_->told(f_T_W != dvec3(0), now());  // before it goes out, so that no force is ever unknown
+    watchdog_process_->note_write(
+        f_T_W != dvec3(0), now());  // before the force is sent, so that the watchdog process knows of every force
     socket_.send({frame.text.data(), frame.size});
   }
   void release() noexcept override {
     socket_.send({zero_.text.data(), zero_.size});
-    if (keeper_) keeper_->told(false, now());
+    if (watchdog_process_) watchdog_process_->note_write(false, now());
   }
 
  private:
@@ -130,13 +132,13 @@ class HaplyDevice : public HapticDevice {
     return frame;
   }
 
-  Descriptor claimed_;  // the service would listen to two programs at once
+  Descriptor claimed_;  // prevents a second program from using the same device
   WebSocket socket_;
   DeviceInfo info_;
   HaplyState state_;
   SampleSpacing spacing_{info_.rate};
   Frame zero_;
-  std::optional<Keeper> keeper_;  // holds on to the connection when we cannot
+  std::optional<WatchdogProcess> watchdog_process_;  // sends zero force if this process cannot
   std::uint32_t faults_ = 0;
   bool started_ = false;
 };
@@ -168,7 +170,7 @@ std::optional<HaplyState> parse_haply(std::string_view message) noexcept {
   const auto id_text = id ? id->string() : std::nullopt;
   const auto state = arm->get("state");
   const auto position = state ? vector_of(state->get("cursor_position")) : std::nullopt;
-  // An id with quotes or escapes would break the frames we put it into.
+  // Refuse an id with quotes or escapes, because it is inserted into our messages.
   HaplyState out;
   if (!id_text || id_text->empty() || id_text->size() >= out.id.size() ||
       id_text->find_first_of("\\\"") != std::string_view::npos || !position) {

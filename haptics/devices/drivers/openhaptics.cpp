@@ -1,7 +1,7 @@
-// 3D Systems Touch and Phantom through OpenHaptics' libHD.so, opened at run time.
-//
-// The vendor's scheduler owns the 1 kHz: its callback samples the device, hands the sample to the servo and sends the
-// newest force the servo has given. A force older than two callbacks is not sent again: the callback is a watchdog too.
+// Driver for 3D Systems Touch and Phantom through OpenHaptics' libHD.so, loaded at run time.
+// The vendor's scheduler provides the 1 kHz rate: its callback samples the device, passes the sample to the servo and
+// sends the latest force of the servo. A force that is older than two callbacks is not sent again, so the callback is
+// also a watchdog.
 #include <fmt/format.h>
 #include <semaphore.h>
 #include <time.h>
@@ -100,13 +100,13 @@ struct Api {
   }
 };
 
-/// kInvalid when there is no such device; "" is the default device.
+/// kInvalid if there is no such device; "" is the default device.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
 }
 
-/// The current device, as it describes itself.
+/// Describes the current device.
 DeviceInfo describe(const Api& api, const std::string& name) {
   const auto text = [&](unsigned int what) {
     const char* s = api.get_string(what);
@@ -125,7 +125,7 @@ DeviceInfo describe(const Api& api, const std::string& name) {
                   number(kMaxStiffness) * kNewtonPerMillimetre,
                   0,
                   number(kMaxContinuousForce)};
-  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // the weakest of its kind
+  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, that of the weakest model
   return info;
 }
 
@@ -145,7 +145,7 @@ VendorDevices& devices() {
   return all;
 }
 
-/// The library has one scheduler for all arms: the first one starts it, the last one stops it.
+/// The library has one scheduler for all arms. The first arm starts it, the last one stops it.
 class Scheduler {
  public:
   void join(const Api& api) {
@@ -175,8 +175,8 @@ class OpenHapticsDevice : public HapticDevice {
     }
     api_.make_current(device_);
     info_ = describe(api_, name);
-    info_.vibration_band = 100;      // Hz, a cautious choice of ours
-    info_.position_step = 0.055e-3;  // m, nominal, of the Touch; the Phantoms' is finer
+    info_.vibration_band = 100;      // Hz, our cautious choice
+    info_.position_step = 0.055e-3;  // m, nominal value of the Touch; that of the Phantoms is smaller
     use_.is(found(name.empty() ? kDefaultName : name, info_));
     ::sem_init(&fresh_, 0, 0);
     api_.enable(kForceOutput);
@@ -189,7 +189,7 @@ class OpenHapticsDevice : public HapticDevice {
     ending_.store(true);
     api_.unschedule(task_);
     scheduler().leave(api_);
-    // For other arms it goes on turning; a callback takes microseconds, unless the library hangs in it.
+    // The scheduler continues for other arms. A callback takes microseconds, unless the library hangs in it.
     for (int i = 0; stepping_.load() && i < 100; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     api_.make_current(device_);
     api_.begin_frame(device_);
@@ -225,13 +225,13 @@ class OpenHapticsDevice : public HapticDevice {
     released_.store(false);
     forces_.publish(f_T_W);
   }
-  // The scheduler's thread alone may speak to the device: it sees this within a millisecond.
+  // Only the scheduler's thread may access the device; it reads this flag within a millisecond.
   void release() noexcept override { released_.store(true); }
 
  private:
   struct Sample {
     HandSample hand;
-    std::array<double, 6> joints{};  // rad: turret, thigh, shin; gimbal. As the library counts them
+    std::array<double, 6> joints{};  // rad: turret, thigh, shin; gimbal, in the library's order
     bool error = false;
   };
 
@@ -246,7 +246,7 @@ class OpenHapticsDevice : public HapticDevice {
 
   void step() noexcept {
     api_.begin_frame(device_);
-    double X[16] = {};  // columns; millimetres
+    double X[16] = {};  // column-major; millimetres
     int buttons = 0;
     api_.get_doubles(kTransform, X);
     api_.get_integers(kButtons, &buttons);
@@ -278,10 +278,10 @@ class OpenHapticsDevice : public HapticDevice {
   std::atomic<bool> ending_{false}, stepping_{false}, released_{true};
   Latest<Sample> samples_;  // scheduler → servo
   Latest<dvec3> forces_;    // servo → scheduler
-  int age_ = 1000;          // callbacks since the servo gave a force; scheduler's thread
+  int age_ = 1000;          // callbacks since the servo's last force; used by the scheduler's thread
 };
 
-/// The devices that the vendor's set-up program has given names: a file each.
+/// The devices that the vendor's set-up program has configured; each has a file.
 std::vector<std::string> configured_names() {
   const char* home = std::getenv("GTDD_HOME");
   const std::filesystem::path folder = std::filesystem::path(home ? home : "/usr/share/3DSystems") / "config";

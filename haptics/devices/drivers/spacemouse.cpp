@@ -15,8 +15,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kFullScale = 350;       // counts
-constexpr Nanos kSilence = 200'000'000;  // ns: a deflected cap repeats itself far more often than this
+constexpr double kFullScale = 350;       // counts at full deflection
+constexpr Nanos kSilence = 200'000'000;  // ns: a deflected cap sends reports much more often than this
 
 constexpr std::array<std::uint16_t, 11> kLogitech{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625,
                                                   0xc626, 0xc627, 0xc628, 0xc629, 0xc62b};
@@ -33,7 +33,7 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Nothing in the dead zone, then from zero upward, the first half gentle.
+/// Zero in the dead zone; above it increasing from zero, with a small slope at first.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -43,7 +43,7 @@ dvec3 shape(const dvec3& v, double dead) {
   return out;
 }
 
-/// The cap's axes (x right, y toward the user, z down) in H (x right, y away, z up).
+/// Converts the cap's axes (x right, y toward the user, z down) to H (x right, y away, z up).
 dvec3 cap_to_base(const dvec3& v) {
   return {v.x, -v.y, -v.z};
 }
@@ -60,7 +60,8 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    if (link_->now() - due_ > kSilence) due_ = link_->now();  // the servo was away: no catching up
+    // after a pause of the servo, do not make up for lost samples
+    if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
       const Nanos left = std::max<Nanos>(due_ - link_->now(), 0);
@@ -73,7 +74,7 @@ class SpaceMouse : public HapticDevice {
         break;
       }
     }
-    // A lost "back to zero" must not let the tool drift away.
+    // If the report "back to zero" is lost, the tool must not drift away.
     if (link_->now() - heard_ > kSilence) state_.push = state_.twist = dvec3(0);
 
     const double dt = to_seconds(period_);
@@ -108,7 +109,7 @@ class SpaceMouse : public HapticDevice {
 std::vector<FoundDevice> find() {
   std::vector<FoundDevice> devices;
   for (const HidNode& node : enumerate_hid()) {
-    // Receivers and newer models have further interfaces; the cap is the multi-axis controller among them.
+    // Receivers and newer models have further interfaces; the cap is the multi-axis controller.
     if (!is_spacemouse(node.vendor, node.product)) continue;
     if (node.usage_page != 0 && !(node.usage_page == 1 && node.usage == 8)) continue;
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
@@ -120,7 +121,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // "[PATH or SERIAL][,position]"
+  // Format "[PATH or SERIAL][,position]".
   SpaceMouseControl control;
   std::string which = rest;
   if (const std::size_t comma = rest.rfind(','); comma != std::string::npos) {
@@ -146,7 +147,7 @@ bool is_spacemouse(std::uint16_t vendor, std::uint16_t product) {
 
 bool parse_spacemouse(std::span<const std::uint8_t> report, SpaceMouseState& state) {
   if (report.empty()) return false;
-  if (report[0] == 1 && report.size() >= 13) {  // newer models: all six at once
+  if (report[0] == 1 && report.size() >= 13) {  // newer models: all six axes in one report
     state.push = axes_at(report, 1);
     state.twist = axes_at(report, 7);
     return true;

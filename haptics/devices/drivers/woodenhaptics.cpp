@@ -13,16 +13,17 @@
 #include "haptics/devices/encoder.h"
 #include "haptics/devices/fd_link.h"
 #include "haptics/devices/hid.h"
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-constexpr Nanos kWake = 10'000'000;       // ns of silence after which the host writes zeros to wake the lock-step
+// ns without a report after which the host sends zeros to continue the request-answer protocol
+constexpr Nanos kWake = 10'000'000;
 constexpr Nanos kRestOfLine = 2'000'000;  // ns that the second half of a line may take
-constexpr Nanos kLost = 100'000'000;      // ns without one good report: the arm is gone
-constexpr double kGravityRamp = 0.5;      // s in which the arm's own weight is taken up
+constexpr Nanos kLost = 100'000'000;      // ns without a valid report after which the arm counts as lost
+constexpr double kGravityRamp = 0.5;      // s, time constant of switching on the gravity compensation
 
 class ArmDevice : public HapticDevice {
  public:
@@ -32,7 +33,7 @@ class ArmDevice : public HapticDevice {
         arm_(std::move(arm)),
         info_(std::move(identity)),
         zero_(encode(protocol, dvec3(0))),
-        keeper_(link_->descriptor(), zero_.span()) {
+        watchdog_process_(link_->descriptor(), zero_.span()) {
     info_.force_limit = arm_.force_limit;
     info_.continuous_force = arm_.continuous_force;
     info_.max_stiffness = arm_.stiffness;
@@ -51,7 +52,7 @@ class ArmDevice : public HapticDevice {
 
   bool read(HandSample& sample) noexcept override {
     faults_ = 0;
-    Nanos waited = 0;  // for the arm; not while this process itself stood still
+    Nanos waited = 0;  // time spent waiting for the arm; excludes times when this process did not run
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
@@ -66,9 +67,10 @@ class ArmDevice : public HapticDevice {
       std::optional<ArmReport> report;
       if (n > 0) report = parse();
       if (!report) {
-        half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;  // serial ports cut where they like
+        // serial ports split the data at any position
+        half_a_line = protocol_ == ArmProtocol::kText && n > 0 && !rubbish_;
         if (!half_a_line) {
-          release();  // zero force, and the write that wakes the lock-step
+          release();  // zero force; this write continues the request-answer protocol
           faults_ |= bits(Fault::kBadInput);
         }
         continue;
@@ -96,19 +98,20 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    keeper_.told(currents.amperes != dvec3(0), now());  // before it goes out, so that no force is ever unknown
+    // before the currents are sent, so that the watchdog process knows of every force
+    watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
 
   void release() noexcept override {
     gravity_share_ = 0;
     link_->write(zero_.span());
-    keeper_.told(false, now());
+    watchdog_process_.note_write(false, now());
   }
 
  private:
-  /// Waits for a report, and takes what the board has sent since: reports queue up while the servo is late, and a board
-  /// may send without being asked. Only the newest says where the hand is. As Link::read.
+  /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is late,
+  /// and a board may send without request; only the newest gives the hand's position. Returns as Link::read.
   int hear(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
@@ -139,10 +142,10 @@ class ArmDevice : public HapticDevice {
     return report;
   }
 
-  /// False when the report cannot be true.
+  /// False if the report is implausible.
   bool take(const ArmReport& report, double dt) noexcept {
     using Step = Encoder::Step;
-    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock leapt: believe any place the arm can have reached
+    if (!(dt > 0 && dt < 0.5)) dt = 0.5;  // the clock jumped: accept any position that the arm can have reached
     bool rejected = false, slipped = false;
     for (int i = 0; i < (report.stylus && arm_.has_stylus() ? 6 : 3); ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
@@ -156,7 +159,7 @@ class ArmDevice : public HapticDevice {
     if (rejected) return false;
     if (!homed_ || (report.button && !button_)) {
       for (std::size_t i = 0; i < 6; ++i) encoders_[i].home(arm_.home[i]);
-      if (homed_) faults_ |= bits(Fault::kBadInput);  // the pose leaps: no force across it
+      if (homed_) faults_ |= bits(Fault::kBadInput);  // the pose jumps, so the tick must have no force
       homed_ = true;
       slipped = false;
     }
@@ -170,7 +173,7 @@ class ArmDevice : public HapticDevice {
   Arm arm_;
   DeviceInfo info_;
   const ArmCommand zero_;
-  Keeper keeper_;
+  WatchdogProcess watchdog_process_;
   std::array<Encoder, 6> encoders_;
   LineAssembler lines_;
   std::array<std::uint8_t, 256> heard_{};  // the newest report of a HID board
@@ -186,11 +189,11 @@ class ArmDevice : public HapticDevice {
 
 bool is_arm(const HidNode& node) {
   if (node.vendor == 0x1234 && node.product == 0x0006) return true;
-  // Teensy raw HID has a second interface (its serial emulation) under the same ids.
+  // A Teensy in raw HID mode has a second interface (its serial emulation) with the same ids.
   return node.vendor == 0x16c0 && node.product == 0x0486 && node.usage_page == 0xffab && node.usage == 0x0200;
 }
 
-/// Serial Teensys by their stable names.
+/// Serial Teensys by their persistent names.
 std::vector<std::filesystem::path> serial_boards() {
   std::vector<std::filesystem::path> found;
   std::error_code none;
@@ -217,7 +220,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
   return device;
 }
 
-/// "usb-Teensyduino_USB_Serial_1234560-if00" → "1234560"
+/// Extracts "1234560" from "usb-Teensyduino_USB_Serial_1234560-if00".
 std::string serial_of(const std::filesystem::path& port) {
   std::string name = port.filename().string();
   name = name.substr(0, name.find("-if"));
@@ -238,7 +241,7 @@ std::vector<FoundDevice> find() {
 }
 
 std::unique_ptr<HapticDevice> open(const std::string& rest, const HandOptions& options) {
-  // "[PATH or SERIAL][,PRESET]"
+  // Format "[PATH or SERIAL][,PRESET]".
   const std::size_t comma = rest.rfind(',');
   const std::string which = rest.substr(0, comma);
   std::string preset = comma == std::string::npos ? "" : rest.substr(comma + 1);
@@ -269,7 +272,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   const Nanos give_up = link.now() + kNanosPerSecond;
   std::uint8_t buffer[256];
   if (serial) {
-    // The board starts to talk when it is talked to; the first lines may be the rest of an older session.
+    // The board sends only after it received a command; the first lines may belong to an older session.
     const ArmCommand zero = encode(ArmProtocol::kText, dvec3(0));
     LineAssembler lines;
     while (link.now() < give_up) {
@@ -287,7 +290,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
   for (int round = 0; link.now() < give_up; ++round) {
     const int n = link.read(buffer, kWake);
     if (n < 0) throw Error(where, "", "a device that was unplugged", "a WoodenHaptics or Polhem board");
-    if (n == 0) {  // asleep, or waiting for a report of its generation's length
+    if (n == 0) {  // idle, or waiting for a command of another length
       static constexpr ArmProtocol kKinds[] = {ArmProtocol::kHidV1, ArmProtocol::kHidV2, ArmProtocol::kRawHid};
       link.write(encode(kKinds[round % 3], dvec3(0)).span());
       continue;
@@ -295,7 +298,7 @@ ArmHello greet_arm(Link& link, bool serial, const std::string& where) {
     const auto protocol = protocol_of_report(static_cast<std::size_t>(n));
     if (protocol) {
       link.write(encode(*protocol, dvec3(0)).span());
-      if (last == static_cast<std::size_t>(n)) return {*protocol, 0};  // twice the same: no accident
+      if (last == static_cast<std::size_t>(n)) return {*protocol, 0};  // the same length twice cannot be chance
     }
     last = static_cast<std::size_t>(n);
   }

@@ -26,7 +26,7 @@ EmulatedArm::EmulatedArm(SimTime& time, ArmProtocol protocol, haptics::Arm arm, 
     : time_(time), protocol_(protocol), arm_(std::move(arm)), random_(seed) {
   power_on_ = std::uniform_int_distribution<std::int64_t>(-32768, 32767)(random_);
   time_.on_step([this] {
-    // The firmware lets go half a second after the last command; an arm without power at once.
+    // The firmware switches the motors off half a second after the last command; without power they are off at once.
     if (unplugged || (watchdog && time_.true_now() - last_command_ > 500'000'000)) amperes_ = dvec3(0);
     talk();
   });
@@ -88,7 +88,7 @@ std::vector<std::uint8_t> EmulatedArm::report() {
   return bytes;
 }
 
-/// A report with what is to go wrong with it.
+/// A report with the requested errors.
 std::vector<std::uint8_t> EmulatedArm::broken_report() {
   std::vector<std::uint8_t> bytes = report();
   if (merged_reports > 0) {
@@ -107,7 +107,7 @@ std::vector<std::uint8_t> EmulatedArm::broken_report() {
   return bytes;
 }
 
-/// The reports of `chatter` that are due. The computer keeps as many as hidraw does.
+/// Sends the due reports of `chatter`. The computer queues as many as hidraw does.
 void EmulatedArm::talk() {
   constexpr std::size_t kKept = 64;
   if (unplugged || silent) return;
@@ -132,7 +132,7 @@ int EmulatedArm::read(std::span<std::uint8_t> buffer, Nanos timeout) {
       time_.advance(std::min(SimTime::kStep, end - time_.true_now()));
       continue;
     }
-    const Nanos next = (time_.true_now() / 1'000'000 + 1) * 1'000'000;  // reports leave on the millisecond
+    const Nanos next = (time_.true_now() / 1'000'000 + 1) * 1'000'000;  // reports leave at whole milliseconds
     if (timeout == 0 || !spoken_to_ || silent || next > end) {
       time_.advance(std::max<Nanos>(end - time_.true_now(), 0));
       return unplugged ? -1 : 0;
@@ -156,7 +156,7 @@ bool EmulatedArm::write(std::span<const std::uint8_t> bytes) {
     for (int i = 0; i < 3; ++i) amperes_[i] = ma[i] * 1e-3;
   } else {
     const std::size_t size = protocol_ == ArmProtocol::kHidV1 ? 9 : protocol_ == ArmProtocol::kHidV2 ? 15 : 65;
-    if (bytes.size() != size) return true;  // the board ignores what it does not understand
+    if (bytes.size() != size) return true;  // the board ignores unknown commands
     for (std::size_t i = 0; i < 3; ++i) {
       amperes_[static_cast<int>(i)] =
           1e-3 * static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[1 + 2 * i] | bytes[2 + 2 * i] << 8));

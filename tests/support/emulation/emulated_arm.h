@@ -1,5 +1,5 @@
-// A WoodenHaptics or Polhem board as its firmware behaves, in simulated time: lock-step reports, 16-bit counters, a
-// 0.5 s watchdog, no clamp on currents. And everything that can go wrong with it.
+// Emulates the firmware of a WoodenHaptics or Polhem board in simulated time: request-answer reports, 16-bit counters,
+// a watchdog of 0.5 s, no current limit. All possible errors can be injected.
 #pragma once
 
 #include <deque>
@@ -19,33 +19,33 @@ class EmulatedArm {
  public:
   EmulatedArm(SimTime& time, haptics::ArmProtocol protocol, haptics::Arm arm, std::uint32_t seed);
 
-  /// Where the hand holds the arm: angles of the bodies, by true time in seconds.
+  /// Angles of the bodies at which the hand holds the arm, by true time in seconds.
   std::function<dvec3(double)> hand;
-  /// Angles of the stylus' joints D, E, F; empty: as in the home position.
+  /// Angles of the stylus joints D, E, F; empty: as in the home position.
   std::function<dvec3(double)> stylus;
 
-  /// A link to it; more than one may live.
+  /// Creates a link to the board; several may exist.
   std::unique_ptr<haptics::Link> connect();
 
-  /// Chooses what the counters showed at power-on so that encoder i of a HID board wraps as the arm passes there.
+  /// Chooses the counter values at power-on so that encoder i of a HID board wraps when the arm passes `theta`.
   void wrap_at(int i, const dvec3& theta);
 
   dvec3 amperes() const { return amperes_; }
-  /// Force that the motors put on the hand now.
+  /// Present force of the motors on the hand.
   dvec3 force() const;
   dvec3 theta() const;
 
-  // What can go wrong, from now on or for the next report.
+  // Errors to inject, permanently or for the next reports.
   bool unplugged = false;
-  bool silent = false;  // no report whatever the host writes
+  bool silent = false;  // sends no report, whatever the host writes
   int short_reports = 0, merged_reports = 0, garbage_reports = 0;
-  int leaping_reports = 0;             // all encoders somewhere else
-  std::array<std::int64_t, 6> slip{};  // counts lost, for good
-  int error = 0;                       // text: the board's own error
+  int leaping_reports = 0;             // number of reports with a jump of all encoders
+  std::array<std::int64_t, 6> slip{};  // counts lost permanently
+  int error = 0;                       // text protocol: error code of the board
   bool refuses_writes = false;
-  bool watchdog = true;  // false: a firmware that never lets go, so that whatever does was the host's doing
+  bool watchdog = true;  // false: the motors never switch off by themselves, so that the host must do it
   bool button = false;
-  double chatter = 0;  // reports a second that it sends besides, without being asked
+  double chatter = 0;  // additional reports per second that it sends without request
 
  private:
   class Wire;
@@ -63,9 +63,9 @@ class EmulatedArm {
   dvec3 amperes_{0};
   Nanos last_command_ = 0;
   bool spoken_to_ = false;
-  std::int64_t power_on_;                          // what the counters showed in the home position
-  std::deque<std::vector<std::uint8_t>> unasked_;  // reports that nobody has read yet
-  double talked_ = 0;                              // reports of `chatter` that are due
+  std::int64_t power_on_;                          // counter values in the home position
+  std::deque<std::vector<std::uint8_t>> unasked_;  // reports that were not yet read
+  double talked_ = 0;                              // number of due reports of `chatter`
 };
 
 }  // namespace typodont::test

@@ -1,4 +1,4 @@
-// The Haply service as a state machine over bytes, so that it can live behind a simulated link or a real socket.
+// Emulates the Haply service as a state machine over bytes, for a simulated link or a real socket.
 #pragma once
 
 #include <functional>
@@ -10,16 +10,16 @@ namespace typodont::test {
 
 class HaplyService {
  public:
-  /// Bytes from the client in; bytes to the client out.
+  /// Takes bytes from the client and returns bytes for the client.
   std::string feed(const std::string& bytes);
-  /// A text frame as a server sends it, in `fragments` pieces.
+  /// A text frame of the server, in `fragments` pieces.
   static std::string frame(const std::string& text, int fragments = 1, std::uint8_t opcode = 1);
   std::string state_text() const;
 
   dvec3 position{0.01, 0.02, 0.03};  // m
   bool button = false;
-  dvec3 force{0};  // N, last commanded
-  int forces = 0;  // how many were
+  dvec3 force{0};  // N, last commanded force
+  int forces = 0;  // number of force commands
   int pongs = 0;
   bool open = false;
   std::string extra;  // sent before the next state, e.g. a ping

@@ -1,5 +1,4 @@
-// The clocks of a program under test, leaping when the test says so: standin_clock.cpp, preloaded, reads them from a
-// file.
+// Lets the clocks of a program under test jump: the preloaded standin_clock.cpp reads the offsets from a file.
 #pragma once
 
 #include <fcntl.h>
@@ -15,7 +14,7 @@
 
 namespace typodont::test {
 
-/// ns that the program's clocks differ from the machine's.
+/// ns, offsets of the program's clocks from the machine's.
 struct ClockOffsets {
   std::atomic<std::int64_t> wall{0}, monotonic{0};
 };
@@ -35,13 +34,13 @@ class LeapingClock {
   LeapingClock(const LeapingClock&) = delete;
   LeapingClock& operator=(const LeapingClock&) = delete;
 
-  /// What a shell puts before the program.
+  /// Environment variables to put in front of the program in a shell command.
   std::string environment(const std::string& library) const {
     return "TYPODONT_CLOCK_FILE=" + file_ + " LD_PRELOAD=" + library;
   }
-  /// Someone sets the time of day, s away from the truth.
+  /// Changes the time of day by s from the true one.
   void set_wall(double s) { offsets_->wall = from_seconds(s); }
-  /// The clock that everything is timed by leaps by s; time of day as well.
+  /// Makes the monotonic clock jump by s, and the time of day, too.
   void leap(double s) { offsets_->monotonic += from_seconds(s), offsets_->wall += from_seconds(s); }
 
  private:

@@ -14,7 +14,7 @@ namespace typodont::test {
 
 namespace {
 
-/// Angles that put the tip of a serial arm there, the elbow up: the law of cosines on the two links.
+/// Angles that put the tip of a serial arm at `tip` with the elbow up: the law of cosines for the two links.
 dvec3 angles_for(const haptics::Arm& arm, const dvec3& tip) {
   const dvec3 p = tip + arm.origin;
   const double r = std::hypot(p.x, p.y), w = p.z - arm.La, d2 = r * r + w * w, d = std::sqrt(d2);
@@ -47,7 +47,7 @@ void LiveBoard::plug_in() {
   char name[128];
   if (::openpty(&master, &slave, name, nullptr, nullptr) != 0) std::abort();
   master_ = haptics::Descriptor(master);
-  slave_ = haptics::Descriptor(slave);  // kept open, so that a program that closes it does not hang up the line
+  slave_ = haptics::Descriptor(slave);  // kept open, so that a program that closes it does not close the line
   std::error_code code;
   std::filesystem::remove(port_, code);
   std::filesystem::create_symlink(name, port_);
@@ -82,7 +82,7 @@ void LiveBoard::with(const std::function<void(EmulatedArm&)>& what) {
 }
 
 void LiveBoard::serve() {
-  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // firmware is never late
+  enter_realtime({.priority = 82, .core = -1, .lock_memory = false});  // the firmware must not be late
   std::string in;
   Nanos real = now() - time_.true_now();
   while (!ending_) {
@@ -101,7 +101,7 @@ void LiveBoard::serve() {
         wire_->write({reinterpret_cast<const std::uint8_t*>(in.data()), end + 1});
         ++lines_;
       }
-      n = wire_->read(report, 1'000'000);  // to the next of its milliseconds
+      n = wire_->read(report, 1'000'000);  // until the next simulated millisecond
       double most = 0;
       for (int i = 0; i < 3; ++i) most = std::max(most, std::abs(board_.amperes()[i]));
       current_ = most;
@@ -110,7 +110,7 @@ void LiveBoard::serve() {
     }
     if (n > 0) [[maybe_unused]]
       const ssize_t sent = ::write(master_.get(), report, static_cast<std::size_t>(n));
-    // A board that was kept waiting does not catch up: the hand would leap.
+    // A delayed board does not catch up, because the hand would jump.
     real = std::max(real, now() - time_.true_now() - 2'000'000);
     sleep_until(real + time_.true_now());
   }

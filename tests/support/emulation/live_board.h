@@ -1,5 +1,5 @@
-// A serial WoodenHaptics board in real time behind a pseudo terminal, for the whole program: the emulated firmware of
-// emulated_arm.h on a thread, with everything that can go wrong with it.
+// Emulates a serial WoodenHaptics board in real time behind a pseudo-terminal, for tests of the whole program: the
+// firmware of emulated_arm.h on a thread, with all its injectable errors.
 #pragma once
 
 #include <atomic>
@@ -16,7 +16,7 @@ namespace typodont::test {
 
 class LiveBoard {
  public:
-  /// `port`: a link that will point to the terminal, so that the board keeps its address when it is plugged in again.
+  /// `port`: a link to the terminal, so that the board keeps its address when it is reconnected.
   LiveBoard(std::filesystem::path port, haptics::Arm arm);
   ~LiveBoard();
   LiveBoard(const LiveBoard&) = delete;
@@ -24,29 +24,28 @@ class LiveBoard {
 
   void plug_in();
   void unplug();
-  /// The arm's tip, m in H, by seconds from now on (or since it was plugged in); at first it must rest at home(). Any
-  /// thread.
+  /// Moves the arm's tip: m in H, by seconds from now on (or since it was connected). It must start at rest at home().
+  /// Any thread.
   void hold(std::function<dvec3(double)> tip);
   dvec3 home() const;
-  /// Does something to the emulated board, between two of its milliseconds.
+  /// Calls `what` on the emulated board, between two of its milliseconds.
   void with(const std::function<void(EmulatedArm&)>& what);
 
-  double current() const { return current_.load(); }     // A, the largest of the motors'
-  std::uint64_t lines() const { return lines_.load(); }  // commands that came since it was plugged in
-  /// s, of the board's own clock: it stands still while this machine keeps the board waiting, and so does the hand that
-  /// holds the arm. What a test waits for it counts in these.
+  double current() const { return current_.load(); }     // A, the largest of the motors' currents
+  std::uint64_t lines() const { return lines_.load(); }  // number of commands since it was connected
+  /// s of the board's own clock. It stops while this machine delays the board, and so does the hand that holds the arm.
+  /// Tests measure waiting times with it.
   double time() const { return now_.load(); }
-  /// Waits until that has come to be, at most so long by the board's clock; false: it did not.
+  /// Waits until `what` is true, at most `seconds` of the board's clock; false if it did not happen.
   bool wait_for(const std::function<bool()>& what, double seconds = 60) const;
   void pass(double seconds) const {
     wait_for([] { return false; }, seconds);
   }
-  /// Whether the motors are let go, sooner or later. The firmware lets go by itself only where it is told to
-  /// (EmulatedArm::watchdog).
+  /// True once the motors are off. The firmware switches them off by itself only if EmulatedArm::watchdog is set.
   bool lets_go() const {
     return wait_for([this] { return current() == 0; });
   }
-  /// The largest current seen since the last call, A.
+  /// The largest current since the last call, A.
   double take_worst() { return worst_.exchange(0); }
 
  private:
@@ -59,7 +58,7 @@ class LiveBoard {
   EmulatedArm board_;
   std::unique_ptr<haptics::Link> wire_;
   std::function<dvec3(double)> tip_;
-  double began_ = 0;  // s, of the simulated time: when it was plugged in or last told how to move
+  double began_ = 0;  // s of simulated time at which it was connected or last got a motion
   haptics::Descriptor master_, slave_;
   std::atomic<double> current_{0}, worst_{0}, now_{0};
   std::atomic<std::uint64_t> lines_{0};

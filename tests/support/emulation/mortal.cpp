@@ -1,5 +1,5 @@
-// A program that presses with an arm and then dies as its argument says. Every force it sends is one byte on standard
-// output: 'F', or '0' for none. Its servo runs to the very end.
+// A program that presses with an arm and then ends in the way that its argument names. It writes one byte to standard
+// output per force: 'F', or '0' for no force. Its servo runs until the end.
 #include <signal.h>
 #include <unistd.h>
 
@@ -47,8 +47,9 @@ int main(int argc, char** argv) {
   const std::string death = argc > 1 ? argv[1] : "";
   auto device = std::make_unique<PipeDevice>();
   auto options = SafeDevice::options_for(device->info());
-  options.limits.silence = 10;                                    // the watchdog shall not be what saves us here
-  auto* const hand = new SafeDevice(std::move(device), options);  // never destroyed: nor shall that
+  options.limits.silence = 10;  // the watchdog must not be what ends the force here
+  // never destroyed, because its destructor must not end the force either
+  auto* const hand = new SafeDevice(std::move(device), options);
   std::thread([hand] {
     HandSample sample;
     for (;;) {

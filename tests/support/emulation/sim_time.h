@@ -1,4 +1,4 @@
-// Simulated time for tests of devices: it moves only when someone waits, and everyone who lives in it is told.
+// Simulated time for tests of devices: it advances only while someone waits, and notifies all registered objects.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@ namespace typodont::test {
 
 class SimTime {
  public:
-  static constexpr Nanos kStep = 100'000;  // ns: the finest thing seen
+  static constexpr Nanos kStep = 100'000;  // ns, time resolution
 
   Nanos now() const { return now_ + skew_; }
-  /// What everything but clocks sees: never steps.
+  /// True time, which never jumps.
   Nanos true_now() const { return now_; }
-  /// The clock jumps; nothing else happens.
+  /// Makes the clock jump without any other effect.
   void step_clock(Nanos by) { skew_ += by; }
 
   void advance(Nanos by) {

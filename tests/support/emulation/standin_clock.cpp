@@ -1,5 +1,5 @@
-// Preloaded into a program under test: its clocks are the machine's and so much more as leaping_clock.h's file says.
-// Waits until a moment of such a clock end when the machine's own would have.
+// Preloaded into a program under test: adds the offsets in leaping_clock.h's file to the machine's clocks. A wait until
+// a time of such a clock ends as it would without the offset.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>

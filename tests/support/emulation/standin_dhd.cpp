@@ -1,4 +1,4 @@
-// Stands in for Force Dimension's libdhd.so.3 in tests: the same C interface, no hardware.
+// Replaces Force Dimension's libdhd.so.3 in tests: the same C interface without hardware.
 #include <cstring>
 
 namespace {
@@ -41,7 +41,7 @@ int dhdGetPosition(double* x, double* y, double* z, char) {
   *x = place[0], *y = place[1], *z = place[2];
   return 0;
 }
-int dhdGetOrientationFrame(double R[3][3], char) {  // a quarter turn about z
+int dhdGetOrientationFrame(double R[3][3], char) {  // a rotation of 90° about z
   const double turn[3][3] = {{0, -1, 0}, {1, 0, 0}, {0, 0, 1}};
   std::memcpy(R, turn, sizeof turn);
   return broken ? -1 : 0;
@@ -59,7 +59,7 @@ int dhdSetWatchdog(unsigned char periods, char) {
   return 0;
 }
 const char* dhdGetSystemName(char) {
-  if (!is_open) return "";  // it must be open to tell
+  if (!is_open) return "";  // known only while it is open
   return "sigma.7 (stand-in)";
 }
 int dhdGetJointAngles(double* out, char) {

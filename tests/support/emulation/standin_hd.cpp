@@ -1,12 +1,12 @@
-// Stands in for 3D Systems' libHD.so in tests: the same C interface, two arms ("Default Device" and "Second") without
-// hardware, and one scheduler for both, which turns only when the test says so.
+// Replaces 3D Systems' libHD.so in tests: the same C interface with two arms ("Default Device" and "Second") without
+// hardware, and one scheduler for both, which advances only on request of the test.
 #include <cstring>
 
 namespace {
 
 constexpr unsigned int kArms = 2;
 double transform[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-double force[kArms + 1][3] = {};  // by handle; 0 is none
+double force[kArms + 1][3] = {};  // by handle; 0 is no device
 int buttons = 0;
 unsigned int error = 0, current = 0;
 bool output_enabled[kArms + 1] = {}, initialised[kArms + 1] = {}, running = false;
@@ -101,7 +101,7 @@ void standin_hd_press(int mask) {
 void standin_hd_fail(unsigned int code) {
   error = code;
 }
-// One turn of the scheduler. False when nothing is scheduled any more.
+// One turn of the scheduler. False if nothing is scheduled.
 bool standin_hd_step() {
   if (!running) return false;
   bool any = false;

@@ -1,4 +1,4 @@
-// Actions: what is bound, whether it may be, and the scripted hands behind it.
+// Actions: their bindings, the rules for them, and the scripted hands that provide their values.
 #include <algorithm>
 #include <cmath>
 
@@ -201,7 +201,7 @@ XRAPI_ATTR XrResult XRAPI_CALL sync(XrSession session, const XrActionsSyncInfo* 
   return s.synced ? XR_SUCCESS : XR_SESSION_NOT_FOCUSED;
 }
 
-/// The hand's key now; null when actions are not active.
+/// The present state of the hand; null if actions are not active.
 const HandKey* hand_now(int side) {
   const Runtime& r = runtime();
   const auto& keys = r.script.hands[static_cast<std::size_t>(side)];
@@ -212,7 +212,7 @@ const HandKey* hand_now(int side) {
   return last->tracked ? last : nullptr;
 }
 
-/// The scripted value behind an action of a hand; nothing when no binding of the current profile drives it.
+/// The scripted value of an action for a hand; nothing if no binding of the present profile provides it.
 bool value_of(XrAction action, int side, float& value) {
   const HandKey* key = hand_now(side);
   if (!key) return false;

@@ -1,4 +1,5 @@
-// How a loader and a runtime meet: from the OpenXR loader's specification (no package of Debian ships this header).
+// The interface between an OpenXR loader and a runtime, from the loader's specification (no Debian package contains
+// this header).
 #pragma once
 
 #include <openxr/openxr.h>

@@ -1,4 +1,4 @@
-// Instance, system, Vulkan, events: what there is before a session.
+// Instance, system, Vulkan and events: the functions that work without a session.
 #include "tests/support/xr_runtime/runtime.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 constexpr XrSystemId kSystem = 42;
 
 Runtime& slot() {
-  static Runtime* r = new Runtime;  // outlives every thread that hangs in a call
+  static Runtime* r = new Runtime;  // never destroyed, because a thread may hang in a call
   return *r;
 }
 
@@ -45,7 +45,7 @@ void log_line(const std::string& line) {
 
 XrTime time_now() {
   const auto since = std::chrono::steady_clock::now().time_since_epoch();
-  constexpr XrTime kOffset = 5'000'000'000;  // the runtime's clock is no other's
+  constexpr XrTime kOffset = 5'000'000'000;  // offset of the runtime's clock, which differs from every other clock
   return std::chrono::duration_cast<std::chrono::nanoseconds>(since).count() + kOffset;
 }
 
@@ -56,7 +56,7 @@ XrDuration period() {
 double frame_at(XrTime time) {
   const Session* s = runtime().session.get();
   if (!s || s->waited == 0) return 0;
-  // Frames are counted, whatever time they take: a script means the same on every machine.
+  // Time follows the number of frames, not their duration, so that a script has the same effect on every machine.
   return s->script_frame() +
          static_cast<double>(time - s->display_time) / static_cast<double>(std::max<XrDuration>(period(), 1));
 }
@@ -134,7 +134,7 @@ XrSession session_handle() {
   return reinterpret_cast<XrSession>(std::uintptr_t{0x42});
 }
 
-/// Down the ladder, as a compositor does: focused, visible, synchronized, stopping.
+/// Ends the states in order, as a compositor does: focused, visible, synchronized, stopping.
 void stop_session(Session& s) {
   if (s.state == XR_SESSION_STATE_FOCUSED) set_state(XR_SESSION_STATE_VISIBLE);
   if (s.state == XR_SESSION_STATE_VISIBLE) set_state(XR_SESSION_STATE_SYNCHRONIZED);
@@ -181,7 +181,7 @@ void fire(const ScriptEvent& e) {
     r.failing_call = e.call;
     r.failing_result = e.result ? static_cast<XrResult>(e.result) : XR_ERROR_RUNTIME_FAILURE;
   } else if (e.event == "recenter") {
-    // The new origin, as seen from the old one.
+    // Pose of the new origin relative to the old one.
     const XrPosef step = pose_of(e.pose);
     r.local = multiply(r.local, step);
     auto& change =
@@ -284,7 +284,7 @@ XRAPI_ATTR XrResult XRAPI_CALL create_instance(const XrInstanceCreateInfo* info,
   r.extensions = extensions;
   r.local = pose_of(script.local_origin);
   r.instance = true;
-  for (const ScriptEvent& e : script.events) {  // before there is a session, only calls can go wrong
+  for (const ScriptEvent& e : script.events) {  // without a session, only failures of calls are possible
     if (e.state != "CREATED") continue;
     (e.event == "stall" ? r.stall_call : r.failing_call) = e.call;
     r.stall_seconds = e.seconds;
@@ -322,7 +322,7 @@ XRAPI_ATTR XrResult XRAPI_CALL poll_event(XrInstance, XrEventDataBuffer* buffer)
     Session& s = *r.session;
     if (r.events.empty() && s.state == XR_SESSION_STATE_UNKNOWN) set_state(XR_SESSION_STATE_IDLE);
     if (r.events.empty()) fire_events();
-    // As if the headset were put on: only once the program has seen that nothing else is waiting.
+    // Acts as if the user put on the headset, but only after the program has seen that there are no other events.
     if (r.events.empty() && s.state == XR_SESSION_STATE_IDLE && !s.exiting && s.idle_polls > 0 && --s.idle_polls == 0)
       set_state(XR_SESSION_STATE_READY);
   }
@@ -422,7 +422,8 @@ XRAPI_ATTR XrResult XRAPI_CALL graphics_requirements(XrInstance, XrSystemId id,
   if (!typed(requirements, XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR, "xrGetVulkanGraphicsRequirements2KHR", "data"))
     return XR_ERROR_VALIDATION_FAILURE;
   requirements->minApiVersionSupported = XR_MAKE_VERSION(1, 0, 0);
-  requirements->maxApiVersionSupported = XR_MAKE_VERSION(1, 2, 0);  // tested up to there: a hint, not a limit
+  // the highest tested version: information, not a limit
+  requirements->maxApiVersionSupported = XR_MAKE_VERSION(1, 2, 0);
   runtime().requirements_asked = true;
   return XR_SUCCESS;
 }
@@ -434,7 +435,7 @@ XRAPI_ATTR XrResult XRAPI_CALL create_vulkan_instance(XrInstance, const XrVulkan
     return XR_ERROR_VALIDATION_FAILURE;
   if (!runtime().requirements_asked)
     return violation(XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING, "xrCreateVulkanInstanceKHR: requirements not asked");
-  // As runtimes do: with extensions of its own beside the program's.
+  // Adds the runtime's own extensions to the program's, as real runtimes do.
   VkInstanceCreateInfo mine = *info->vulkanCreateInfo;
   std::vector<const char*> names(mine.ppEnabledExtensionNames,
                                  mine.ppEnabledExtensionNames + mine.enabledExtensionCount);

@@ -1,5 +1,5 @@
-// An OpenXR runtime for tests: no headset, no compositor, but every rule of the specification that a program can break
-// is checked and written into a log. The real loader opens it through XR_RUNTIME_JSON; what it pretends is a script
+// An OpenXR runtime for tests, without headset and compositor. It checks every rule of the specification that a program
+// can violate, and logs violations. The real loader opens it through XR_RUNTIME_JSON; its behaviour is a script
 // (TYPODONT_XR_SCRIPT, see README.md). One instance and one session at a time.
 #pragma once
 
@@ -29,17 +29,17 @@ struct Swapchain {
   std::vector<VkDeviceMemory> memory;
   bool depth = false;
   std::deque<std::uint32_t> acquired;  // oldest first
-  bool waited = false;                 // the oldest of them
+  bool waited = false;                 // the program has waited for the oldest one
   std::uint32_t next = 0;
   int last_released = -1;
-  std::uint64_t released_in = 0;  // frame
+  std::uint64_t released_in = 0;  // number of the frame
 };
 
 struct Space {
   enum class Kind { kView, kLocal, kStage, kAction } kind = Kind::kLocal;
   XrPosef pose{{0, 0, 0, 1}, {0, 0, 0}};
-  int hand = 0;      // of an action space
-  bool aim = false;  // else the grip
+  int hand = 0;      // side, for an action space
+  bool aim = false;  // the aim pose, otherwise the grip pose
   XrAction action = XR_NULL_HANDLE;
 };
 
@@ -56,7 +56,7 @@ struct ActionSet {
   bool attached = false;
 };
 
-/// One session's life.
+/// State of one session.
 struct Session {
   VkDevice device = VK_NULL_HANDLE;
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -66,17 +66,17 @@ struct Session {
   XrSessionState state = XR_SESSION_STATE_UNKNOWN;
   bool running = false;
   bool lost = false;
-  bool exiting = false;                            // after STOPPING comes EXITING
-  std::int64_t idle_polls = -1;                    // polls until READY comes (again); −1: never
-  std::uint64_t waited = 0, begun = 0, ended = 0;  // frames
-  std::uint64_t first_of_run = 0;                  // waited when the session began to run
+  bool exiting = false;                            // EXITING follows STOPPING
+  std::int64_t idle_polls = -1;                    // polls until READY follows; −1: never
+  std::uint64_t waited = 0, begun = 0, ended = 0;  // numbers of frames
+  std::uint64_t first_of_run = 0;                  // value of `waited` when the session began to run
   XrTime display_time = 0;
   std::array<XrTime, 2> begun_time{};
-  std::set<std::size_t> fired;                  // events of the script
-  std::int64_t no_render = 0, unlocatable = 0;  // frames left
-  bool synced = false;                          // actions, since the last focus
+  std::set<std::size_t> fired;                  // indices of the script's events that have occurred
+  std::int64_t no_render = 0, unlocatable = 0;  // numbers of remaining frames with this effect
+  bool synced = false;                          // actions were synchronised since the session got the focus
   XrTime last_wait = 0;
-  std::uint64_t skipped = 0;  // frames that went by in real time while the program was busy
+  std::uint64_t skipped = 0;  // frames that were skipped because the program was busy
   double script_frame() const { return static_cast<double>(waited + skipped); }
 };
 
@@ -91,13 +91,13 @@ struct Runtime {
   std::map<XrSpace, std::unique_ptr<Space>> spaces;
   std::map<XrAction, std::unique_ptr<Action>> actions;
   std::map<XrActionSet, std::unique_ptr<ActionSet>> sets;
-  std::map<std::string, std::vector<XrActionSuggestedBinding>> suggested;  // by profile
+  std::map<std::string, std::vector<XrActionSuggestedBinding>> suggested;  // by interaction profile
   std::set<std::uint64_t> passthroughs, passthrough_layers;
   std::deque<XrEventDataBuffer> events;
   VkInstance vk_instance = VK_NULL_HANDLE;
   VkPhysicalDevice vk_physical = VK_NULL_HANDLE;
   VkDevice vk_device = VK_NULL_HANDLE;
-  XrPosef local{{0, 0, 0, 1}, {0, 0, 0}};  // LOCAL as seen from STAGE
+  XrPosef local{{0, 0, 0, 1}, {0, 0, 0}};  // pose of LOCAL relative to STAGE
   std::uint64_t next_handle = 0x1000;
   std::uint64_t haptics = 0;
   std::string stall_call, failing_call;
@@ -117,16 +117,16 @@ template <class... A>
 void log(fmt::format_string<A...> format, A&&... a) {
   log_line(fmt::format(format, std::forward<A>(a)...));
 }
-/// A rule was broken: tests fail on these lines.
+/// Logs a violated rule; tests fail if there is such a line.
 template <class... A>
 XrResult violation(XrResult result, fmt::format_string<A...> format, A&&... a) {
   log_line("violation: " + fmt::format(format, std::forward<A>(a)...));
   return result;
 }
 
-/// What every call begins with: the instance, the script's stalls and failures.
+/// Called at the beginning of every call: checks the instance, and applies the script's stalls and failures.
 XrResult enter(const char* call, bool needs_instance = true);
-/// The same for calls on a session.
+/// The same for calls that need a session.
 XrResult enter_session(const char* call, XrSession session, bool destroys = false);
 
 template <class T>
@@ -135,7 +135,7 @@ bool typed(const T* data, XrStructureType type, const char* call, const char* wh
   violation(XR_ERROR_VALIDATION_FAILURE, "{}: {} {}", call, what, data ? "has another type" : "is null");
   return false;
 }
-/// The two-call idiom.
+/// OpenXR's two-call idiom.
 template <class T, class From>
 XrResult give(const std::vector<From>& from, std::uint32_t capacity, std::uint32_t* count, T* to, const char* call) {
   if (!count) return violation(XR_ERROR_VALIDATION_FAILURE, "{}: no place for the count", call);
@@ -150,28 +150,28 @@ XrResult give(const std::vector<From>& from, std::uint32_t capacity, std::uint32
 
 XrTime time_now();
 XrDuration period();
-/// Frames since the start, with fraction, at a time.
+/// Number of frames since the start at a time, with fraction.
 double frame_at(XrTime time);
 
 void set_state(XrSessionState state);
-/// Fires the script's events that are due in this frame or state.
+/// Triggers the script's events that are due in this frame or state.
 void fire_events();
 std::string path_text(XrPath path);
 XrPath path_number(const std::string& text);
 
-// session.cpp, swapchain.cpp, input.cpp: their functions by name; null when unknown there.
+// Functions of session.cpp, swapchain.cpp and input.cpp by name; null if unknown there.
 PFN_xrVoidFunction session_function(const std::string& name);
 PFN_xrVoidFunction swapchain_function(const std::string& name);
 PFN_xrVoidFunction input_function(const std::string& name);
 
-/// Writes what a projection layer shows as PNG (and its depth as floats) when the script asks for this frame.
+/// Writes the picture of a projection layer as PNG (and its depth as floats) if the script requests this frame.
 void capture(std::uint64_t frame, const XrCompositionLayerProjection& layer);
-/// Checks one view's picture; depth: of the depth layer.
+/// Checks the picture of one view; `depth`: it belongs to the depth layer.
 bool check_sub_image(const XrSwapchainSubImage& image, bool depth, const char* what);
 bool is_unit(const XrQuaternionf& q);
 XrPosef multiply(const XrPosef& a, const XrPosef& b);
 XrPosef invert(const XrPosef& a);
-/// A space in the stage at a time; false when it is not located.
+/// Pose of a space in the stage at a time; false if it is not located.
 bool locate(const Space& space, XrTime time, XrPosef& pose);
 void destroy_swapchains();
 

@@ -1,4 +1,4 @@
-// What the test runtime pretends: a JSON file named by TYPODONT_XR_SCRIPT. Anything left out has a plain default.
+// The behaviour of the test runtime: a JSON file named by TYPODONT_XR_SCRIPT. Every omitted value has a default.
 #pragma once
 
 #include <array>
@@ -23,21 +23,21 @@ struct HandKey {
   ScriptPose pose;
   double trigger = 0;
   bool tracked = true;
-  std::vector<std::string> buttons;  // last parts of the input paths that are pressed, e.g. "a/click"
+  std::vector<std::string> buttons;  // last parts of the input paths of pressed buttons, e.g. "a/click"
 };
 
 struct ScriptView {
-  ScriptPose pose;                                  // the eye in the head
+  ScriptPose pose;                                  // pose of the eye relative to the head
   std::array<double, 4> fov{-0.8, 0.8, 0.8, -0.8};  // left, right, up, down, rad
 };
 
 struct ScriptEvent {
-  double frame = -1;            // before this frame is waited for …
-  std::int64_t vibrations = 0;  // … and not before the program has sent so many to a hand, however long that takes, …
-  std::string state;            // … or when the session has come to this state
+  double frame = -1;            // occurs before the program waits for this frame
+  std::int64_t vibrations = 0;  // and only after the program has sent this number of vibrations to a hand
+  std::string state;            // or when the session has reached this state
   std::string event;
   double seconds = 0;
-  std::string call;  // for stall and fail
+  std::string call;  // name of the call, for stall and fail
   std::int64_t result = 0;
   ScriptPose pose;
   bool pose_valid = true;
@@ -45,7 +45,7 @@ struct ScriptEvent {
 };
 
 struct Script {
-  std::string log, out;  // a file, a folder
+  std::string log, out;  // a file and a folder
   bool headset = true, asleep = false, paced = false;
   std::vector<std::string> extensions;
   std::vector<std::string> blend_modes{"opaque"};
@@ -55,20 +55,20 @@ struct Script {
   std::array<std::int64_t, 2> view_size{320, 256};
   std::int64_t images = 3;
   double period = 1.0 / 90;     // s
-  double prediction_error = 0;  // m: how far wrong the head is as long as a time lies ahead
+  double prediction_error = 0;  // m, error of the predicted head position for times in the future
   std::string profile = "/interaction_profiles/khr/simple_controller";
-  ScriptPose local_origin;  // LOCAL as seen from STAGE
+  ScriptPose local_origin;  // pose of LOCAL relative to STAGE
   std::array<ScriptView, 2> views{{{{{-0.032, 0, 0}, {1, 0, 0, 0}}}, {{{0.032, 0, 0}, {1, 0, 0, 0}}}}};
   std::vector<HeadKey> head{{0, {{0, 1.5, 0}, {1, 0, 0, 0}}}};
   std::array<std::vector<HandKey>, 2> hands;  // left, right
   std::vector<ScriptEvent> events;
-  std::vector<std::int64_t> capture;        // frames
-  std::vector<std::array<double, 2>> mask;  // triangles of the hidden area at z = −1, both eyes alike
+  std::vector<std::int64_t> capture;        // numbers of the frames to capture
+  std::vector<std::array<double, 2>> mask;  // triangles of the hidden area at z = −1, the same for both eyes
 };
 
-/// Throws std::runtime_error with what is wrong.
+/// Throws std::runtime_error with a description of the error.
 Script read_script(const std::string& file);
-/// Everything the runtime knows how to offer.
+/// All extensions that the runtime can offer.
 const std::vector<std::string>& all_extensions();
 
 }  // namespace typodont::test::xr

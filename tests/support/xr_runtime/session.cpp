@@ -1,4 +1,4 @@
-// Session, spaces, frames: the order of calls is what is looked at most.
+// Sessions, spaces, frames. Mainly checks the order of calls.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -51,7 +51,7 @@ XrPosef head_at(XrTime time) {
   const HeadKey* next = nullptr;
   const auto [last, share] = between(r.script.head, frame_at(time), &next);
   XrPosef pose = blend(last->pose, next->pose, share);
-  // What lies ahead is foreseen wrongly by this much; looked back on, it is known.
+  // A predicted pose has this error; a past pose is exact.
   if (r.session && time >= r.session->display_time) pose.position.x += static_cast<float>(r.script.prediction_error);
   return pose;
 }
@@ -99,7 +99,7 @@ XRAPI_ATTR XrResult XRAPI_CALL begin_session(XrSession session, const XrSessionB
   Session& s = *runtime().session;
   if (!typed(info, XR_TYPE_SESSION_BEGIN_INFO, "xrBeginSession", "info")) return XR_ERROR_VALIDATION_FAILURE;
   if (s.running) return violation(XR_ERROR_SESSION_RUNNING, "xrBeginSession: it runs");
-  // A script may have taken the state away between the event and this call: an error, but not the program's.
+  // A script may have changed the state between the event and this call: return an error, but do not log a violation.
   if (s.state != XR_SESSION_STATE_READY) {
     log("xrBeginSession: not ready");
     return XR_ERROR_SESSION_NOT_READY;
@@ -116,7 +116,8 @@ XRAPI_ATTR XrResult XRAPI_CALL end_session(XrSession session) {
   if (const XrResult refused = enter_session("xrEndSession", session)) return refused;
   Session& s = *runtime().session;
   if (!s.running) return violation(XR_ERROR_SESSION_NOT_RUNNING, "xrEndSession: it does not run");
-  if (s.state == XR_SESSION_STATE_LOSS_PENDING) return XR_ERROR_SESSION_NOT_STOPPING;  // it came in between
+  // the state changed in the meantime
+  if (s.state == XR_SESSION_STATE_LOSS_PENDING) return XR_ERROR_SESSION_NOT_STOPPING;
   if (s.state != XR_SESSION_STATE_STOPPING)
     return violation(XR_ERROR_SESSION_NOT_STOPPING, "xrEndSession: not stopping");
   s.running = false;
@@ -186,7 +187,7 @@ XRAPI_ATTR XrResult XRAPI_CALL destroy_space(XrSpace space) {
 constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT |
     XR_SPACE_LOCATION_ORIENTATION_TRACKED_BIT | XR_SPACE_LOCATION_POSITION_TRACKED_BIT;
-constexpr XrTime kHistory = 400'000'000;  // ns a runtime remembers; at least 50 ms
+constexpr XrTime kHistory = 400'000'000;  // ns of pose history; the specification requires at least 50 ms
 
 XRAPI_ATTR XrResult XRAPI_CALL locate_space(XrSpace space, XrSpace base, XrTime time, XrSpaceLocation* location) {
   if (const XrResult refused = enter("xrLocateSpace")) return refused;
@@ -201,7 +202,7 @@ XRAPI_ATTR XrResult XRAPI_CALL locate_space(XrSpace space, XrSpace base, XrTime 
   XrPosef pose_a, pose_b;
   if (time < r.session->display_time - kHistory || r.session->unlocatable > 0 || !locate(*a->second, time, pose_a) ||
       !locate(*b->second, time, pose_b)) {
-    // Nobody may look at a pose that is not valid.
+    // An invalid pose is filled with NaN, to detect its use.
     location->pose = {{NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return XR_SUCCESS;
   }
@@ -368,7 +369,7 @@ XRAPI_ATTR XrResult XRAPI_CALL end_frame(XrSession session, const XrFrameEndInfo
     }
   }
   log("frame {}{} {}", frame, shown.empty() ? " empty" : shown, blend);
-  // The session climbs while frames come.
+  // The session's state advances while frames are submitted.
   if (s.state == XR_SESSION_STATE_READY)
     set_state(XR_SESSION_STATE_SYNCHRONIZED);
   else if (s.state == XR_SESSION_STATE_SYNCHRONIZED && frame == s.first_of_run + 2)
@@ -378,7 +379,7 @@ XRAPI_ATTR XrResult XRAPI_CALL end_frame(XrSession session, const XrFrameEndInfo
   return XR_SUCCESS;
 }
 
-// --- what extensions add
+// --- functions of extensions
 
 XRAPI_ATTR XrResult XRAPI_CALL visibility_mask(XrSession session, XrViewConfigurationType, std::uint32_t view,
                                                XrVisibilityMaskTypeKHR type, XrVisibilityMaskKHR* mask) {

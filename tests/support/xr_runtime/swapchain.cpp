@@ -1,4 +1,4 @@
-// Swapchains as Vulkan images on the program's device, and what was drawn into them as PNG.
+// Swapchains as Vulkan images on the program's device, and export of their content as PNG.
 #include <png.h>
 
 #include <algorithm>
@@ -222,7 +222,7 @@ XRAPI_ATTR XrResult XRAPI_CALL release(XrSwapchain handle, const XrSwapchainImag
   return XR_SUCCESS;
 }
 
-/// Four bytes a pixel, as they lie in memory.
+/// Reads four bytes per pixel as stored in memory.
 std::vector<std::uint8_t> read(const Swapchain& s, std::uint32_t layer, const XrRect2Di& rect) {
   Session& session = *runtime().session;
   const VkDeviceSize bytes =

@@ -1,4 +1,4 @@
-#include "haptics/devices/keeper.h"
+#include "haptics/devices/watchdog_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -20,7 +20,7 @@ namespace typodont::haptics {
 namespace {
 
 struct Zero {
-  std::array<std::uint8_t, 320> bytes{};  // the longest is a frame to a WebSocket service
+  std::array<std::uint8_t, 320> bytes{};  // large enough for a frame to a WebSocket service
   std::size_t size = 0;
 };
 
@@ -32,7 +32,7 @@ Nanos monotonic() noexcept {
 
 }  // namespace
 
-Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
+WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero) {
   Zero command;
   if (descriptor < 0 || zero.size() > command.bytes.size()) return;
   std::copy(zero.begin(), zero.end(), command.bytes.begin());
@@ -49,35 +49,35 @@ Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
     return;
   }
 
-  // The child. The parent may have threads: nothing but system calls from here on.
-  ::setsid();  // Ctrl-C and Ctrl-Z of the parent's terminal are not for us
+  // In the child. The parent may have threads, so only system calls are allowed from here on.
+  ::setsid();  // protects from Ctrl-C and Ctrl-Z of the parent's terminal
   ::prctl(PR_SET_NAME, "typodont-keeper");
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  // Of everything that was open, only the device, the pipe and nothing else: the parent's files close when it ends.
+  // Close all descriptors except those of the device and the pipe, so that the parent's files really close when it
+  // ends.
   const int low = std::min(descriptor, ends[0]), high = std::max(descriptor, ends[0]);
   if (low > 0) ::close_range(0, static_cast<unsigned>(low - 1), 0);
   if (high > low + 1) ::close_range(static_cast<unsigned>(low + 1), static_cast<unsigned>(high - 1), 0);
   ::close_range(static_cast<unsigned>(high + 1), ~0u, 0);
   sched_param priority{};
   priority.sched_priority = 85;
-  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // where it is allowed
+  ::sched_setscheduler(0, SCHED_FIFO, &priority);  // fails silently without permission
 
-  Nanos silent_since = -1;  // the last write of a parent that was found silent
+  Nanos silent_since = -1;  // time of the last write of a parent that stopped writing
   for (;;) {
     pollfd parent{ends[0], POLLIN, 0};
     const bool force = shared_->force_out.load(std::memory_order_acquire);
     const int ready = ::poll(&parent, 1, force ? 2 : 10);
     if (ready < 0 && errno == EINTR) continue;
-    if (ready != 0) break;  // the parent is gone, or has closed the device
+    if (ready != 0) break;  // the parent has ended or has closed the device
     const Nanos last = shared_->last_write.load(std::memory_order_relaxed);
     if (!force || monotonic() - last < kSilence || last == silent_since) continue;
     silent_since = last;
     [[maybe_unused]] const auto n = ::write(descriptor, command.bytes.data(), command.size);
   }
-  // A parent that ended in order has sent zero itself. Twice more does no harm; a full queue may have refused the
-  // first.
+  // A parent that ended normally has sent zero itself; repeating is harmless. A full queue may refuse the first write.
   for (int i = 0; i < 3; ++i) {
     if (::write(descriptor, command.bytes.data(), command.size) == static_cast<ssize_t>(command.size) && i > 0) break;
     const timespec pause{0, 1'000'000};
@@ -86,7 +86,7 @@ Keeper::Keeper(int descriptor, std::span<const std::uint8_t> zero) {
   ::_exit(0);
 }
 
-Keeper::~Keeper() {
+WatchdogProcess::~WatchdogProcess() {
   if (alive_ >= 0) ::close(alive_);
   if (child_ > 0) {
     while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
