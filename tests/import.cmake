@@ -2,7 +2,7 @@ typodont_test(unit_import KIND unit SOURCES unit/import_files_test.cpp unit/impo
 if(TARGET typodont_gdcm)
   typodont_test(unit_dicom KIND unit SOURCES unit/import_dicom_test.cpp LIBS typodont_import typodont_gdcm ZLIB::ZLIB)
 endif()
-typodont_test(property_import KIND property SOURCES property/import_phantom_test.cpp LIBS typodont_import)
+typodont_test(property_import KIND property SOURCES property/import_phantom_test.cpp property/import_jaw_test.cpp LIBS typodont_import)
 typodont_test(stress_import KIND stress SOURCES stress/import_garbage_test.cpp LIBS typodont_import ZLIB::ZLIB)
 if(TARGET typodont_gdcm)
   target_compile_definitions(stress_import PRIVATE TYPODONT_DICOM)
