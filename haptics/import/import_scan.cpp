@@ -160,15 +160,17 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     // surface of a result on another grid; of the result while it is made.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
+    constexpr double kJaw = 110;  // of the blocks near the body, for the labels of a jaw: counted, not measured
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));
     const bool same_grid = std::abs(voxel / working - 1) < kRounding;
     const double placed = same_grid ? 0 : kPlaced * near * std::pow(working / voxel, 3);
-    const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness ? 1 : 0)) *
+    const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness || jaw ? 1 : 0)) *
                         voxels(extent + 2 * options.band + 4 * voxel, voxel);
+    const double labels = jaw ? kJaw * near : 0;
     require_memory(kResidue + std::max({kRead * read_voxels, kBox * box + kSegmented * near,
-                                        kBox * box + kKept * near + placed + made}),
+                                        kBox * box + kKept * near + labels, kBox * box + kKept * near + placed + made}),
                    options, report);
   }
   progress(0.2);
@@ -186,7 +188,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
 
   std::optional<JawLabels> labels;
   if (jaw) {
-    labels = label_jaw(grey, s, jaw_greys, levels.noise, working);
+    labels = label_jaw(grey, s, jaw_greys, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
     for (JawCanal& canal : labels->report.canals) {
       for (dvec3& c : canal.centre) c = origin + working * c;
     }
@@ -220,7 +222,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (options.greys) result.grey.resize(out.distance.size());
-  if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
+  if (options.hardness || jaw) out.hardness.assign(out.distance.size(), kOwnHardness);
   const double reach = kLabelReach * scale;
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
@@ -243,7 +245,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
           const Tissue t = labels->tissue[glm::ivec3(near)];
           out.tissue[i] = t == Tissue::kAir ? Tissue::kCancellousBone : t;
           const bool bone = t == Tissue::kCorticalBone || t == Tissue::kCancellousBone;
-          if (options.hardness && bone) {
+          if (bone) {
             const double own = t == Tissue::kCorticalBone ? jaw_greys.hard : jaw_greys.cancellous;
             out.hardness[i] = hardness_byte((sample(s.grey, p) - jaw_greys.soft) / (own - jaw_greys.soft));
           }

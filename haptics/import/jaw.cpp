@@ -32,7 +32,8 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 // walk from it meets a tooth's crown before it meets bone. Steps through dim samples (the ligament, where the blur
 // leaves it bright enough to count at all) are improbable. Solved by conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
-                                const SparseMask& bone, const JawGreys& greys) {
+                                const SparseMask& bone, const JawGreys& greys,
+                                const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
   std::vector<std::size_t> sample_of;  // of the unknowns
   Sparse<std::int32_t> unknown(grey.set, -1, -1);
@@ -91,6 +92,8 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const double enough = 1e-10 * rz;
   constexpr int kMostSteps = 2000;
   for (int step = 0; step < kMostSteps && rz > enough; ++step) {
+    constexpr int kToldEvery = 16, kUsualSteps = 400;
+    if (step % kToldEvery == 0) progress(std::min(1.0, static_cast<double>(step) / kUsualSteps));
     times(d, ad);
     const double alpha = rz / std::inner_product(d.begin(), d.end(), ad.begin(), 0.0);
     for (std::size_t k = 0; k < n; ++k) x[k] += alpha * d[k], r[k] -= alpha * ad[k];
@@ -320,7 +323,8 @@ double noise_of(const Grid<float>& scan) {
   return 1.4826 / std::sqrt(2.0) * static_cast<double>(*middle);
 }
 
-JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel) {
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
+                    const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   // Less noise, and thin layers (pulp, ligament, the wall of a canal) as wide as they were before the blur.
   constexpr double kSmooth = 0.8;  // voxels
@@ -350,7 +354,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask bone_seed =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && !crown.v[i] && to_marrow.v[i] <= 6.25F; });
-  const Sparse<float> probability = tooth_probability(grey, bright, crown, bone_seed, greys);
+  const Sparse<float> probability =
+      tooth_probability(grey, bright, crown, bone_seed, greys, [&](double done) { progress(0.2 + 0.5 * done); });
 
   // Teeth with their cavities: what the surround reaches only through gaps of a sample is inside.
   const SparseMask tooth =
@@ -363,6 +368,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
   // Canals in the bone that is left.
+  progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
   });

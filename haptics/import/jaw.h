@@ -1,6 +1,9 @@
 // Labels of a jaw in a cone beam CT: bone, teeth, nerve canal, metal.
 #pragma once
 
+#include <functional>
+#include <optional>
+
 #include "haptics/import/import.h"
 #include "haptics/import/segment.h"
 
@@ -31,6 +34,8 @@ struct JawLabels {
 };
 
 /// `scan`: the greys that were segmented. `noise`: their standard deviation. `voxel`: m.
-JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel);
+/// `progress`: 0..1, may throw.
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
+                    const std::function<void(double)>& progress);
 
 }  // namespace typodont::haptics::importing

@@ -131,7 +131,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     total += mm3;
   }
   j["volume_mm3"]["total"] = total;
-  for (int t = 0; t < kTissueCount && !a.hardness.empty(); ++t) {
+  for (int t = 0; t < kTissueCount && (r.jaw || !a.hardness.empty()); ++t) {
     const double mean = r.hardness[static_cast<std::size_t>(t)];
     if (mean > 0) j["mean_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
   }
@@ -209,8 +209,9 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
                          r.hi.z / kMillimetre));
   for (int t = 0; t < kTissueCount; ++t) {
     const double mm3 = r.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
-    const std::string hardness =
-        a.hardness.empty() ? "" : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
+    const std::string hardness = a.hardness.empty() && !r.jaw
+                                     ? ""
+                                     : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
     const std::string doubt =
         r.jaw ? fmt::format(" ± {:.1f}", r.jaw->volume_doubt[static_cast<std::size_t>(t)] / kCubicMillimetre) : "";
     if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, doubt, hardness));
@@ -318,6 +319,8 @@ void add_import_command(cli::Command& app) {
     command->refuse_without({"--unit-mm"}, mesh || !a->parts.empty(),
                             fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--crown-mm"}, a->preset == "arch", "--preset arch");
+    command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
+                            "--preset tooth or bone: a jaw's greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--spacing-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
                             !mesh && a->parts.empty(), "a scan");
