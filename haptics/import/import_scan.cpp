@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
+#include "haptics/import/jaw.h"
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
 #include "haptics/import/segment.h"
@@ -98,7 +99,20 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   // What is tissue, roughly: enough to know the greys and to cut the body out.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, 0.8);
-  const Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
+  Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
+  const bool jaw = options.preset == ImportPreset::kJaw;
+  JawGreys jaw_greys;
+  if (jaw) {
+    if (!levels.hounsfield)
+      throw Error(file.string(), "greys", "a scale that is not known",
+                  "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
+    jaw_greys = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
+    levels.noise = noise_of(scan.grey);
+    // The surface lies half way up to whatever tissue is there, from cancellous bone to metal.
+    levels.soft = jaw_greys.cancellous;
+    levels.dense = jaw_greys.metal.value_or(jaw_greys.enamel);
+    if (!jaw_greys.has_enamel) report.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
+  }
   Mask solid(smooth.size, 0);
   const auto surface = static_cast<float>(levels.surface());
   for_each_slab(solid.size.x, [&](int x) {
@@ -146,15 +160,17 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     // surface of a result on another grid; of the result while it is made.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
+    constexpr double kJaw = 110;  // of the blocks near the body, for the labels of a jaw: counted, not measured
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));
     const bool same_grid = std::abs(voxel / working - 1) < kRounding;
     const double placed = same_grid ? 0 : kPlaced * near * std::pow(working / voxel, 3);
-    const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness ? 1 : 0)) *
+    const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness || jaw ? 1 : 0)) *
                         voxels(extent + 2 * options.band + 4 * voxel, voxel);
+    const double labels = jaw ? kJaw * near : 0;
     require_memory(kResidue + std::max({kRead * read_voxels, kBox * box + kSegmented * near,
-                                        kBox * box + kKept * near + placed + made}),
+                                        kBox * box + kKept * near + labels, kBox * box + kKept * near + placed + made}),
                    options, report);
   }
   progress(0.2);
@@ -169,6 +185,15 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   scan.grey = Grid<float>();
   Segmentation s = segment(grey, levels, working, options.preset, same_grid ? std::optional(band) : std::nullopt,
                            [&](double done) { progress(0.2 + 0.5 * done); });
+
+  std::optional<JawLabels> labels;
+  if (jaw) {
+    labels = label_jaw(grey, s, jaw_greys, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
+    for (JawCanal& canal : labels->report.canals) {
+      for (dvec3& c : canal.centre) c = origin + working * c;
+    }
+    report.jaw = std::move(labels->report);
+  }
 
   // The result's grid shares a sample with the working grid.
   glm::ivec3 first = grey.size, last(0);
@@ -197,7 +222,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
   if (options.greys) result.grey.resize(out.distance.size());
-  if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
+  if (options.hardness || jaw) out.hardness.assign(out.distance.size(), kOwnHardness);
   const double reach = kLabelReach * scale;
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
@@ -214,6 +239,17 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
           const dvec3 c(field.closest[at]);
           const double away = glm::length(q - c);
           p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
+        }
+        if (labels) {
+          const dvec3 near = glm::clamp(glm::round(p), dvec3(0), dvec3(grey.size - 1));
+          const Tissue t = labels->tissue[glm::ivec3(near)];
+          out.tissue[i] = t == Tissue::kAir ? Tissue::kCancellousBone : t;
+          const bool bone = t == Tissue::kCorticalBone || t == Tissue::kCancellousBone;
+          if (bone) {
+            const double own = t == Tissue::kCorticalBone ? jaw_greys.hard : jaw_greys.cancellous;
+            out.hardness[i] = hardness_byte((sample(s.grey, p) - jaw_greys.soft) / (own - jaw_greys.soft));
+          }
+          continue;
         }
         const bool in_cavity = sample(s.cavity, p) > 0, is_dense = !in_cavity && sample(s.dense, p) > 0;
         out.tissue[i] = in_cavity ? cavity : is_dense ? dense : soft;

@@ -258,7 +258,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
-  else if (options.preset == ImportPreset::kBone && !options.surface_grey)
+  else if (options.preset != ImportPreset::kTooth && !options.surface_grey)
     hounsfield = hounsfield_of(peaks, *lo, *hi);
 
   levels.outside = middle;
@@ -284,8 +284,9 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   });
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.mass > b.mass; });
   if (tissues.size() > 2) {
-    notes.push_back(
-        fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
+    if (options.preset != ImportPreset::kJaw)
+      notes.push_back(
+          fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
     tissues.resize(2);
   }
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
@@ -301,9 +302,9 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
           fmt::format("bone, in Hounsfield units plus {:g}; --hounsfield OFFSET says otherwise", hounsfield->offset));
     }
     notes.push_back(
-        fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0, cortical bone above 850 (Misch "
-                    "D1 and D2)",
-                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by));
+        fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0{}",
+                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by,
+                    options.preset == ImportPreset::kBone ? ", cortical bone above 850 (Misch D1 and D2)" : ""));
   } else if (!options.surface_grey && tissues.empty()) {
     throw Error(file.string(), "greys", fmt::format("no tissue brighter than the surround ({:.6g})", levels.outside),
                 "one or two hills of tissue in the histogram, or --thresholds");
@@ -311,6 +312,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     levels.soft = tissues[0].level;
   }
   use_thresholds(file, peaks, options, *hi, levels);
+  if (hounsfield) levels.hounsfield = hounsfield->offset;
   levels.fixed_surround = options.surface_grey.has_value() || hounsfield.has_value();
   levels.fixed_dense = options.dense_grey.has_value() || hounsfield.has_value();
   if (options.dense_grey) return levels;
