@@ -20,9 +20,10 @@ class LeafFront {
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    float due = kNow;      // path length, voxels, after which the leaf must be examined again
-    Leaf* leaf = nullptr;  // once it has been examined
-    Kept* kept = nullptr;  // in the current stroke, if there is one
+    float due = kNow;          // path length, voxels, after which the leaf must be examined again
+    Leaf* leaf = nullptr;      // once it has been examined
+    Kept* kept = nullptr;      // in the current stroke, if there is one
+    std::uint64_t logged = 0;  // the last mark in whose log of writes it stands
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
