@@ -55,10 +55,10 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
-  /// `slack`, where given: how far the head may go on before it can change any sample of the box.
+  /// `leaf`, where the box is one: what else is found of it.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed,
-                  float* slack = nullptr) const noexcept;
+                  LeafCut* leaf = nullptr) const noexcept;
   LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
