@@ -25,8 +25,9 @@ class CutFront {
   /// Large enough for any of these tools. `lanes`: of a group; which of them this processor has changes no bit.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// What is listed, is so in parts: of every fourth layer of blocks along x.
-  static constexpr int kParts = 4;
+  /// The lists are kept in parts, which are renewed by turns: part i holds every n-th layer of blocks along x. The
+  /// larger the head, the more parts, so that the ticks in which a part is renewed stay short beside the others.
+  int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
   /// Groups of the same kind, one after the other. `narrow`: only the first kNarrowest samples of each may change,
   /// which is less than there are lanes. Before the head has come `stage` eighths of what the list lasts for they
@@ -116,8 +117,8 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Which of its parts a layer of blocks belongs to, counted from the front's first.
-  int part_of(int layer) const noexcept { return (first_.x + layer) & (kParts - 1); }
+  /// Which part a layer of blocks belongs to, counted from the front's first.
+  int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
   /// Says which patch they are in from now on; what was listed in another stays, where that holds it all (`holds`).
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
@@ -125,17 +126,21 @@ class CutFront {
   }
   /// How many parts are to be listed anew.
   int outdated() const noexcept;
+  /// A part that had better be listed anew now, before it has to be, so that no tick of this way (voxels) need list
+  /// several; -1: none.
+  int renewed_early(double way) const noexcept;
 
   /// Table `k` of something that depends on the height of a sample alone.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
   static constexpr int kBeyond = 32;  // samples of a group that begins at the front's last one, and more
   int lanes_;
-  glm::ivec3 size_{0};                // blocks
-  glm::ivec3 first_{0};               // block at the beginning of due_
-  std::vector<float> due_, moved_;    // way at which a block may change; the same while they are shifted
-  std::array<Groups, kParts> parts_;  // count from the first voxel of the front's first block
-  glm::ivec3 listed_lo_{0};           // of the patch they lie in, and its edge
+  glm::ivec3 size_{0};              // blocks
+  glm::ivec3 first_{0};             // block at the beginning of due_
+  std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
+  static constexpr int kMostParts = 16;
+  std::vector<Groups> parts_;  // a power of two; positions count from the first voxel of the front's first block
+  glm::ivec3 listed_lo_{0};    // of the patch they lie in, and its edge
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;

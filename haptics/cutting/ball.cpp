@@ -244,13 +244,13 @@ struct BallBlocks {
   glm::ivec3 held_lo, held_hi;  // what the patch holds
   float* due;                   // of the block at the origin
   int due_x, due_y;
-  float way;               // of the head, by the end of this sweep
-  float ahead;             // … and how much farther the groups that are listed serve; 0: none are listed
-  float slip;              // how far a depth may be off by rounding
-  int lanes;               // of a group
-  int part, first_layer;   // which part's layers of blocks are looked at, and whose the first one is
-  CutFront::Found* found;  // the groups that were listed,
-  int listed, room;        // … so many: listed > room: more than there is room for
+  float way;                     // of the head, by the end of this sweep
+  float ahead;                   // … and how much farther the groups that are listed serve; 0: none are listed
+  float slip;                    // how far a depth may be off by rounding
+  int lanes;                     // of a group
+  int parts, part, first_layer;  // which part's layers of blocks are looked at, and whose the first one is
+  CutFront::Found* found;        // the groups that were listed,
+  int listed, room;              // … so many: listed > room: more than there is room for
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -336,7 +336,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
     }
   };
   for (int x0 = b.lo.x & ~(kRows - 1); x0 <= b.hi.x; x0 += kRows) {
-    if (((x0 / kRows + b.first_layer) & (CutFront::kParts - 1)) != b.part) continue;
+    if (((x0 / kRows + b.first_layer) & (b.parts - 1)) != b.part) continue;
     fetch_column(x0, b.lo.y & ~(kRows - 1));
     for (int y0 = b.lo.y & ~(kRows - 1); y0 <= b.hi.y; y0 += kRows) {
       if (y0 + kRows <= b.hi.y) fetch_column(x0, y0 + kRows);
@@ -499,6 +499,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .ahead = 0,
                .slip = 1e-3f + 2e-6f * (radius_ + kMargin),
                .lanes = front.lanes_,
+               .parts = front.parts(),
                .part = 0,
                .first_layer = front.part_of(0),
                .found = nullptr,
@@ -509,11 +510,12 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   // What is listed serves longer when the head is slow; a fast one outruns any list. Where several parts are listed at
   // once they are to last for different ways.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
+  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  for (int part = 0; part < CutFront::kParts; ++part) {
+  for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until) {
+    if (front.way_ <= groups.until && part != early) {
       b.f.groups = groups.listed();
       b.f.wide.count = b.f.narrow.count = 0;
       const int stage = groups.stage(front.way_);

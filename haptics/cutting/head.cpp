@@ -541,7 +541,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   const int outdated = front.outdated();
-  if (outdated < CutFront::kParts) {
+  if (outdated < front.parts()) {
     // Groups reach to the ends of their blocks, and were listed when the head was up to a voxel away.
     const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
               hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
@@ -549,11 +549,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   }
   // Where several parts are listed at once they are to last for different ways.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
+  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  for (int part = 0; part < CutFront::kParts; ++part) {
+  for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until) {
+    if (front.way_ <= groups.until && part != early) {
       f.groups = groups.listed();
       f.runs = groups.runs.data(), f.run_count = groups.run_count;
       changed |= carve_listed_head(f, front.lanes_, removed);
