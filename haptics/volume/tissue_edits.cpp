@@ -193,15 +193,22 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   return leaf;
 }
 
-/// A removal wrote to the samples lo..hi of a leaf.
-void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept,
-                                      const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& changed) {
-  count_voxels(hi - lo + 1);
+/// A removal wrote to a leaf.
+void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
-  if (changed.empty()) changed = {lo, hi};
-  changed.lo = glm::min(changed.lo, lo), changed.hi = glm::max(changed.hi, hi);
 }
+
+namespace {
+
+/// Takes the samples lo..hi of a leaf, to which a removal wrote, into the box of all.
+void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
+  count_voxels(hi - lo + 1);
+  if (box.empty()) box = {lo, hi};
+  box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+}
+
+}  // namespace
 
 TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Impl& v = *impl_;
@@ -212,26 +219,27 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Carved carved;
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
-      LeafFront::Place* place = v.front.row({x, y, first.z});
-      for (int z = first.z; z <= last.z; ++z, ++place) {
-        if (place->due > path) continue;
+      const LeafFront::Row row = v.front.row({x, y, first.z});
+      for (int z = first.z; z <= last.z; ++z) {
+        float& due = row.due[z - first.z];
+        if (due > path) continue;
+        LeafFront::Place& place = row.places[z - first.z];
         const glm::ivec3 key(x, y, z), origin = key * kLeaf;
-        if (!place->leaf) {
-          place->leaf = v.leaf_to_cut(accessor, coord(origin), place->kept);
-          if (!place->leaf) {
-            place->due = LeafFront::kNever;
+        if (!place.leaf) {
+          place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
+          if (!place.leaf) {
+            due = LeafFront::kNever;
             continue;
           }
         }
-        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place->leaf->buffer().data());
-        place->due = path + cut.slack;
+        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place.leaf->buffer().data());
+        due = path + cut.slack;
         if (!cut.changed) continue;
-        v.leaf_was_cut(*place->leaf, place->kept, glm::max(origin, sweep.lo()),
-                       glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
-        if (place->logged != v.marked) {
-          place->logged = v.marked;
-          v.log_write(key);
-        }
+        if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
+        place.cut = true;
+        add_to_box(glm::max(origin, sweep.lo()), glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
+        if (place.logged != v.marked) v.log_write(key);
+        place.logged = v.marked;
         if (cut.emptied) carved.blocks.push_back(key);
       }
     }
@@ -259,7 +267,8 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
         const glm::ivec3 at = lo - origin;
         float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
         if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
-        v.leaf_was_cut(*leaf, kept, lo, hi, carved.box);
+        v.leaf_was_cut(*leaf, kept);
+        add_to_box(lo, hi, carved.box);
         v.log_write(key);
         carved.blocks.push_back(key);
       }

@@ -132,8 +132,7 @@ struct TissueVolume::Impl {
 
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
-  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept, const glm::ivec3& lo,
-                    const glm::ivec3& hi, VoxelBox& changed);
+  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
   /// A leaf was written to.
   void log_write(const glm::ivec3& key);
 
