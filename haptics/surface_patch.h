@@ -22,9 +22,9 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
   double band = 1e300;         // voxels; farther from the surface the field tells no distance
-  bool exact_outside = false;  // distances outside the tissue are true ones, or at least never more …
-  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
+  bool exact_outside = false;  // distances outside the tissue are exact or too small, except near cuts and fillings
+  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the same around all fillings
   SlidingBuffer<float> distance;
   SlidingBuffer<Tissue> tissue;          // see label.h
   SlidingBuffer<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
@@ -79,7 +79,7 @@ struct SurfacePatch : Snapshot {
 inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
-/// Takes a box into the one that was cut.
+/// Extends the box of what was cut.
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }

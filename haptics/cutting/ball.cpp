@@ -235,7 +235,7 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// What a look at all blocks before a ball needs besides.
+/// The blocks around a ball, the path length at which each is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // at the origin
