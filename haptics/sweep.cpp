@@ -68,11 +68,10 @@ Sweep::LeafCut Sweep::carve_leaf(const glm::ivec3& lo, float* distance) const no
   LeafCut cut;
   constexpr std::size_t n = kLeaf;
   if (straights_ > 0) {
-    cut.changed = carve(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr);
+    cut.changed = cut.emptied = carve(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr);
   } else {
-    cut.changed = carve_head(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr, &cut.slack);
+    cut.changed = carve_head(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr, &cut);
   }
-  cut.emptied = cut.changed;
   return cut;
 }
 

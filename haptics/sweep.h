@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// All that a head takes as it moves from A to B: of a sphere the exact capsule, of any other how deep each voxel ever
-/// lies in it, within 5e-4 voxels.
+/// The space that a head sweeps from A to B: of a sphere the exact capsule, of other heads the greatest depth of each
+/// voxel on the way, within 5e-4 voxels.
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
@@ -55,10 +55,10 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
-  /// `slack`, where given: how far the head may go on before it can change any sample of the box.
+  /// `leaf`, where the box is one: what else is found of it.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed,
-                  float* slack = nullptr) const noexcept;
+                  LeafCut* leaf = nullptr) const noexcept;
   LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
@@ -76,7 +76,7 @@ class Sweep {
     way.pieces = pieces_;
     return way;
   }
-  /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
+  /// True of a step so short that the ball at B stands for the capsule: they differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/contract/field_brick.h"
@@ -73,18 +74,31 @@ class TissueVolume {
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
-  void remember_writes(bool wanted);
-  /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed
-  /// since. Forgets it then. Cuts and fillings do not change the hardness that a patch keeps, so that of voxels is not
-  /// copied again; that of every n-th sample is, where a pointer is given.
+  // Copies that are brought up to date instead of being made anew.
+  /// Names the state of the tissue now, for written_since(). Never 0, and never that of another volume.
+  std::uint64_t mark();
+  /// What carve() and fill() have written since a mark.
+  struct Written {
+    std::vector<glm::ivec3> blocks;  // keys, see solid_block(); may repeat
+    VoxelBox box;                    // around all of it
+  };
+  /// False where that is no longer known: after undo, or painting, or if it is too long ago.
+  bool written_since(std::uint64_t mark, Written& written) const;
+  /// A box of samples that was copied: of voxels, or of every n-th of them.
   struct Copied {
-    glm::ivec3 lo, size;  // voxels, or every n-th
+    glm::ivec3 lo, size;
     float* distance;
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  void copy_written(const Copied& box, int n, const Copied* every);
+  /// As copy_for_patch(), of the samples of `part` alone, which lies in the box.
+  void copy_part(const Copied& box, const VoxelBox& part) const;
+  /// The same of those blocks, as far as they lie in the box.
+  void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
+  /// As copy_every(), of the samples of `part` alone, which lies in the box.
+  void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
+  /// The box of every n-th sample that may have changed where something was written within `written`.
+  static VoxelBox every_around(int n, const VoxelBox& written);
 
   /// Where a removal wrote, and the keys of the blocks (see solid_block()) in which it may have turned tissue to air.
   struct Carved {

@@ -20,9 +20,10 @@ class LeafFront {
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    float due = kNow;      // path length, voxels, after which the leaf must be examined again
-    Leaf* leaf = nullptr;  // once it has been examined
-    Kept* kept = nullptr;  // in the current stroke, if there is one
+    Leaf* leaf = nullptr;      // once it has been examined
+    Kept* kept = nullptr;      // in the current stroke, if there is one
+    bool cut = false;          // since it was first examined
+    std::uint64_t logged = 0;  // the last mark in whose log of writes it stands
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
@@ -33,10 +34,16 @@ class LeafFront {
   void come_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Path length of the head's farthest point by now, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// The leaves of a row from `key` on, along z.
-  Place* row(const glm::ivec3& key) noexcept {
+  /// The leaves of a row from `key` on, along z: after which path length each must be examined again, voxels, and the
+  /// rest. Apart, because most leaves are only asked for the first.
+  struct Row {
+    float* due;
+    Place* places;
+  };
+  Row row(const glm::ivec3& key) noexcept {
     const glm::ivec3 at = key - first_;
-    return places_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
+    const auto i = static_cast<std::size_t>((at.x * size_.y + at.y) * size_.z + at.z);
+    return {due_.data() + i, places_.data() + i};
   }
 
  private:
@@ -48,6 +55,7 @@ class LeafFront {
   std::optional<Sweep> last_;  // none: nothing is known
   double path_ = 0;            // voxels
   glm::ivec3 first_{0}, size_{0};
+  std::vector<float> due_, due_moved_;
   std::vector<Place> places_, moved_;
 };
 

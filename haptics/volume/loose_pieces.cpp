@@ -114,22 +114,14 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 /// pace and are one from where they meet. Buffers are kept from cut to cut.
 class LoosePieces::SeenBlocks {
  public:
-  struct Block {
-    glm::ivec3 key{0};
-    SolidBits bits{};
-    int beside[6] = {-1, -1, -1, -1, -1, -1};  // neighbours over faces, once they were asked for
-    std::uint32_t look = 0;                    // the last look that met this block, …
-    int first_part = 0, part_count = 0;        // … and its parts in that
-  };
-
-  /// Null where it was not seen yet.
-  Block* seen(const glm::ivec3& key) {
+  /// The bits of a block as it was seen last, to be changed; null where it was not.
+  SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
-    return it == index_.end() ? nullptr : &blocks_[static_cast<std::size_t>(it->second)];
+    return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// A block as it was seen last, or now for the first time (`unseen`).
-  Block& at(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
-    return blocks_[static_cast<std::size_t>(find(volume, key, unseen))];
+  /// The same, or, where it was not seen yet, as it is now (`unseen`).
+  SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
+    return changing(find(volume, key, unseen));
   }
   void forget() {
     index_.clear();
@@ -201,6 +193,14 @@ class LoosePieces::SeenBlocks {
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
+  struct Block {
+    glm::ivec3 key{0};
+    SolidBits bits{};
+    bool one_part = false;                     // the bits are known to hang together
+    int beside[6] = {-1, -1, -1, -1, -1, -1};  // neighbours over faces, once they were asked for
+    std::uint32_t look = 0;                    // the last look that met this block, …
+    int first_part = 0, part_count = 0;        // … and its parts in that
+  };
   struct Part {
     SolidBits bits{};
     int block = 0, flood = -1;
@@ -219,6 +219,10 @@ class LoosePieces::SeenBlocks {
     bool ended() const { return next == edge.size(); }
   };
 
+  SolidBits& changing(int block) {
+    blocks_[static_cast<std::size_t>(block)].one_part = false;
+    return blocks_[static_cast<std::size_t>(block)].bits;
+  }
   int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen) {
     const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
     if (fresh) {
@@ -243,8 +247,13 @@ class LoosePieces::SeenBlocks {
     block.look = look_;
     ++looked_at_;
     block.first_part = static_cast<int>(parts_.size());
-    for_each_part(block.bits, [&](const SolidBits& bits) { parts_.push_back({bits, index, -1}); });
+    if (block.one_part) {
+      parts_.push_back({block.bits, index, -1});
+    } else {
+      for_each_part(block.bits, [&](const SolidBits& bits) { parts_.push_back({bits, index, -1}); });
+    }
     block.part_count = static_cast<int>(parts_.size()) - block.first_part;
+    block.one_part = block.part_count == 1;
     return block;
   }
   int root_of(int flood) const {
@@ -309,7 +318,7 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
-        const SolidBits bits = blocks_->at(volume, {x, y, z}).bits;
+        const SolidBits bits = blocks_->bits(volume, {x, y, z});
         if (any(bits)) blocks_->start(volume, {x, y, z}, bits);
       }
     }
@@ -330,7 +339,7 @@ LoosePieces::~LoosePieces() = default;
 /// Compares a block with what was seen of it last.
 void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key) {
   bool unseen;
-  SolidBits& seen = blocks_->at(volume, key, &unseen).bits;
+  SolidBits& seen = blocks_->bits(volume, key, &unseen);
   SolidBits now = seen, gone;
   if (!unseen) volume.solid_block(key, now);
   // Of a block that was not seen since the last edit all that is air now may have been tissue.
@@ -391,7 +400,7 @@ void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, c
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
       for (int z = first.z; z <= last.z; ++z) {
-        volume.solid_block({x, y, z}, blocks_->at(volume, {x, y, z}).bits);
+        volume.solid_block({x, y, z}, blocks_->bits(volume, {x, y, z}));
       }
     }
   }
@@ -406,8 +415,8 @@ void LoosePieces::after_edit() {
 void LoosePieces::removed(std::span<const TissuePiece> pieces) {
   for (const TissuePiece& piece : pieces) {
     for (const BlockPart& part : piece) {
-      SeenBlocks::Block* const block = blocks_->seen(part.key);
-      for (std::size_t i = 0; block && i < 8; ++i) block->bits[i] &= ~part.bits[i];
+      SolidBits* const bits = blocks_->seen(part.key);
+      for (std::size_t i = 0; bits && i < 8; ++i) (*bits)[i] &= ~part.bits[i];
     }
   }
 }

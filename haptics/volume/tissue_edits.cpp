@@ -1,6 +1,7 @@
 // Cuts, fillings, pieces that come loose, and taking them back.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <vector>
 
@@ -63,6 +64,13 @@ void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
+constexpr int kLeaf = Sweep::kLeaf;
+static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
+
+glm::ivec3 leaf_of(const glm::ivec3& voxel) {
+  return {floor_div(voxel.x, kLeaf), floor_div(voxel.y, kLeaf), floor_div(voxel.z, kLeaf)};
+}
+
 }  // namespace
 
 std::uint64_t voxels_cut_by_this_thread() noexcept {
@@ -83,7 +91,11 @@ void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
 
 void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
   if (lo.x > hi.x) return;
-  if (remembers) written_lo = glm::min(written_lo, lo), written_hi = glm::max(written_hi, hi);
+  if (!writes.empty()) {
+    VoxelBox& box = writes.back().box;
+    if (box.empty()) box = {lo, hi};
+    box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+  }
   const BrickBox bricks = bricks_around(lo, hi);
   if (glm::all(glm::greaterThanEqual(bricks.lo, marked_lo)) && glm::all(glm::lessThanEqual(bricks.hi, marked_hi))) {
     return;
@@ -93,6 +105,51 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
     if (carved.insert(brick).second && in_stroke) strokes.back().carved.push_back(brick);
   });
   marked_lo = bricks.lo, marked_hi = bricks.hi;
+}
+
+std::uint64_t TissueVolume::Impl::first_mark() {
+  constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;  // of one volume: one a microsecond for twelve days
+  static std::atomic<std::uint64_t> volumes{0};
+  return ++volumes * kMarks;
+}
+
+void TissueVolume::Impl::forget_writes() {
+  writes.clear();
+  ++marked;
+}
+
+void TissueVolume::Impl::log_write(const glm::ivec3& key) {
+  constexpr std::size_t kMost = 4096;  // blocks since a mark: to copy more costs as much as a whole patch
+  if (writes.empty()) return;
+  std::vector<glm::ivec3>& blocks = writes.back().blocks;
+  if (blocks.empty() || blocks.back() != key) blocks.push_back(key);
+  if (blocks.size() > kMost) forget_writes();
+}
+
+std::uint64_t TissueVolume::mark() {
+  Impl& v = *impl_;
+  constexpr std::size_t kMost = 32;  // marks whose writes are kept: the patches of a session are fewer
+  const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
+  if (unwritten) return v.marked;
+  v.writes.emplace_back();
+  if (v.writes.size() > kMost) v.writes.pop_front();
+  return ++v.marked;
+}
+
+bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
+  const Impl& v = *impl_;
+  written.blocks.clear();
+  written.box = {};
+  const std::uint64_t known = v.writes.size();  // marks, the last of them v.marked
+  if (mark > v.marked || mark + known <= v.marked) return false;
+  for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
+    const Written& since = v.writes[i];
+    written.blocks.insert(written.blocks.end(), since.blocks.begin(), since.blocks.end());
+    if (since.box.empty()) continue;
+    if (written.box.empty()) written.box = since.box;
+    written.box = {glm::min(written.box.lo, since.box.lo), glm::max(written.box.hi, since.box.hi)};
+  }
+  return true;
 }
 
 void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi) {
@@ -116,21 +173,10 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
     if (in_stroke)
       StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
           true;
-    if (remembers) written.insert({floor_div(p.x(), 8), floor_div(p.y(), 8), floor_div(p.z(), 8)});
+    log_write(leaf_of(vec(p)));
     accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
   }
 }
-
-namespace {
-
-constexpr int kLeaf = Sweep::kLeaf;
-static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
-
-glm::ivec3 leaf_of(const glm::ivec3& voxel) {
-  return {floor_div(voxel.x, kLeaf), floor_div(voxel.y, kLeaf), floor_div(voxel.z, kLeaf)};
-}
-
-}  // namespace
 
 /// The leaf that a removal is about to write to; null in air far from any surface. `kept` is given where there is a
 /// stroke: what is there now, for undo.
@@ -147,16 +193,22 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   return leaf;
 }
 
-/// A removal wrote to the samples lo..hi of a leaf.
-void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept,
-                                      const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& changed) {
-  count_voxels(hi - lo + 1);
+/// A removal wrote to a leaf.
+void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
-  if (remembers) written.insert(leaf_of(lo));
-  if (changed.empty()) changed = {lo, hi};
-  changed.lo = glm::min(changed.lo, lo), changed.hi = glm::max(changed.hi, hi);
 }
+
+namespace {
+
+/// Takes the samples lo..hi of a leaf, to which a removal wrote, into the box of all.
+void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
+  count_voxels(hi - lo + 1);
+  if (box.empty()) box = {lo, hi};
+  box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+}
+
+}  // namespace
 
 TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Impl& v = *impl_;
@@ -167,22 +219,27 @@ TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Carved carved;
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
-      LeafFront::Place* place = v.front.row({x, y, first.z});
-      for (int z = first.z; z <= last.z; ++z, ++place) {
-        if (place->due > path) continue;
+      const LeafFront::Row row = v.front.row({x, y, first.z});
+      for (int z = first.z; z <= last.z; ++z) {
+        float& due = row.due[z - first.z];
+        if (due > path) continue;
+        LeafFront::Place& place = row.places[z - first.z];
         const glm::ivec3 key(x, y, z), origin = key * kLeaf;
-        if (!place->leaf) {
-          place->leaf = v.leaf_to_cut(accessor, coord(origin), place->kept);
-          if (!place->leaf) {
-            place->due = LeafFront::kNever;
+        if (!place.leaf) {
+          place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
+          if (!place.leaf) {
+            due = LeafFront::kNever;
             continue;
           }
         }
-        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place->leaf->buffer().data());
-        place->due = path + cut.slack;
+        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place.leaf->buffer().data());
+        due = path + cut.slack;
         if (!cut.changed) continue;
-        v.leaf_was_cut(*place->leaf, place->kept, glm::max(origin, sweep.lo()),
-                       glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
+        if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
+        place.cut = true;
+        add_to_box(glm::max(origin, sweep.lo()), glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
+        if (place.logged != v.marked) v.log_write(key);
+        place.logged = v.marked;
         if (cut.emptied) carved.blocks.push_back(key);
       }
     }
@@ -210,7 +267,9 @@ TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
         const glm::ivec3 at = lo - origin;
         float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
         if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
-        v.leaf_was_cut(*leaf, kept, lo, hi, carved.box);
+        v.leaf_was_cut(*leaf, kept);
+        add_to_box(lo, hi, carved.box);
+        v.log_write(key);
         carved.blocks.push_back(key);
       }
     }
@@ -292,7 +351,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
-        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
+        v.log_write({x0 / n, y0 / n, z0 / n});
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
@@ -323,6 +382,7 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   PerTissue volume{};
   if (piece.empty()) return volume;
   v.front.forget();
+  v.forget_writes();
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
 
@@ -410,6 +470,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
     }
   }
   if (any) {
+    v.forget_writes();
     ++v.paints;
     v.graded = v.graded || hardness != kOwnHardness;
     insert_bricks(a, b, v.changed);
@@ -465,6 +526,7 @@ void TissueVolume::Impl::complete_stroke() {
 
 void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
   front.forget();
+  forget_writes();
   marked_lo = glm::ivec3(0), marked_hi = glm::ivec3(-1);
   StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
   StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);

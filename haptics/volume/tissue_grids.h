@@ -5,6 +5,7 @@
 #include <openvdb/openvdb.h>
 
 #include <climits>
+#include <deque>
 #include <unordered_set>
 #include <vector>
 
@@ -105,11 +106,12 @@ struct TissueVolume::Impl {
   KeySet carved;                           // bricks ever cut: distances outside the tissue are no longer true there
   // The last bricks that a cut inserted into `changed` and `carved`, inclusive; lo > hi: none that are still there.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
-  LeafFront front;         // of the head that cuts
-  KeySet filled;           // leaves, counted in leaves, that may hold labels of a filling: see label.h
-  bool remembers = false;  // which leaves, counted in leaves, were written to …
-  KeySet written;
-  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
+  LeafFront front;  // of the head that cuts
+  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  // What was written since each of the last marks, oldest first; the last is `marked`. Empty: nothing is known of what
+  // was before `marked`.
+  std::deque<TissueVolume::Written> writes;
+  std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;    // strokes in the tissue; those after it were undone
   bool in_stroke = false;  // the last one is still being made
@@ -121,12 +123,18 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
+  /// Marks of different volumes differ.
+  static std::uint64_t first_mark();
+  /// Something changed of which no log is kept.
+  void forget_writes();
+
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
 
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
-  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept, const glm::ivec3& lo,
-                    const glm::ivec3& hi, VoxelBox& changed);
+  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
+  /// A leaf was written to.
+  void log_write(const glm::ivec3& key);
 
   /// Drops leaves that were looked at only, and a stroke that changed nothing.
   void complete_stroke();

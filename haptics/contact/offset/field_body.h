@@ -28,7 +28,7 @@ class FieldBody : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
   void cut_out(Snapshot& snapshot) override;
-  void remember_writes(bool wanted) override { volume_.remember_writes(wanted); }
+  void remember_writes(bool) override {}  // the volume always does
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -42,12 +42,15 @@ class FieldBody : public TissueBody {
   }
 
  private:
+  template <class CopyPart, class CopyWritten>
+  void renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part, CopyWritten copy_written);
   void mark_cut_boxes(SurfacePatch& patch) const;
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
   std::vector<LoosePiece> pieces_;  // removed, not yet taken
+  TissueVolume::Written written_;   // since the patch was copied that is being renewed
   double travel_ = 0;               // m
   WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
 };
