@@ -46,8 +46,9 @@ constexpr Campaign kCampaigns[] = {
     {"uneven clock", "the same hands with ticks of ±20 and ±50 %, and one of a hundred five times as long"},
     {"200 N", "a head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg, sliding and reaming; 60 N/mm"},
     {"fast probe",
-     "the tip of an explorer, 0.25 mm, over a box's edges, a groove and the dental arch with 60, 120 and 200 mm/s, "
-     "0.3 mm deep"},
+     "the tip of an explorer, 0.25 mm, over a box's edges, a groove and the dental arch with 30, 60 and 120 mm/s, half "
+     "its "
+     "radius deep"},
     {"thin wall",
      "a ball of 1.2 mm through a sheet of 0.3 mm with 1 mm a tick: hands that no force holds back beyond it"}};
 
