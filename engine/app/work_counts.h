@@ -10,8 +10,10 @@ namespace typodont {
 struct WorkCounts {
   // Feeling and cutting.
   std::uint64_t ticks = 0, queries = 0;  // of the servo; looks into the field
-  std::uint64_t patches = 0;             // cut out for the servo
-  std::uint64_t voxels_cut = 0;          // gone through by cuts and fillings; none is ever re-distanced
+  // Looks for tissue by the contact models that have it as spheres, triangles or vertices (haptics/work.h).
+  std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
+  std::uint64_t patches = 0;     // cut out for the servo
+  std::uint64_t voxels_cut = 0;  // gone through by cuts and fillings; none is ever re-distanced
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
@@ -32,7 +34,7 @@ struct WorkCount {
   std::uint64_t value;
 };
 /// All but the times, in order.
-std::array<WorkCount, 20> listed(const WorkCounts& counts);
+std::array<WorkCount, 23> listed(const WorkCounts& counts);
 
 /// What the process has done so far: bytes written, allocations, CPU time; threads and libraries it has now.
 WorkCounts process_counts();

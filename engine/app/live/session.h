@@ -22,6 +22,7 @@
 #include "haptics/force_delay.h"
 #include "haptics/haptic_device.h"
 #include "haptics/servo.h"
+#include "haptics/work.h"
 
 namespace typodont {
 
@@ -51,6 +52,7 @@ struct LiveSession {
   std::optional<TickNotes> notes;          // recorder thread, where recorded
   std::filesystem::path save;              // of the tissue
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;  // carver thread until it has ended
+  haptics::ModelLooks looks;                                            // the same
   std::uint64_t queries = 0;                                            // servo thread until it has ended
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
