@@ -8,6 +8,6 @@ if(chai3d_FOUND)
   target_link_libraries(peers_chai3d PRIVATE typodont_options typodont_haptics ${CHAI3D_LIBRARIES})
   set_target_properties(peers_chai3d PROPERTIES EXCLUDE_FROM_ALL ON)
 else()
-  add_custom_target(peers_chai3d COMMAND ${CMAKE_COMMAND} -E echo
-                    "no CHAI3D here (chai3dConfig.cmake is not found, set chai3d_DIR): it adds no rows")
+  add_custom_target(peers_chai3d VERBATIM COMMAND ${CMAKE_COMMAND} -E echo
+                    "no CHAI3D is found here: it adds no rows. Set chai3d_DIR to the folder of chai3dConfig.cmake.")
 endif()
