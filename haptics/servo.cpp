@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "haptics/contact/count_method.h"
 #include "haptics/contact_method.h"
 #include "haptics/servo/state.h"
 
@@ -73,6 +74,7 @@ double largest_fraction(const dvec3& step, const dvec3& rest, double most) {
 Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settings)), coupling(s.position_step) {
   if (!settings.method) settings.method = default_contact_method();
   model = settings.method->make_model(settings);
+  count_method(settings.method->name(), 1, 0);
   snapshot = &model->snapshot();
   travel = model->travel();
   turns_matter = model->turns_matter();

@@ -631,6 +631,7 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.ticks = summary.ticks, work.frames = summary.frames + (picture ? picture->own_frames() : 0);
   if (headset) headset->add_work(work);
   work.queries = s.queries;
+  work.sphere_looks = s.looks.spheres, work.triangle_looks = s.looks.triangles, work.vertex_looks = s.looks.vertices;
   work.patches = s.carver.snapshots(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;
   if (sound) work.samples = sound->stats().samples;

@@ -117,12 +117,12 @@ ModelTissue mesh_tissue(const ModelAnatomy& anatomy) {
           anatomy.voxels_mm};
 }
 
-Course slide_course(const ModelTissue& tissue, int ticks, double radius, double speed) {
-  ReferenceContact contact(tissue.shape, radius);
+Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide) {
+  ReferenceContact contact(tissue.shape, slide.radius);
   contact.place(tissue.start);
   const ExactShape::Nearest below = tissue.shape.nearest(tissue.start, 5.0_mm);
   dvec3 n = glm::normalize(tissue.start - below.p);
-  const dvec3 deepest = below.p + (radius - kHandDepth) * n;
+  const dvec3 deepest = below.p + (slide.radius - slide.depth) * n;
   Course course;
   for (int i = 0; i < ticks; ++i) {
     dvec3 hand;
@@ -132,7 +132,7 @@ Course slide_course(const ModelTissue& tissue, int ticks, double radius, double 
       const dvec3 wanted = tissue.ahead(i - kDescent, contact.center(), n);
       const dvec3 along = wanted - glm::dot(wanted, n) * n;
       const double length = glm::length(along);
-      hand = contact.center() - kHandDepth * n + (length > 0 ? speed * kTick / length * along : dvec3(0));
+      hand = contact.center() - slide.depth * n + (length > 0 ? slide.speed * kTick / length * along : dvec3(0));
     }
     const dvec3& center = contact.follow(hand);
     if (glm::distance(center, hand) > 1e-6) n = glm::normalize(center - hand);

@@ -326,11 +326,13 @@ class Stress {
     add(kCampaign, "force off", 100 * off, "% of 200 N, mean", 5);
   }
 
-  /// The tip of an explorer slides over edges, a groove and the anatomies' meshes with 60 to 200 mm/s, 0.3 mm deep.
+  /// The tip of an explorer slides over edges, a groove and the anatomies' meshes with 30 to 120 mm/s, half its radius
+  /// deep: deeper than its radius it could as well be held by the other side of an edge.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
-    constexpr double kTip = 0.125e-3;  // m, its radius
-    constexpr int kLanded = 200;       // ticks
+    constexpr double kTip = 0.125e-3;     // m, its radius
+    constexpr std::size_t kLanded = 200;  // ticks
+    constexpr double kLeast = 0.02;       // N: a smaller force is no contact to speak of
     std::vector<ModelTissue> tissues;
     for (ModelTissue& tissue : analytic_tissues())
       if (tissue.name == "box edges" || tissue.name == "groove") tissues.push_back(std::move(tissue));
@@ -339,22 +341,23 @@ class Stress {
     double squares = 0;
     int count = 0;
     for (const ModelTissue& tissue : tissues) {
-      for (const double speed : {0.06, 0.12, 0.2}) {
-        const Course course = slide_course(tissue, options_.quick ? 500 : 1500, kTip, speed);
+      // Every place of the slow course holds for a faster hand, too, which leaves some of them out.
+      const Course course = slide_course(tissue, options_.quick ? 700 : 1500, {kTip, kTip / 2, 30e-3});
+      for (const std::size_t stride : {1, 2, 4}) {
         ServoSettings s = settings(2 * kTip);
         s.cutting = s.friction = false;
         s.damping = 0;
         Run run(tissue.make(tissue.voxels_mm.empty() ? kUsualVoxel : tissue.voxels_mm.back()), s);
-        Felt felt;
-        for (std::size_t k = 0; k < course.hand.size(); ++k) {
+        int holes = 0;
+        for (std::size_t k = 0; k < course.hand.size(); k += k < kLanded ? 1 : stride) {
           const double force = glm::length(run.tick({course.hand[k]}, 0, 1e-3, false).f_model_W);
           const double truth = s.stiffness * glm::distance(course.truth[k], course.hand[k]);
-          if (k < kLanded || !(truth > 0.1)) continue;
-          felt.holes += force < 0.01;
+          if (k < kLanded || !(truth > kLeast)) continue;
+          holes += force < 0.1 * kLeast;
           squares += (force / truth - 1) * (force / truth - 1), ++count;
         }
         worst.worse_of(run.felt());
-        worst.holes += felt.holes;
+        worst.holes += holes;
       }
     }
     add_sense(kCampaign, worst);
@@ -373,7 +376,7 @@ class Stress {
     const int hands = options_.quick ? 5 : 50;
     int escaped = 0;
     for (int k = 0; k < hands; ++k) {
-      const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
+      const double x = anywhere(random), y = anywhere(random), lean = 0.2 * anywhere(random);
       const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3);
       for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);  // far away: the next contact begins anew
       for (int i = 0; i < 20; ++i) run.tick({from}, 0, 1e-3);

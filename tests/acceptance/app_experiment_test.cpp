@@ -52,15 +52,21 @@ TEST_F(ExperimentCommand, ASimulatedObserverGivesTheSameBytesAgainAndItsLogTheSa
   EXPECT_EQ(folder.run("experiment --json " + folder / "t.csv").out, ran.out);
 }
 
-TEST_F(ExperimentCommand, OfTwoModelsAnObserverChoosesTheOneThatPressesHarder) {
-  const Ran ran = folder.run(fmt::format(
-      "experiment {} --question model --models voxel_penalty offset --trials 20 --observer 5 --hand {} --json --out {}",
-      folder / "scene.json", folder / "press.csv", folder / "t.csv"));
-  ASSERT_EQ(ran.status, 0) << ran.err;
-  const Json told = Json::parse(ran.out, "experiment");
-  EXPECT_EQ(told["chosen_percent"]["model"].string(), "offset");
-  EXPECT_GT(told["chosen_percent"]["low"].number(), 50);
-  EXPECT_LT(told["chance"].number(), 0.01);
+TEST_F(ExperimentCommand, OfTwoModelsAKeenObserverChoosesAlwaysTheSameAndADullOneByChance) {
+  const auto share = [&](double jnd) {
+    const Ran ran = folder.run(fmt::format(
+        "experiment {} --question model --models voxel_penalty offset --trials 20 --observer {} --hand {} --json "
+        "--out {}",
+        folder / "scene.json", jnd, folder / "press.csv", folder / "t.csv"));
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    return Json::parse(ran.out, "experiment");
+  };
+  const Json keen = share(0.01), dull = share(1e4);
+  const double chosen = keen["chosen_percent"]["value"].number();
+  EXPECT_TRUE(chosen == 0 || chosen == 100) << "voxels are not felt as a smooth surface is: " << chosen;
+  EXPECT_LT(keen["chance"].number(), 1e-5);
+  EXPECT_EQ(keen["chosen_percent"]["model"].string(), "offset");
+  EXPECT_GT(dull["chance"].number(), 0.01);
 }
 
 TEST_F(ExperimentCommand, BadUsageNamesTheOptionAndWritesNothing) {

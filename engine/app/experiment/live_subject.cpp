@@ -53,6 +53,7 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
+  Scene shown;        // with the session's model: the session refers to it
   std::string model;  // of the session
   std::optional<Workbench> bench;
   TypedAnswers typed;
@@ -79,7 +80,6 @@ struct LiveSubject::Impl {
     bench.emplace(shown, options.workbench);
     bench->start();
   }
-  Scene shown;  // the session refers to it
 
   /// Until the tool has touched nothing for a moment. False when the session is over.
   bool wait_until_free() {

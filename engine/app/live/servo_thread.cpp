@@ -115,6 +115,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
   turns.end();
   s.servo_cpu = to_seconds(thread_cpu_time());
   s.queries = haptics::queries_of_this_thread();
+  s.looks = haptics::looks_of_this_thread();
   s.wiring.servo_ended = true;
 }
 

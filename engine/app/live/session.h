@@ -22,6 +22,7 @@
 #include "haptics/force_delay.h"
 #include "haptics/haptic_device.h"
 #include "haptics/servo.h"
+#include "haptics/work.h"
 
 namespace typodont {
 
@@ -52,6 +53,7 @@ struct LiveSession {
   std::filesystem::path save;              // file for the tissue
   // used only by the carver thread until it has ended
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
+  haptics::ModelLooks looks;  // used only by the carver thread until it has ended
   std::uint64_t queries = 0;  // used only by the servo thread until it has ended
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "haptics/contact/looks.h"
 #include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::vertex {
@@ -80,6 +81,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 /// Collects the vertices within `margin` of a head; for faces larger than `edge`, also the vertices that refining would
 /// add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
+  ++t_looks.vertices;
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
