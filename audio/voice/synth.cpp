@@ -21,10 +21,10 @@ namespace typodont::audio {
 namespace {
 
 // Parameters of the mapping from the hand's work to sound. audio/README.md gives the source of each number.
-// m²: at this contact area, 63 % of the idle sound is replaced by the working sound
-constexpr double kTypicalArea = 1e-6;
-constexpr double kTypicalForce = 1;        // N: the same for the force
-constexpr double kTypicalRemoval = 1e-9;   // m³/s: the same for the removal rate
+// The next three values are scales: at each of them, 63 % of the idle sound is replaced by the working sound.
+constexpr double kTypicalArea = 1e-6;      // m², contact area
+constexpr double kTypicalForce = 1;        // N, force
+constexpr double kTypicalRemoval = 1e-9;   // m³/s, removal rate
 constexpr double kBrightForce = 1.5;       // N: at this force, high frequencies have 63 % of their gain
 constexpr double kBrightRemoval = 0.5e-9;  // m³/s: the same for the removal rate
 constexpr double kBrightFrom = 4000;       // Hz, lower edge of these high frequencies

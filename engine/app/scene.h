@@ -23,7 +23,7 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // beside `file`, unless the scene comes from a recording
+  ScenePlace place;  // folder for relative file names: that of `file`, or the one of the recording
   std::string text;  // content of the file, for the recording
   std::string name;
   std::set<std::string> parts;       // haptics, render, sound, debris, record, score

@@ -25,7 +25,7 @@ namespace {
 namespace {
 
 constexpr int kLanes = 8;
-// voxels outside the new surface that get its label, so that the label can be read at the surface
+// voxels; samples up to this distance outside the filling get its label too, so that a query at the surface finds it
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // allowance for rounding of a chord
 

@@ -94,7 +94,7 @@ constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 /// Eight blocks relative to a head: distances of their centres from the head and its pieces, and the outward direction.
 struct Seen {
   F8 distance, to_piece[HeadField::kMaxPieces];
-  F8 x, y, z, rho, n_rho, n_z;  // centre and direction in T
+  F8 x, y, z, rho, n_rho, n_z;  // in T: the block's centre (rho: distance from the axis), and the outward direction
 };
 
 /// `R`: rotation from V to T, column by column; centres are relative to the head's.

@@ -97,7 +97,8 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// All groups that are `narrow`, or all others.
+/// Cuts with the listed groups: with the narrow ones if `narrow` is true, otherwise with all others. True if a sample
+/// changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* removed) {
   const BallFront f = front;

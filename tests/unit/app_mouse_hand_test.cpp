@@ -37,7 +37,7 @@ TEST(MouseHand, AClickShorterThanAFrameIsAPressTheServoSees) {
   EXPECT_EQ(pointer.follow(input, 6 * kFrame).pedal, 0);
 }
 
-TEST(MouseHand, AButtonThatIsLetGoAfterLongerStopsTheDrillAtOnce) {
+TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillAtOnce) {
   Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
   display::UserInput input;
   input.left = true;

@@ -51,7 +51,7 @@ class Files : public ::testing::Test {
   ScratchFolder folder_;
 };
 
-TEST_F(Files, OfModelsReadBackToTheBit) {
+TEST_F(Files, OfModelsAreReadBackWithTheSameBits) {
   std::mt19937 random(1);
   ArModel model = random_model(random, 300);
   model.source = "a \"quoted\" recording";
@@ -140,7 +140,7 @@ TEST_F(Files, OfTicksGiveForceRemovalAndSlip) {
   EXPECT_EQ(s.tissue, Tissue::kEnamel);
 }
 
-TEST_F(Files, OfTicksAreSilentAboutForcesInFreeAir) {
+TEST_F(Files, OfTicksContainNoForceInFreeAir) {
   const auto t = track("t_s,force_x_N,force_y_N,force_z_N,contact_area_mm2\n0,1,0,0,0\n");
   EXPECT_EQ(t.states[0].force, 0);
 }

@@ -148,7 +148,7 @@ TEST(DrillSynth, LowersALineWithTheSpindle) {
   EXPECT_NEAR(follow_line(part(y, 0, 4), kRate, 2400).frequency, 2400, 4);
 }
 
-TEST(DrillSynth, LetsALineNotBeatWhileIdleGivesWayToWork) {
+TEST(DrillSynth, HasNoBeatsInATransitionFromIdleToWork) {
   SoundModels models = whistling();
   models.idle.lines[0].amplitude_noise = {};
   models.idle.lines[0].amplitude = 0.1;
@@ -416,7 +416,7 @@ TEST(DrillSynth, SurvivesStatesThatAreNoNumbers) {
   for (const float v : voiced({broken, state(0.1, 1)}, 0.5)) EXPECT_TRUE(std::isfinite(v));
 }
 
-TEST(DrillSynth, CountsWhatCameTooLateAndWhatFoundNoRoom) {
+TEST(DrillSynth, CountsLateStatesAndLostStates) {
   DrillSynth synth(drill(), kRate, 1);
   render(synth, 0.1);
   synth.push(state(0.05, 1));
@@ -486,7 +486,7 @@ ServoTick tick_at(int i) {
   return tick;
 }
 
-TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
+TEST(TickVoice, ComputesForceRemovalAndSlipFromTheTicks) {
   TickVoice voice({true});
   EXPECT_EQ(voice.state_of(tick_at(0)).removal_rate, 0);
   SoundState s;
@@ -501,7 +501,7 @@ TEST(TickVoice, TellsForceRemovalAndSlipFromTheTicks) {
   EXPECT_TRUE(s.cutting_tool);
 }
 
-TEST(TickVoice, TellsTheSameOfABurThatBitesOnceAMillisecondAtAnyRate) {
+TEST(TickVoice, GivesTheSameAtAnyRateForABurThatCutsOncePerMillisecond) {
   for (const int per_ms : {1, 2, 4, 10}) {
     TickVoice voice({true});
     for (int i = 0; i < 40 * per_ms; ++i) {
@@ -515,7 +515,7 @@ TEST(TickVoice, TellsTheSameOfABurThatBitesOnceAMillisecondAtAnyRate) {
   }
 }
 
-TEST(TickVoice, HearsNoForceInFreeAir) {
+TEST(TickVoice, IgnoresForcesInFreeAir) {
   TickVoice voice({true});
   ServoTick tick = tick_at(0);
   tick.contact_area = 0;

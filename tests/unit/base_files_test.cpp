@@ -92,7 +92,7 @@ TEST_F(InputFiles, AreRegularFilesAndNothingElse) {
   ::close(listening);
 }
 
-TEST_F(InputFiles, AreOfASaneSize) {
+TEST_F(InputFiles, HaveASizeLimit) {
   for (const auto kind : {InputKind::kJson, InputKind::kTable, InputKind::kSession, InputKind::kVolume,
                           InputKind::kScan, InputKind::kMesh, InputKind::kSound, InputKind::kPicture}) {
     const fs::path file = write("large", "");
@@ -254,7 +254,7 @@ TEST_F(Outputs, KeepTheModeOfWhatTheyReplaceAndItsOwner) {
   }
 }
 
-TEST_F(Outputs, LeaveAWriteProtectedFileAlone) {
+TEST_F(Outputs, DoNotChangeAWriteProtectedFile) {
   const fs::path file = write("kept.txt", "old");
   ASSERT_EQ(::chmod(file.c_str(), 0444), 0);
   ASSERT_EQ(::chmod(folder.c_str(), 0777), 0);
@@ -269,7 +269,7 @@ TEST_F(Outputs, LeaveAWriteProtectedFileAlone) {
   EXPECT_EQ(text_of(file), "old");
 }
 
-TEST_F(Outputs, AreHalfWrittenUnderNamesThatNobodyCanGuess) {
+TEST_F(Outputs, IncompleteOnesHaveUnpredictableNames) {
   const PartialFile a(folder / "x.txt"), b(folder / "x.txt");
   EXPECT_NE(a.path(), b.path());
   EXPECT_EQ(a.path().parent_path(), folder);
@@ -289,7 +289,7 @@ int status_of(const std::function<void()>& work) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-TEST_F(Outputs, ThatAreHalfWrittenAreGoneWhenASignalEndsTheProgram) {
+TEST_F(Outputs, IncompleteOnesAreDeletedWhenASignalEndsTheProgram) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     EXPECT_EQ(status_of([&] {
                 end_in_order_on_interrupt();
@@ -364,7 +364,7 @@ TEST(Messages, AreShortWhateverTheInput) {
   }
 }
 
-TEST(Messages, HoldNothingThatATerminalObeysAndNoHalfCharacter) {
+TEST(Messages, ContainNoTerminalControlAndNoIncompleteCharacter) {
   EXPECT_EQ(std::string(Error("x", "", "\x1b[2J\nno", "yes").what()), "x: found ?[2J?no, expected yes");
   std::string long_text;
   for (int i = 0; i < 200; ++i) long_text += "ö";

@@ -46,7 +46,7 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-TEST(Pose, InnerLettersMeet) {
+TEST(Pose, ProductsJoinEqualInnerFrames) {
   using namespace literals;
   const Pose X_AB{{1, 2, 3}, glm::angleAxis(90.0_deg, dvec3(0, 0, 1))};
   const Pose X_BC{{0.5, 0, 0}, glm::angleAxis(30.0_deg, dvec3(1, 0, 0))};
@@ -56,7 +56,7 @@ TEST(Pose, InnerLettersMeet) {
   EXPECT_LT(glm::length(X_AB * dvec3(1, 0, 0) - dvec3(1, 3, 3)), 1e-15);
 }
 
-TEST(Pose, TheTurnAndTheWayBetweenTwoAreThoseOfTheShorterRotation) {
+TEST(Pose, AngleAndPathBetweenTwoPosesUseTheShorterRotation) {
   using namespace literals;
   const dvec3 axis = glm::normalize(dvec3(1, -2, 3));
   const dquat a = glm::angleAxis(20.0_deg, dvec3(0, 1, 0));
@@ -81,7 +81,7 @@ TEST(Units, LiteralsAreSI) {
   EXPECT_DOUBLE_EQ(1.0_N_per_mm, 1000);
 }
 
-TEST(Tissue, NamesGoThereAndBack) {
+TEST(Tissue, NamesAndNumbersConvertBothWays) {
   for (int i = 0; i < kTissueCount; ++i) {
     EXPECT_EQ(tissue_named(name_of(static_cast<Tissue>(i))), static_cast<Tissue>(i));
   }
@@ -161,7 +161,7 @@ TEST(PartialFile, WhatAKilledProcessLeftOfTheSameFileGoesAndWhatALivingOneWrites
   }
 }
 
-TEST(Tests, KeepWhatTheyMakeInTheirBuildFolder) {
+TEST(Tests, WriteOnlyIntoTheirBuildFolder) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe");  // BUILD/tests/unit_base
   EXPECT_EQ(cache::folder(), program.parent_path().parent_path() / "cache/typodont");
 }

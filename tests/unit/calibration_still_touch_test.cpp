@@ -49,7 +49,7 @@ TEST(StillTouch, RefusesATipThatMovesAndSaysHowFar) {
   EXPECT_NEAR(still.moved(), 1e-3, 1e-9);
 }
 
-TEST(StillTouch, APedalAnswersOnceEachTimeItGoesDown) {
+TEST(StillTouch, APressedPedalGivesOneAnswer) {
   StillTouch still({});
   int taken = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -59,7 +59,7 @@ TEST(StillTouch, APedalAnswersOnceEachTimeItGoesDown) {
   EXPECT_EQ(taken, 4);
 }
 
-TEST(StillTouch, AGapOrAClockThatLeapsBackEmptiesTheWindow) {
+TEST(StillTouch, AGapOrAClockThatJumpsBackClearsTheWindow) {
   StillTouch still({});
   Nanos t = 0;
   for (; t < 200 * kTick; t += kTick) still.add(t, dvec3(0), 0, false);

@@ -247,7 +247,7 @@ TEST(Debris, MassDecaysAndVanishesAfterItsLifetime) {
   EXPECT_EQ(debris.alive(), 0u);
 }
 
-TEST(Debris, TheSameSeedGivesTheSameBitsAndAnotherOthers) {
+TEST(Debris, TheSameSeedGivesTheSameBitsAndAnotherSeedGivesOthers) {
   const Floor floor;
   std::uint64_t hashes[3];
   for (int run = 0; run < 3; ++run) {

@@ -97,7 +97,7 @@ TEST(Arm, CurrentsAreShortenedTogetherSoThatTheForceKeepsItsDirection) {
   EXPECT_DOUBLE_EQ(worst, 3.0);
 }
 
-TEST(Arm, ACurrentFromNonsenseIsZero) {
+TEST(Arm, ACurrentFromInvalidInputIsZero) {
   const Arm arm = read_arm(kPresets[0]);
   const Currents currents = motor_currents(arm, dvec3(0), {std::nan(""), 1, 1}, dvec3(0));
   EXPECT_EQ(currents.amperes, dvec3(0));
@@ -141,7 +141,7 @@ TEST(Arm, APresetOutOfRangeIsRefusedByKey) {
   EXPECT_NE(refused("\"linkage\"", "\"linkages\"").find("linkages"), std::string::npos);
 }
 
-TEST(Encoder, CountsOnAcrossTheEndOfSixteenBits) {
+TEST(Encoder, ContinuesAcrossTheOverflowOfSixteenBits) {
   Encoder encoder;
   encoder.read16(32'700, 100, 100);
   encoder.home(0);

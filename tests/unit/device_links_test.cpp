@@ -121,7 +121,7 @@ TEST(SerialArm, APortThatHangsUpIsALostDevice) {
   EXPECT_TRUE(device->faults() & bits(Fault::kDeviceLost));
 }
 
-TEST(SerialArm, ASecondProgramIsToldThatTheDeviceIsHeld) {
+TEST(SerialArm, ASecondProgramIsInformedThatTheDeviceIsInUse) {
   SerialBoard board;
   const auto first = open_serial(board.port);
   try {
@@ -132,7 +132,7 @@ TEST(SerialArm, ASecondProgramIsToldThatTheDeviceIsHeld) {
   }
 }
 
-TEST(SerialArm, APortThatSaysNothingSensibleIsRefusedByName) {
+TEST(SerialArm, APortWithoutValidAnswersIsRefusedByName) {
   int master, slave;
   char name[128];
   ASSERT_EQ(::openpty(&master, &slave, name, nullptr, nullptr), 0);
@@ -141,7 +141,7 @@ TEST(SerialArm, APortThatSaysNothingSensibleIsRefusedByName) {
   EXPECT_THROW(greet_arm(*link, true, name), Error);
 }
 
-TEST(HidArm, TheCalibrationButtonHomesItAndTheLeapIsAFault) {
+TEST(HidArm, TheCalibrationButtonHomesItAndTheJumpIsAFault) {
   test::SimTime time;
   const Arm arm = read_arm("assets/devices/woody.json");
   test::EmulatedArm board(time, ArmProtocol::kHidV2, arm, 1);
@@ -206,7 +206,7 @@ TEST(HidArm, JointAnglesAreThoseOfTheArmWhateverTheProtocolAndGoThroughEveryLaye
   }
 }
 
-TEST(HidArm, ItsOwnWatchdogLetsGoHalfASecondAfterTheHostWasKilled) {
+TEST(HidArm, ItsOwnWatchdogSetsZeroHalfASecondAfterTheHostWasKilled) {
   test::SimTime time;
   const Arm arm = read_arm("assets/devices/woody.json");
   test::EmulatedArm board(time, ArmProtocol::kHidV1, arm, 1);
@@ -267,7 +267,7 @@ TEST(Haply, SpeaksToTheServiceOverARealSocketAndLeavesZeroBehind) {
   EXPECT_EQ(server.service.force, dvec3(0));
 }
 
-TEST(Haply, TheServiceIsOneProgramsAtATime) {
+TEST(Haply, OnlyOneProgramAtATimeUsesTheService) {
   {
     const Descriptor mine = claim("haply-test", "the service");
     try {
@@ -308,7 +308,7 @@ class HaplyLink : public Link {
   std::string out_;
 };
 
-TEST(Haply, FragmentsPingsAndRubbishBetweenStatesAreTakenInStride) {
+TEST(Haply, FragmentsPingsAndRandomBytesBetweenStatesAreHandled) {
   test::SimTime time;
   HaplyService service;
   auto device = make_haply(std::make_unique<HaplyLink>(time, service), "test", {});
@@ -374,7 +374,7 @@ std::vector<std::uint8_t> full_right() {
   return {1, 0x5e, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 }
 
-TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheCapFallsSilent) {
+TEST(SpaceMouse, RateControlMovesAtItsSpeedAndStopsWhenTheReportsEnd) {
   test::SimTime time;
   auto link = std::make_unique<ReportLink>(time);
   for (int i = 0; i < 100; ++i) link->reports.push_back({time.now() + i * 10'000'000, full_right()});

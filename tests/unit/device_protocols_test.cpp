@@ -88,7 +88,7 @@ TEST(LineAssembler, DropsOverlongRubbishAndRecovers) {
   EXPECT_EQ(lines.take(), "[7]");
 }
 
-TEST(SpaceMouse, OldAndNewReportsAreToldApartByLength) {
+TEST(SpaceMouse, OldAndNewReportsAreDistinguishedByLength) {
   SpaceMouseState state;
   EXPECT_TRUE(parse_spacemouse(Bytes{1, 0x5e, 0x01, 0, 0, 0xa2, 0xfe}, state));  // 350, 0, -350
   EXPECT_EQ(state.push, dvec3(1, 0, -1));
@@ -104,7 +104,7 @@ TEST(SpaceMouse, OldAndNewReportsAreToldApartByLength) {
   EXPECT_FALSE(parse_spacemouse(Bytes{23, 0, 0, 0, 0, 0, 0}, state));
 }
 
-TEST(SpaceMouse, OnlySixDegreeModelsAreTaken) {
+TEST(SpaceMouse, OnlyModelsWithSixDegreesOfFreedomAreAccepted) {
   EXPECT_TRUE(is_spacemouse(0x046d, 0xc626));
   EXPECT_TRUE(is_spacemouse(0x256f, 0xc652));
   EXPECT_FALSE(is_spacemouse(0x256f, 0xc650));
@@ -186,7 +186,7 @@ TEST(JsonText, FindsValuesPastStringsThatLookLikeBrackets) {
   EXPECT_FALSE(JsonText("nan").number());
 }
 
-TEST(Haply, ReadsTheServicesStateAndRefusesWhatIsNone) {
+TEST(Haply, ReadsTheServicesStateAndRefusesOtherMessages) {
   const auto state = parse_haply(
       R"({"inverse3":[{"device_id":"04F5","state":{"cursor_velocity":{"x":0,"y":0,"z":0},"cursor_position":{"x":0.1,"y":-0.2,"z":0.3}}}],)"
       R"("wireless_verse_grip":[{"device_id":"1","state":{"orientation":{"w":0,"x":0,"y":0,"z":1},"buttons":{"a":true,"b":false}}}]})");

@@ -26,7 +26,7 @@ TEST(Registry, AnUnknownAddressIsRefusedWithTheListOfKnownOnes) {
   }
 }
 
-TEST(Registry, AbsentHardwareIsAnErrorThatNamesTheWayOn) {
+TEST(Registry, AbsentHardwareIsAnErrorThatNamesARemedy) {
   for (const char* address : {"woodenhaptics:", "woodenhaptics:SERIAL", "spacemouse:", "woodenhaptics:/dev/none"}) {
     EXPECT_THROW(open_hand(address, {}), Error) << address;
   }
@@ -52,7 +52,7 @@ TEST(Registry, DriversOfOtherModulesCanBeAdded) {
   EXPECT_NE(open_hand("unit-test:5", {}), nullptr);
 }
 
-TEST(DeviceWatch, ReportsWhatCameAndWent) {
+TEST(DeviceWatch, ReportsConnectedAndDisconnectedDevices) {
   std::vector<FoundDevice> there;
   DeviceWatch watch([&] { return there; });
   EXPECT_TRUE(watch.look().empty());

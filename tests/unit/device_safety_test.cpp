@@ -191,7 +191,7 @@ TEST_F(Safety, TheWatchdogSendsZeroWhenTheServoIsSilent) {
   EXPECT_EQ(told.force, dvec3(0));
 }
 
-TEST_F(Safety, AServoThatWasLateIsToldThatTheHandWasLetGo) {
+TEST_F(Safety, ALateServoIsInformedThatTheForceWasSwitchedOff) {
   arm();
   ticks(5, {0, 0, 3});
   EXPECT_EQ(hand->faults() & typodont::bits(Fault::kLetGo), 0u);
@@ -259,7 +259,7 @@ TEST_F(Safety, ADeviceThatIsOpenedWhileTheEmergencyKeyHoldsGivesNoForceEither) {
   EXPECT_TRUE(opened.armed());
 }
 
-TEST_F(Safety, WhatItHasToSayIsWhatItDidAndWhatTheMotorsBear) {
+TEST_F(Safety, ItsReportListsItsInterventionsAndTheMotorsLimit) {
   arm();
   hand->safety();
   ticks(2000, {0, 0, 4});  // twice what they bear for ever
@@ -310,7 +310,7 @@ TEST_F(Safety, APedalStuckForTwoMinutesStopsTheDrill) {
   EXPECT_TRUE(hand->take_events() & bits(SafetyEvent::kPedalStuck));
 }
 
-TEST_F(Safety, WarmMotorsGetNoMoreThanTheyBear) {
+TEST_F(Safety, WarmMotorsGetAtMostTheirLimit) {
   arm();
   ticks(60'000, {0, 0, 5});  // a minute at full force
   EXPECT_LE(hand->heat(), 1 + 1e-9);
@@ -346,7 +346,7 @@ TEST_F(Safety, ATickNeverAllocates) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
-TEST(SlewLimit, LettingGoIsNeverDelayedAndNothingGrowsPastWhatIsWanted) {
+TEST(SlewLimit, ADecreaseIsNeverDelayedAndTheForceNeverExceedsTheRequest) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 10'000; ++i) {
@@ -377,7 +377,7 @@ TEST(ThermalModel, NoHistoryOfAllowedForcesOverheatsTheMotors) {
   }
 }
 
-TEST(Watchdog, ItsThreadTakesTheForceAwayWithoutTheServo) {
+TEST(Watchdog, ItsThreadSetsTheForceToZeroWithoutTheServo) {
   struct Shared : HapticDevice {
     DeviceInfo info_;
     std::atomic<bool>& out;
@@ -421,7 +421,7 @@ char last_sent(const std::string& death) {
   return last;
 }
 
-TEST(Death, HoweverTheProgramEndsTheLastThingSentIsZero) {
+TEST(Death, HoweverTheProgramEndsItSendsZeroLast) {
   for (const char* death : {"exit", "quick_exit", "abort", "segfault", "exception", "check", "term", "int", "hup"}) {
     EXPECT_EQ(last_sent(death), '0') << death;
   }

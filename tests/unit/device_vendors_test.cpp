@@ -277,7 +277,7 @@ TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedForThatOnlyOnce) {
   EXPECT_FALSE(library.get<bool()>("standin_dhd_powered")()) << "a list switches no force on";
 }
 
-TEST(ForceDimension, IsOpenedBySerialAndAListBesideItLeavesItAlone) {
+TEST(ForceDimension, IsOpenedBySerialAndListingDoesNotDisturbIt) {
   StandIn library(TYPODONT_STANDIN_DHD);
   auto* const opened = library.get<int()>("standin_dhd_opened");
   auto device = driver("forcedimension").open("4711", {});

@@ -144,7 +144,7 @@ TEST(RigPlan, EveryCornerOfTheWorkspaceIsSeenByBothEyesThroughThePicture) {
   }
 }
 
-TEST(RigPlan, WhatIsInTheWayIsNamed) {
+TEST(RigPlan, CollisionsAreNamed) {
   const auto conflicts = [](const BenchSpec& spec) {
     std::string all;
     for (const std::string& conflict : plan_bench(spec).conflicts) all += conflict + "; ";

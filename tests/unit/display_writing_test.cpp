@@ -42,7 +42,7 @@ TEST(Writing, IsTheSameAtEveryStepOfTheQualityLadder) {
     EXPECT_EQ(compare(screens[0], screens[i], 0).pixels, 0) << render::kQualityLadder[i].name;
 }
 
-TEST(Writing, IsWrittenOverTheScreenAgainOnlyWhenItSaysSomethingNew) {
+TEST(Writing, IsRedrawnOnlyWhenItChanges) {
   Writing writing;
   Hud says = hud();
   EXPECT_TRUE(writing.differs(says, {640, 360}));

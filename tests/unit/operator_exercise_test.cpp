@@ -144,7 +144,7 @@ TEST_F(Exercise, ThePictureOfTheResultShowsWhereItWasCutTooDeep) {
   EXPECT_TRUE(picture_of_result({}).rgba.empty());
 }
 
-TEST_F(Exercise, ARuleThatCannotBeKeptIsNamedAsTheTeacherKnowsItAndNothingIsWritten) {
+TEST_F(Exercise, AnInvalidRuleIsNamedWithItsDisplayedNameAndNothingIsWritten) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const auto refused = [&](const char* rule, const auto& set, const haptics::TissueVolume* ideal) {
     NewExercise made{.name = "Refused", .goal = "g", .base = &base, .ideal = ideal};
@@ -182,7 +182,7 @@ TEST_F(Exercise, ARuleThatCannotBeKeptIsNamedAsTheTeacherKnowsItAndNothingIsWrit
               session::text("op.rule_no_target", session::Language::kEnglish));
 }
 
-TEST_F(Exercise, AMeshIsTheIdealAndOneThatIsNoneIsRefusedBeforeAnythingIsThere) {
+TEST_F(Exercise, AMeshCanBeTheIdealAndAnInvalidOneIsRefusedBeforeAnyFileIsWritten) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   // The block with its top taken down to 2 mm.
   std::string obj;
@@ -247,7 +247,7 @@ TEST_F(Exercise, ARuleWithoutATargetIsRefusedWithItsNameAndReplacesNothing) {
   }
 }
 
-TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
+TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
   // A box 2 × 3 × 8 mm whose crown points along −y.
   std::string obj;
   for (const auto& v : {"50 0 0", "52 0 0", "52 8 0", "50 8 0", "50 0 3", "52 0 3", "52 8 3", "50 8 3"})
@@ -280,7 +280,7 @@ TEST_F(Exercise, ABroughtInToothStandsUprightWhereTheRigsLook) {
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
 }
 
-TEST_F(Exercise, AToothThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
+TEST_F(Exercise, AFailedImportDoesNotChangeAnOlderExerciseOfTheSameName) {
   std::string obj;
   for (const auto& v : {"0 0 0", "4 0 0", "0 4 0", "0 0 4"}) obj += fmt::format("v {}\n", v);
   for (const auto& f : {"1 3 2", "1 2 4", "1 4 3", "2 3 4"}) obj += fmt::format("f {}\n", f);
@@ -300,7 +300,7 @@ TEST_F(Exercise, AToothThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
   EXPECT_EQ(files(), before);
 }
 
-TEST_F(Exercise, OfAToothWhoseSceneCannotBeWrittenNothingIsLeft) {
+TEST_F(Exercise, AToothWhoseSceneCannotBeWrittenLeavesNoFile) {
   std::string obj;
   for (const auto& v : {"0 0 0", "4 0 0", "0 4 0", "0 0 4"}) obj += fmt::format("v {}\n", v);
   for (const auto& f : {"1 3 2", "1 2 4", "1 4 3", "2 3 4"}) obj += fmt::format("f {}\n", f);
@@ -366,7 +366,7 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
   EXPECT_LT(glm::cross(mesh.vertices[t.y] - a, mesh.vertices[t.z] - a).z, 0) << "upside down, not a mirror image";
 }
 
-TEST_F(Exercise, OfAScannedArchTheHighestPointStandsWhereTheRigsLook) {
+TEST_F(Exercise, TheHighestPointOfAScannedArchIsAtTheCentreOfTheRigsView) {
   // Two triangles 40 mm apart, nothing between them.
   folder.write("arch.obj", "v 0 0 0\nv 5 0 0\nv 0 5 1\nv 40 0 0\nv 45 0 3\nv 40 5 0\nf 1 2 3\nf 4 5 6\n");
   Progress progress;
@@ -394,7 +394,7 @@ TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
   EXPECT_THROW(extent(1e-4), Error) << "too small in the unit that was given";
 }
 
-TEST_F(Exercise, AScannedSurfaceThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAsItWas) {
+TEST_F(Exercise, AFailedImportOfAScannedSurfaceDoesNotChangeAnOlderExercise) {
   folder.write("sheet.obj", open_sheet(1));
   NewTooth tooth{.input = folder / "sheet.obj", .name = "Scan", .as_scanned = true};
   Progress progress;
@@ -416,7 +416,7 @@ TEST_F(Exercise, AScannedSurfaceThatCannotBeBroughtInLeavesAnOlderOneOfItsNameAs
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.stl"));
 }
 
-TEST_F(Exercise, FilesOfTheKindThatIsAskedForAreListedAndWhatCannotBeReadIsEmpty) {
+TEST_F(Exercise, FilesOfTheRequestedKindAreListedAndAnUnreadableFolderIsEmpty) {
   std::filesystem::create_directories(folder / "scans/old");
   for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"})
     folder.write(name, "");
@@ -454,7 +454,7 @@ TEST_F(Exercise, ReportsCompareWithTheNewestSessionThatWasMadeTheExpertsOfTheSam
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(experts), {}), 2) << "nothing half written";
 }
 
-TEST_F(Exercise, WhatIsChosenIsRememberedAndSpoiltMemoryIsForgotten) {
+TEST_F(Exercise, ChoicesAreStoredAndADamagedStoreIsIgnored) {
   EXPECT_FALSE(remembered().any);
   remember({.language = "de", .trainee = "Zoë \"Z\"", .record = false});
   const Remembered r = remembered();

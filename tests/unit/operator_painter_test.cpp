@@ -94,7 +94,7 @@ struct Painter : testing::Test {
   std::uint64_t shows = 0;
 };
 
-TEST_F(Painter, AClockThatGoesOnCostsItsOwnTilesAndAFrameThatIsEqualNothing) {
+TEST_F(Painter, ARunningClockRedrawsItsOwnTilesAndAnEqualFrameRedrawsNothing) {
   EXPECT_FALSE(frame("0:31", 0.5f, {260, 220}, true).has_value()) << "there was none before";
   frame("0:31", 0.5f, {260, 220}, true);  // a window appears in its first frames
   EXPECT_EQ(area(frame("0:31", 0.5f, {260, 220}, true)), 0);
@@ -104,7 +104,7 @@ TEST_F(Painter, AClockThatGoesOnCostsItsOwnTilesAndAFrameThatIsEqualNothing) {
   EXPECT_EQ(differing->read(), whole->read());
 }
 
-TEST_F(Painter, AnyRowOfFramesLooksAsIfEachWereDrawnWhole) {
+TEST_F(Painter, AnySequenceOfFramesLooksLikeCompletelyDrawnFrames) {
   std::mt19937 random(7);
   const auto chance = [&](int of) { return random() % static_cast<unsigned>(of) == 0; };
   std::string clock = "0:00";
@@ -122,7 +122,7 @@ TEST_F(Painter, AnyRowOfFramesLooksAsIfEachWereDrawnWhole) {
   }
 }
 
-TEST(DrawnTiles, ManySmallDifferencesAreFewRectanglesThatHoldThemAll) {
+TEST(DrawnTiles, ManySmallDifferencesAreCoveredByFewRectangles) {
   std::mt19937 random(8);
   for (int round = 0; round < 200; ++round) {
     const display::ivec2 size(1 + static_cast<int>(random() % 900), 1 + static_cast<int>(random() % 500));

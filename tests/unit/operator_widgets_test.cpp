@@ -12,7 +12,7 @@
 namespace typodont {
 namespace {
 
-TEST(Shortcuts, AKeyDoesOneThingWhateverThePageAndEachOfTheseThingsHasOneKey) {
+TEST(Shortcuts, AKeyHasTheSameActionOnEveryPageAndEachActionHasOneKey) {
   std::set<std::pair<int, bool>> keys;
   std::set<std::string_view> names, helps;
   std::set<Ask> asks;
@@ -80,7 +80,7 @@ TEST(Keys, AndStepsOfQualityAreNamedInTheReadersLanguage) {
     EXPECT_TRUE(session::has_text(fmt::format("op.quality.{}", step.name))) << step.name;
 }
 
-TEST(RealTime, TheWindowSaysOfEachThingWhetherItWasGrantedAndInTheReportsWords) {
+TEST(RealTime, TheWindowShowsEachPermissionWithTheReportsWords) {
   OperatorState s;
   EXPECT_TRUE(widgets::granted_lines(s).empty()) << "nothing is known before the first tick";
   s.status.timing.ticks = 1;
@@ -99,7 +99,7 @@ TEST(RealTime, TheWindowSaysOfEachThingWhetherItWasGrantedAndInTheReportsWords) 
   }
 }
 
-TEST(ShareColor, IsRedBelowThePassMarkAndNotAtIt) {
+TEST(ScoreColor, IsRedBelowThePassMarkAndNotAtIt) {
   const session::PassMark pass{60, "x"};
   const auto same = [](const ImVec4& a, const ImVec4& b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
   EXPECT_TRUE(same(widgets::score_color(0.599, pass), widgets::kBad));

@@ -38,7 +38,7 @@ TEST(Frame, AFullFrameIsCleanUnderTheValidationLayer) {
   }
 }
 
-TEST(Frame, NothingMovedNoNewFrame) {
+TEST(Frame, WithoutMotionThereIsNoNewFrame) {
   Stage stage({160, 128});
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
   stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
@@ -56,7 +56,7 @@ TEST(Frame, NothingMovedNoNewFrame) {
   EXPECT_FALSE(stage.draw(frame).drawn);
 }
 
-TEST(Frame, WhatMovesOutOfSightIsNoNewFrameUntilItIsSeen) {
+TEST(Frame, InvisibleMotionCausesNoNewFrameUntilItBecomesVisible) {
   Stage stage({160, 128}, render::kQualityLadder[0], Passes::kTwo);
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
   stage.renderer->set_tool(render::make_tool_mesh(render::tool_shape("sphere", 1.4e-3, 0)));
@@ -79,7 +79,7 @@ TEST(Frame, WhatMovesOutOfSightIsNoNewFrameUntilItIsSeen) {
   EXPECT_EQ(compare(stage.eye(0), with, 0).pixels, 0);
 }
 
-TEST(Frame, TissueThatChangesOutOfSightIsNoNewFrameAndIsThereOnceItIsSeen) {
+TEST(Frame, InvisibleChangesOfTissueCauseNoNewFrameAndAppearWhenVisible) {
   constexpr render::MeshId kOther = 1;  // beside the picture
   const Pose X_WM{dvec3(30e-3, 0, 0), {1, 0, 0, 0}};
   const auto tooth = tooth_mesh(0, 0.4e-3);
@@ -114,7 +114,7 @@ TEST(Frame, TissueThatChangesOutOfSightIsNoNewFrameAndIsThereOnceItIsSeen) {
   }
 }
 
-TEST(Frame, ABodyIsInSightBeforeAnEyeInAMirrorsGlassOrByItsShadow) {
+TEST(Frame, ABodyIsVisibleDirectlyInAMirrorOrByItsShadow) {
   const auto at = [](const dvec3& middle) { return render::BoxInWorld{middle - 5e-3, middle + 5e-3}; };
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   const dvec3 toward = glm::normalize(dvec3(0, -0.6, 0.8)), beside(0.2, 0, 0);
@@ -356,7 +356,7 @@ TEST(Frame, AMonoFrameDrawsOneView) {
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
-TEST(Frame, WhatIsNotThereHasNoPipeline) {
+TEST(Frame, AbsentPartsHaveNoPipeline) {
   Stage stage({64, 64});
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
   frame.background = render::Background::kBlack;

@@ -38,7 +38,7 @@ TEST_F(Views, EveryViewIsCleanUnderTheValidationLayerAndMakesOnlyItsPipelines) {
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
-TEST_F(Views, WhatIsInsideShowsOnlyInTheXray) {
+TEST_F(Views, InnerTissueIsVisibleOnlyInTheXray) {
   stage.draw(frame);
   const glm::ivec3 look = middle();
   EXPECT_LT(look.r - look.g, 40);
@@ -48,7 +48,7 @@ TEST_F(Views, WhatIsInsideShowsOnlyInTheXray) {
   EXPECT_GT(xray.r - xray.g, 60);
 }
 
-TEST_F(Views, ASectionTakesAwayWhatStandsBeforeThePlane) {
+TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
   frame.view = render::View::kSection;
   frame.section = {0, 0, -1, -2e-3};  // z < −2 mm stays
   const render::FrameStats cut = stage.draw(frame);

@@ -112,7 +112,7 @@ TEST(Cavity, IsthmusIsTheNeckOfADumbbell) {
   EXPECT_NEAR(m.isthmus.value(), 1.1e-3, 10 * kUm);
 }
 
-TEST(Cavity, OverAndUnderCutAreToldApartWithTheirDepthAndPlace) {
+TEST(Cavity, OverAndUnderCutAreDistinguishedWithDepthAndPosition) {
   Preparation in = a_block();
   in.ideal = without(tapered_box({1.5e-3, 1e-3}, 1.5e-3, 0));
   // 0.3 mm too deep in one half, and a ledge of 0.4 mm left along a wall of the other.
@@ -221,7 +221,7 @@ TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndNothingOnceOpened) {
   EXPECT_NEAR(m.pulp_exposed.value(), kPi * (0.25 - 0.01) * 1e-6, 0.08e-6);
 }
 
-TEST(Cavity, AWallIsAsThinAsWhatIsLeftBehindIt) {
+TEST(Cavity, WallThicknessIsTheTissueBehindTheWall) {
   Preparation in = a_block();
   // The block ends at x = 6 mm; the hole's edge comes within 0.4 mm of that.
   const auto ending = [](const dvec3& p) { return std::max(block(p), p.x - 6e-3); };
@@ -232,7 +232,7 @@ TEST(Cavity, AWallIsAsThinAsWhatIsLeftBehindIt) {
   EXPECT_NEAR(measure_cavity(in).wall_thickness.value(), 0.4e-3, 10 * kUm);
 }
 
-TEST(Cavity, WhatMustNotBeTouchedIsCountedApart) {
+TEST(Cavity, ProtectedTissueIsCountedSeparately) {
   Preparation in = a_block();
   in.keep.assign(in.before.distance.size(), false);
   for (int x = 50; x < kBlock.x; ++x) {

@@ -51,7 +51,7 @@ TEST(ExploreMeter, FindsTheLesionsThatWereMarkedAndCountsMarksOnSoundTissue) {
   EXPECT_EQ(m.false_finds, 1);
 }
 
-TEST(ExploreMeter, ExploredIsTheShareOfTheSurfaceThatTheTipCameNear) {
+TEST(ExploreMeter, ExploredIsTheFractionOfTheSurfaceNearTheTipsPath) {
   const Tooth tooth;
   ExploreMeter meter = tooth.meter();
   EXPECT_EQ(meter.result().explored, 0);

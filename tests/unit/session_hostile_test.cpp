@@ -77,7 +77,7 @@ class HostileFile : public testing::Test {
   std::filesystem::path file_ = folder_ / "s.h5", secret_ = folder_ / "secret";
 };
 
-TEST_F(HostileFile, AsItWasWrittenItReads) {
+TEST_F(HostileFile, AnUnchangedFileIsReadable) {
   EXPECT_EQ(message(), "");
   EXPECT_TRUE(SessionReader(file_).gaps().empty());
 }
@@ -101,7 +101,7 @@ TEST_F(HostileFile, DataKeptInAnotherFileIsRefusedAndNotShown) {
   }
 }
 
-TEST_F(HostileFile, LinksAreRefusedWhereverTheyStandOnTheWay) {
+TEST_F(HostileFile, LinksAreRefusedAnywhereInAPath) {
   std::filesystem::copy_file(file_, folder_ / "other.h5");
   for (const std::string path : {"events", "events/text", "header", "header/scene", "streams", "ticks", "cuts/index",
                                  "loop", "pictures/png", "result"}) {

@@ -115,7 +115,7 @@ TEST(ImplantMeter, WorkWithTheToolOfALaterPhaseSkipsToIt) {
   EXPECT_EQ(hand.meter.note(), ImplantNote::kNone);
 }
 
-TEST(ImplantMeter, WhatIsWrongIsSaidInTheSameTick) {
+TEST(ImplantMeter, AnErrorIsReportedInTheSameTick) {
   constexpr std::uint32_t kDrilling = implant_level::kDrilling;
   const auto note_at = [](auto&& deed) {
     Hand hand;
@@ -160,7 +160,7 @@ TEST(ImplantMeter, TheBedIsComparedWithThePlanAsTheDrillWent) {
   EXPECT_NEAR(bed.depth, -bottom.z, 1e-6);
 }
 
-TEST(ImplantMeter, TheCanalIsAsFarAwayAsTheWallOrTheBottomOfTheBed) {
+TEST(ImplantMeter, TheDistanceToTheCanalIsMeasuredFromWallAndBottomOfTheBed) {
   // The canal runs along x, 13 mm below the entry, and has a radius of 1 mm; the pilot's is 1.1 mm.
   for (const double aside : {0.5e-3, 3e-3}) {
     Hand hand;
@@ -176,7 +176,7 @@ TEST(ImplantMeter, TheBoneWarmsAndCoolsAsTheModelSays) {
   for (int i = 0; i < 1001; ++i) hand.at({0, 0, -kDepth}, kPilot, implant_level::kDrilling, 70, kPower);
   const double mass = kPi * ((r + s) * (r + s) - r * r) * kDepth * HeatModel::heat_capacity;  // J/K
   // P/C against T/time, for a second; this task's phases are dry.
-  const double steady = HeatModel::share * kPower * HeatModel::dry_time / mass;
+  const double steady = HeatModel::fraction * kPower * HeatModel::dry_time / mass;
   EXPECT_NEAR(hand.meter.temperature() - HeatModel::body, steady * (1 - std::exp(-1 / HeatModel::dry_time)), 0.02);
   const double hot = hand.meter.temperature();
   for (int i = 0; i < 3000; ++i) hand.at({0, 0, 8e-3}, kPilot, implant_level::kFree);

@@ -198,14 +198,15 @@ TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
   }
   const SessionReader session(folder / "s.h5");
   const std::string html = report_html(session);
-  EXPECT_THAT(html,
-              HasSubstr("60000 ticks, 1 of them done after the next sample was due (0.0017 %). Worst tick at 41.00 s"));
+  EXPECT_THAT(
+      html,
+      HasSubstr("60000 ticks; 1 of them ended after the next sample was due (0.0017 %). Longest tick at 41.00 s"));
   EXPECT_THAT(html, HasSubstr("<td>1700 µs</td></tr>"));
-  EXPECT_THAT(html, HasSubstr("Histogram of how far 59999 wake-ups were off their beat"));
+  EXPECT_THAT(html, HasSubstr("Histogram of the jitter of 59999 wake-ups"));
   EXPECT_THAT(html, HasSubstr("<dt>Real-time priority</dt><dd>granted</dd>"));
   EXPECT_THAT(html, HasSubstr("<dt>A core of its own</dt><dd>not granted"));
-  EXPECT_THAT(html, HasSubstr("93 % of what they bear"));
-  EXPECT_THAT(html, HasSubstr("force clipped to what warm motors bear; the servo was silent: no force"));
+  EXPECT_THAT(html, HasSubstr("93 % of their limit"));
+  EXPECT_THAT(html, HasSubstr("force limited because of warm motors; the servo stopped writing: no force"));
   EXPECT_THAT(report_html(session, in_language(Language::kGerman)),
               HasSubstr("<dt>Echtzeitpriorität</dt><dd>gewährt</dd>"));
   // A session that did not run live says nothing of the kind.
@@ -237,7 +238,7 @@ TEST(Report, NamesToolsAndFaultsOfItsEventsInTheReadersLanguage) {
   }
   const std::string german = report_html(SessionReader(folder / "s.h5"), in_language(Language::kGerman));
   EXPECT_THAT(german, HasSubstr("Werkzeug: Rundbohrer (round_012)"));
-  EXPECT_THAT(german, HasSubstr("Störung: Abtrag über 20 ms im Rückstand"));
+  EXPECT_THAT(german, HasSubstr("Störung: Abtrag über 20 ms zu spät"));
 }
 
 TEST(Report, TextFromTheSessionCannotBecomeMarkup) {

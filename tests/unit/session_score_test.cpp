@@ -64,7 +64,7 @@ TEST(HandMeter, TremorDoesNotDependOnTheServoRate) {
   EXPECT_NEAR(slow, fast, 0.02 * fast);
 }
 
-TEST(HandMeter, StrokesAreSpellsOfCuttingAndGlancesOffDoNotEndThem) {
+TEST(HandMeter, StrokesArePeriodsOfCuttingAndShortLossesOfContactDoNotEndThem) {
   const auto still = [](double) { return dvec3(0); };
   // Three spells, each interrupted for 50 ms, 1 s apart.
   const auto spells = [](double t) {
@@ -85,7 +85,7 @@ TEST(HandMeter, ForceAndTimeAreThoseOfTheContact) {
   EXPECT_NEAR(m.time, 9.999, 1e-9);
 }
 
-TEST(HandMeter, WhatTheEmergencyKeyHoldsIsNeitherContactNorForceNorFault) {
+TEST(HandMeter, TicksWithTheEmergencyKeyCountNeitherAsContactNorForceNorFault) {
   std::vector<ServoTick> ticks(4000);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const bool held = i >= 1000 && i < 3000;
@@ -104,7 +104,7 @@ TEST(HandMeter, WhatTheEmergencyKeyHoldsIsNeitherContactNorForceNorFault) {
   EXPECT_NEAR(m.time, 4, 2e-3);
 }
 
-TEST(Score, WhereNothingSaysWhatTheTaskIsAnUntouchedToothEarnsNothingAndOneThatWasCutCounts) {
+TEST(Score, WithoutATaskAnUntouchedToothScoresZeroAndACutToothIsScored) {
   ScoreInput in;
   in.before[static_cast<std::size_t>(Tissue::kEnamel)] = 100e-9;
   in.after = in.before;
@@ -115,7 +115,7 @@ TEST(Score, WhereNothingSaysWhatTheTaskIsAnUntouchedToothEarnsNothingAndOneThatW
   EXPECT_GT(score(in, default_rules(in)).points, 0);
 }
 
-TEST(Score, WhatRoundingLeavesIsNoMeasureAndNoTarget) {
+TEST(Score, RoundingErrorsAreNeitherMeasuresNorTargets) {
   ScoreInput in;
   in.before[static_cast<std::size_t>(Tissue::kEnamel)] = 100e-9;
   in.after = in.before;
@@ -128,7 +128,7 @@ TEST(Score, WhatRoundingLeavesIsNoMeasureAndNoTarget) {
   }
 }
 
-TEST(Quantities, AreWrittenWithoutPowersOfTenAndWhatIsNotThereAsADash) {
+TEST(Quantities, AreWrittenWithoutPowersOfTenAndMissingOnesAsADash) {
   EXPECT_EQ(quantity_text(6.506e-08, "mm³", Language::kEnglish), "0\u00a0mm³");
   EXPECT_EQ(quantity_text(-1e-9, "mm", Language::kEnglish), "0\u00a0mm");
   EXPECT_EQ(quantity_text(std::nan(""), "mm", Language::kEnglish), "–");
@@ -137,7 +137,7 @@ TEST(Quantities, AreWrittenWithoutPowersOfTenAndWhatIsNotThereAsADash) {
   EXPECT_EQ(quantity_text(3, "", Language::kEnglish), "3");
 }
 
-TEST(HandMeter, PiecesMakeNoDifferenceAndBrokenTicksAreLeftOut) {
+TEST(HandMeter, DivisionIntoPartsMakesNoDifferenceAndInvalidTicksAreOmitted) {
   auto ticks = test::random_ticks(2000, 5);
   HandMeter whole(1000), pieces(1000);
   whole.add(ticks);
@@ -211,7 +211,7 @@ TEST(Score, AHalfDoneTaskShowsPerfectItemsInFullAndCountsHalfOfTheirSum) {
   EXPECT_DOUBLE_EQ(s.points, 50);
 }
 
-TEST(PassMark, IsTheScenesWithItsSourceElseTheUsualOneAndIsMissedBelowNotAtIt) {
+TEST(PassMark, IsTheScenesOrTheDefaultAndIsFailedBelowItButNotAtIt) {
   ScoreInput in = carious();
   in.after[3] = 0;
   in.hand.force_max = 5;  // half of its points
@@ -236,7 +236,7 @@ TEST(PassMark, IsTheScenesWithItsSourceElseTheUsualOneAndIsMissedBelowNotAtIt) {
   EXPECT_THROW(scored(R"("pass": {"points": 50}, )"), Error);
 }
 
-TEST(Score, WhatCannotBeKnownIsLeftOutWithItsWeight) {
+TEST(Score, UnknownMeasuresAreOmittedWithTheirWeight) {
   ScoreInput in = carious();
   in.before[3] = in.after[3] = 0;  // no caries
   in.before[4] = in.after[4] = 0;  // no pulp
@@ -319,7 +319,7 @@ TEST(ScoreRules, AnIdealThatLeavesCariesAndOpensThePulpScoresFullByTheDefaults) 
   EXPECT_LT(score(in, rules).points, ideal.points);
 }
 
-TEST(ScoreRules, WithoutATargetNobodyIsMeasuredAgainstWhatHeDidHimself) {
+TEST(ScoreRules, AMissingTargetIsNeverTakenFromTheScoredSessionItself) {
   ScoreInput in = carious();
   in.damage = DamageMeasures{true, true, 5e-9, 3e-9, 1};
   in.hand.force_max = 9;

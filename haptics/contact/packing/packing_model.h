@@ -73,10 +73,10 @@ class PackingModel final : public ContactModel {
   /// State for leading a tool back along its path when contacts hold it far from the hand, as in the model "offset".
   struct Retreat {
     offset::RetreatPath path;  // in units of kPathUnit
-    dvec3 held_at{0};          // m, position near which the proxy has stayed …
-    double held_for = 0;       // … for this time in s, with the hand far away
-    bool leading = false;      // the proxy is being led back …
-    std::size_t to = 0;        // … to this point of the path
+    dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
+    double held_for = 0;       // s, time for which it has stayed there with the hand far away
+    bool leading = false;      // true while the proxy is led back along `path`
+    std::size_t to = 0;        // index of the point of `path` to which it is led
     bool wedged = false;       // the hand is far away, and there is no path back
   } retreat_;
   SurfaceEstimate surface_;

@@ -19,9 +19,9 @@ struct FollowParameters {
   // ratio to `step`: after a shorter displacement no further iteration is needed
   static constexpr double settled = 0.2;
   static constexpr double led_out = 0.05;  // overlap above which the head counts as inside tissue
-  /// Displacement after which the points must be listed again.
+  /// Displacement of the head after which the points must be listed again, as a ratio to the head's radius.
   static constexpr double kept = 0.15;
-  /// Distance from the head up to which points must be listed.
+  /// Distance from the head up to which points must be listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
 };
 
