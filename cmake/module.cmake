@@ -42,8 +42,8 @@ endfunction()
 # typodont_test(NAME KIND unit|property|golden|stress|bench|acceptance SOURCES a.cpp … [LIBS lib …]): adds a GoogleTest
 # program. Every test in it becomes a ctest named KIND.Suite.Claim with the label KIND. [TIMEOUT s]: used if the
 # preset's timeout is too short, independently of the length of a campaign. [LIVE]: the tests need real time or a
-# display; they also get the label `live` and run one at a time. [MEASURED pattern]: these tests measure time and get
-# the kind bench.
+# display; they also get the label `live`, run one at a time, and have a second try. [MEASURED pattern]: these tests
+# measure time and get the kind bench.
 include(GoogleTest)
 function(typodont_test name)
   cmake_parse_arguments(ARG "LIVE" "KIND;TIMEOUT;MEASURED" "SOURCES;LIBS" ${ARGN})
@@ -60,6 +60,9 @@ function(typodont_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
+  if(ARG_LIVE)  # what gtest_discover_tests runs the program by
+    set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${PROJECT_SOURCE_DIR}/tests/support/second_try.sh)
+  endif()
   set(filter)
   if(ARG_MEASURED)
     set(filter TEST_FILTER -${ARG_MEASURED})

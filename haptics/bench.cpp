@@ -8,6 +8,7 @@ std::vector<BenchRow> bench_contact(const BenchOptions& options) {
   std::vector<BenchRow> rows;
   bench::slide_rows(options, rows);
   bench::drilling_rows(options, rows);
+  bench::process_rows(options, rows);
   bench::removal_rows(options, rows);
   bench::free_air_row(options, rows);
   bench::deadline_rows(options, rows);

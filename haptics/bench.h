@@ -46,6 +46,15 @@ struct ModelBenchOptions {
 /// "tissue, motion, model: measure".
 std::vector<BenchRow> bench_models(const ModelBenchOptions& options);
 
+struct StressBenchOptions {
+  bool quick = false;                // few ticks: a look instead of a campaign
+  std::vector<std::string> models;   // of them; none: all
+  std::vector<ModelAnatomy> meshes;  // that a fast probe slides over, besides edges and a groove
+};
+/// Every contact model under hands that no human has, nonsense, late carvers, uneven clocks, 200 N, fast probes and
+/// thin walls. The name of a row is "campaign, model: measure"; its ratio is to the most that passes.
+std::vector<BenchRow> bench_stress(const StressBenchOptions& options);
+
 struct MotionBenchOptions {
   std::filesystem::path tools;     // folder of tool files
   std::vector<std::string> names;  // of them; none: all

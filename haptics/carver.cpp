@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "haptics/contact/count_method.h"
 
 namespace typodont::haptics {
 
@@ -23,6 +24,7 @@ Carver::Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedCon
       tool_count_(tools.size()),
       travel_(body_->travel()) {
   TYPODONT_CHECK(tool_count_ > 0);
+  count_method(or_default(method)->name(), 0, 1);
 }
 
 Carver::Carver(TissueVolume tissue, const ServoSettings& settings)

@@ -52,6 +52,14 @@ std::vector<std::string> contact_method_names();
 /// These names as words for help and messages: "one of: offset, …".
 std::string known_contact_methods();
 
+/// How many servo's and carver's halves of a method were made in this process.
+struct MethodCount {
+  std::string name;
+  std::uint64_t models = 0, bodies = 0;
+};
+/// All methods, in the order of contact_method_names(). Any thread.
+std::vector<MethodCount> method_counts();
+
 /// The one that is used where nothing is chosen: "offset".
 const SharedContactMethod& default_contact_method();
 

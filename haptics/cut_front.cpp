@@ -1,6 +1,7 @@
 #include "haptics/cut_front.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -30,7 +31,11 @@ CutFront::CutFront(std::span<const Tool> tools, double voxel, int lanes) : lanes
   due_.assign(count + 8, 0);
   moved_ = due_;
   heights_.assign(static_cast<std::size_t>(3 * (size_.z * kDeep + kBeyond)), 0);
-  const std::size_t room = std::min(2 * kRows * kRows * count, kGroups) / 2 + Groups::kRoom;
+  const int layers = across - 2 * kRoom;
+  parts_.resize(static_cast<std::size_t>(
+      std::clamp(static_cast<int>(std::bit_floor(static_cast<unsigned>(layers))), 4, kMostParts)));
+  // Twice the room that a part needs if all hold as many groups: those across the head's middle hold more.
+  const std::size_t room = 2 * std::min(2 * kRows * kRows * count, kGroups) / parts_.size() + Groups::kRoom;
   for (Groups& part : parts_) {
     part.x.assign(room, 0);
     part.y.assign(room, 0);
@@ -134,6 +139,21 @@ std::vector<CutFront::Place> CutFront::listed_in(const glm::ivec3& patch_lo, int
 int CutFront::outdated() const noexcept {
   return static_cast<int>(
       std::count_if(parts_.begin(), parts_.end(), [&](const Groups& part) { return way_ > part.until; }));
+}
+
+int CutFront::renewed_early(double way) const noexcept {
+  if (outdated() > 0 || !(way > 0)) return -1;
+  std::array<double, kMostParts> ticks_left;
+  for (std::size_t i = 0; i < parts_.size(); ++i) ticks_left[i] = (parts_[i].until - way_) / way;
+  // One list a tick is in time as long as no more than n lists end within the next n ticks.
+  const auto end = ticks_left.begin() + static_cast<std::ptrdiff_t>(parts_.size());
+  const auto soonest = std::min_element(ticks_left.begin(), end);
+  const std::ptrdiff_t part = soonest - ticks_left.begin();
+  std::sort(ticks_left.begin(), end);
+  for (std::size_t n = 0; n < parts_.size(); ++n) {
+    if (ticks_left[n] < static_cast<double>(n)) return static_cast<int>(part);
+  }
+  return -1;
 }
 
 }  // namespace typodont::haptics

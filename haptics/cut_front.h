@@ -1,7 +1,7 @@
-// What of a patch the next cuts can still change. The field falls behind a head and stands still ahead of it: a sample
-// that lies `slack` voxels below what the head would make of it cannot change before the head has come that far. So
-// each block of voxels knows on which mile of the head's way it is to be looked at again, and most cuts look at the
-// shell before the head alone. What lies there is listed for a voxel of way, in parts that are listed anew by turns.
+// Which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in the head
+// cannot change before the head has moved that far. So each block of voxels stores the path length at which it must be
+// examined again, and most cuts touch only the samples just ahead of the head. These are listed for the next voxel of
+// path, in parts that are renewed by turns.
 #pragma once
 
 #include <array>
@@ -18,19 +18,20 @@ namespace typodont::haptics {
 /// How many samples along z this processor raises at once: 8 or 16.
 int widest_group() noexcept;
 
-/// Of one tool in one patch and its successors; blocks of 4 × 4 × 8 voxels, z fastest. Buffers are sized once, at
-/// set-up.
+/// For one tool, in one patch and those that follow it. Blocks are 4 × 4 × 8 voxels, z fastest. Buffers are sized once,
+/// at set-up.
 class CutFront {
  public:
   /// Large enough for any of these tools. `lanes`: of a group; which of them this processor has changes no bit.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// What is listed, is so in parts: of every fourth layer of blocks along x.
-  static constexpr int kParts = 4;
+  /// The lists are kept in parts, which are renewed by turns: part i holds every n-th layer of blocks along x. The
+  /// larger the head, the more parts, so that the ticks in which a part is renewed stay short beside the others.
+  int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Groups of the same kind, one after the other. `narrow`: only the first kNarrowest samples of each may change,
-  /// which is less than there are lanes. Before the head has come `stage` eighths of what the list lasts for they
-  /// cannot change (of heads that are no balls always 0).
+  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each can change, fewer than
+  /// there are lanes. None of them changes before the head has moved `stage` eighths of the list's lifetime (always 0
+  /// for heads that are no balls).
   struct Run {
     int kind;
     bool narrow;
@@ -47,7 +48,7 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// Groups side by side, with room to read a few more.
+  /// Groups as arrays, one per property. A few elements beyond the last may be read.
   struct Listed {
     float* x;  // from the origin of the groups
     float* y;
@@ -57,8 +58,7 @@ class CutFront {
     std::uint8_t* label;   // … and what they are
   };
 
-  /// To be called when anything but the cuts of this tool lowered the field: fillings, strokes taken back, another
-  /// tool.
+  /// Call it when anything other than this tool's cuts lowered the field: fillings, undo, another tool.
   void forget() noexcept { known_ = false; }
   /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel,
   /// and how wide they are.
@@ -67,7 +67,7 @@ class CutFront {
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// When only labels changed.
+  /// Call it when only labels changed.
   void list_anew() noexcept { drop_listed(); }
 
  private:
@@ -78,10 +78,10 @@ class CutFront {
       512;  // voxels of way after which counting starts anew, so that floats keep their digits
   static constexpr float kNever = 1e9f;
   static constexpr int kKinds = 20;  // of groups, at most
-  // Voxels of way for which what may change is listed: the longer, the less often, but the more groups. Of a head with
-  // pieces also the more of them whose samples have several in reach.
+  // Lifetime of a list, voxels of path. A longer one is renewed less often, but holds more groups, and more of them
+  // near several pieces of the head's outline.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  static constexpr double kMostListed = 0.2;  // nothing is where the head takes less than a few sweeps for that
+  static constexpr double kMostListed = 0.2;  // voxels a sweep; a faster head outruns its lists, so it gets none
 
   /// Groups of samples along z that the head may change before its way is `until`: first sample, where it lies in the
   /// patch, how many may change, and their tissue.
@@ -116,26 +116,31 @@ class CutFront {
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Which of its parts a layer of blocks belongs to, counted from the front's first.
-  int part_of(int layer) const noexcept { return (first_.x + layer) & (kParts - 1); }
-  /// Says which patch they are in from now on; what was listed in another stays, where that holds it all (`holds`).
+  /// Which part a layer of blocks belongs to, counted from the front's first.
+  int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
+  /// Tells the lists which patch they refer to. Lists of another patch stay valid if this one holds all their samples
+  /// (`holds`).
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
   /// How many parts are to be listed anew.
   int outdated() const noexcept;
+  /// A part that had better be listed anew now, before it has to be, so that no tick of this way (voxels) need list
+  /// several; -1: none.
+  int renewed_early(double way) const noexcept;
 
   /// Table `k` of something that depends on the height of a sample alone.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
   static constexpr int kBeyond = 32;  // samples of a group that begins at the front's last one, and more
   int lanes_;
-  glm::ivec3 size_{0};                // blocks
-  glm::ivec3 first_{0};               // block at the beginning of due_
-  std::vector<float> due_, moved_;    // way at which a block may change; the same while they are shifted
-  std::array<Groups, kParts> parts_;  // count from the first voxel of the front's first block
-  glm::ivec3 listed_lo_{0};           // of the patch they lie in, and its edge
+  glm::ivec3 size_{0};              // blocks
+  glm::ivec3 first_{0};             // block at the beginning of due_
+  std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
+  static constexpr int kMostParts = 16;
+  std::vector<Groups> parts_;  // a power of two; positions count from the first voxel of the front's first block
+  glm::ivec3 listed_lo_{0};    // of the patch they lie in, and its edge
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;

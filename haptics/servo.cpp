@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "haptics/contact/count_method.h"
 #include "haptics/contact_method.h"
 #include "haptics/servo/state.h"
 
@@ -43,9 +44,8 @@ void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   if constexpr (kRest > 0) std::memcpy(target + kPiece * kPieces, source + kPiece * kPieces, kRest);
 }
 
-/// A scene that is larger, with a coupling softer by as much, has the same forces: what the law foresees of a hand and
-/// gives it is larger by as much, up to the limit of a nanojoule. A device's hand is a hand, whatever the scene, and
-/// its jumps are counts.
+}  // namespace
+
 PassivityLaw law_for(const ServoSettings& settings) {
   PassivityLaw law;
   if (settings.position_step > 0) {
@@ -58,8 +58,6 @@ PassivityLaw law_for(const ServoSettings& settings) {
   law.long_way *= std::max(size, 1.0);
   return law;
 }
-
-}  // namespace
 
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept {
   const dvec3 pull = p_WT - p_WG;
@@ -76,6 +74,7 @@ double largest_fraction(const dvec3& step, const dvec3& rest, double most) {
 Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settings)), coupling(s.position_step) {
   if (!settings.method) settings.method = default_contact_method();
   model = settings.method->make_model(settings);
+  count_method(settings.method->name(), 1, 0);
   snapshot = &model->snapshot();
   travel = model->travel();
   turns_matter = model->turns_matter();

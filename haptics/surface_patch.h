@@ -10,27 +10,33 @@
 #include "engine/contract/field_brick.h"
 #include "haptics/hardness.h"
 #include "haptics/label.h"
+#include "haptics/sliding_buffer.h"
 #include "haptics/snapshot.h"
 #include "haptics/tool.h"
 
 namespace typodont::haptics {
 
-/// A cube of n³ samples of distance (voxels) and label, z fastest.
+/// A cube of n³ samples of distance (voxels) and label, z fastest. The carver reuses patches that come back from the
+/// servo: one that moves keeps the samples that stay inside, and only what came in or changed is copied.
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
   double band = 1e300;         // voxels; farther from the surface the field tells no distance
-  bool exact_outside = false;  // distances outside the tissue are true ones, or at least never more …
-  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};  // … but for what was cut or filled in this box of voxels, inclusive
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the filled voxels lie in this one
-  std::vector<float> distance;
-  std::vector<Tissue> tissue;          // see label.h
-  std::vector<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
-                                       // tissue that is not graded (TissueVolume::graded): all kOwnHardness
-  std::vector<float> uncut;            // scratch of carve(); empty as `hardness` is
+  bool exact_outside = false;  // distances outside the tissue are exact or too small, except near cuts and fillings
+  glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the same around all fillings
+  SlidingBuffer<float> distance;
+  SlidingBuffer<Tissue> tissue;          // see label.h
+  SlidingBuffer<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
+                                         // tissue that is not graded (TissueVolume::graded): all kOwnHardness
+  std::vector<float> uncut;              // scratch of carve(); empty as `hardness` is
   std::vector<SurfacePatch>
       wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
+  // What the carver has to copy again when it reuses the patch: what changed in the tissue since `copied_at`
+  // (TissueVolume::mark(); 0: everything), and the box of voxels, inclusive, that the patch's owner wrote to.
+  std::uint64_t copied_at = 0;
+  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
   void resize(int edge) {
     n = edge;
@@ -42,6 +48,15 @@ struct SurfacePatch : Snapshot {
   void grade() {
     hardness.resize(tissue.size());
     uncut.resize(tissue.size());
+  }
+  /// From now on it begins at voxel `first`. Samples that stay inside keep their values, the others hold anything.
+  void move_to(const glm::ivec3& first) noexcept {
+    const glm::ivec3 by = first - lo;
+    const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
+    distance.slide(samples);
+    tissue.slide(samples);
+    hardness.slide(samples);
+    lo = first;
   }
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
@@ -60,7 +75,11 @@ struct SurfacePatch : Snapshot {
   }
 };
 
-/// Takes a box into the one that was cut.
+/// Notes that samples of a box of voxels were written to.
+inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
+  patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
+}
+/// Extends the box of what was cut.
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }

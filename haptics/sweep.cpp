@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "haptics/cut_front.h"
 
@@ -60,6 +61,28 @@ bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance,
   }
   return sphere_ ? carve_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
                  : carve_head(lo, size, distance, stride_x, stride_y, tissue, removed);
+}
+
+Sweep::LeafCut Sweep::carve_leaf(const glm::ivec3& lo, float* distance) const noexcept {
+  if (sphere_) return carve_leaf_ball(lo, distance);
+  LeafCut cut;
+  constexpr std::size_t n = kLeaf;
+  if (straights_ > 0) {
+    cut.changed = cut.emptied = carve(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr);
+  } else {
+    cut.changed = carve_head(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr, &cut);
+  }
+  return cut;
+}
+
+bool Sweep::same_head(const Sweep& other) const noexcept {
+  if (sphere_ != other.sphere_ || radius_ != other.radius_ || reach_ != other.reach_) return false;
+  return sphere_ || (half_length_ == other.half_length_ && back_.count == other.back_.count &&
+                     std::memcmp(pieces_, other.pieces_, sizeof pieces_) == 0);
+}
+
+double Sweep::path_from(const Sweep& before) const noexcept {
+  return travel_ + (sphere_ ? glm::length(X_VA_.p - before.X_VB_.p) : way_between(before.X_VB_, X_VA_, reach_));
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {

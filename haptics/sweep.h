@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 class CutFront;
 
-/// All that a head takes as it moves from A to B: of a sphere the exact capsule, of any other how deep each voxel ever
-/// lies in it, within 5e-4 voxels.
+/// The space that a head sweeps from A to B: of a sphere the exact capsule, of other heads the greatest depth of each
+/// voxel on the way, within 5e-4 voxels.
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
@@ -33,6 +33,20 @@ class Sweep {
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              PerTissue* removed) const noexcept;
 
+  /// The same in one leaf: 8³ samples from voxel `lo` on, side by side. `slack`: voxels that the head's farthest point
+  /// may go on, whichever way, before any sample of the leaf can change. `emptied`: a sample may have turned to air.
+  struct LeafCut {
+    bool changed = false, emptied = false;
+    float slack = 0;
+  };
+  LeafCut carve_leaf(const glm::ivec3& lo, float* distance) const noexcept;
+  static constexpr int kLeaf = 8;
+
+  /// Whether the other sweep is one of the same head.
+  bool same_head(const Sweep& other) const noexcept;
+  /// Voxels that the head's farthest point goes from the end of `before` to the end of this sweep, at most.
+  double path_from(const Sweep& before) const noexcept;
+
   /// Distances are kept true as far as this from the new surface: the reach of the cubic interpolation.
   static constexpr float kMargin = 3.5f;
   /// Deeper inside the head all is equally empty: only the shell that matters is written, not the ball.
@@ -41,8 +55,11 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+  /// `leaf`, where the box is one: what else is found of it.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
+                  std::size_t stride_y, const Tissue* tissue, PerTissue* removed,
+                  LeafCut* leaf = nullptr) const noexcept;
+  LeafCut carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept;
   bool carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
@@ -59,7 +76,7 @@ class Sweep {
     way.pieces = pieces_;
     return way;
   }
-  /// Between a capsule and its balls lies ab²/8r: nothing, for a short step that continues another.
+  /// True of a step so short that the ball at B stands for the capsule: they differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/contract/field_brick.h"
@@ -73,24 +74,42 @@ class TissueVolume {
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  /// From now on the blocks of 8³ samples that carve() and fill() write to are remembered, or no longer.
-  void remember_writes(bool wanted);
-  /// As copy_for_patch() and copy_every(), of boxes that were copied whole before: only what those may have changed
-  /// since. Forgets it then. Cuts and fillings do not change the hardness that a patch keeps, so that of voxels is not
-  /// copied again; that of every n-th sample is, where a pointer is given.
+  // Copies that are brought up to date instead of being made anew.
+  /// Names the state of the tissue now, for written_since(). Never 0, and never that of another volume.
+  std::uint64_t mark();
+  /// What carve() and fill() have written since a mark.
+  struct Written {
+    std::vector<glm::ivec3> blocks;  // keys, see solid_block(); may repeat
+    VoxelBox box;                    // around all of it
+  };
+  /// False where that is no longer known: after undo, or painting, or if it is too long ago.
+  bool written_since(std::uint64_t mark, Written& written) const;
+  /// A box of samples that was copied: of voxels, or of every n-th of them.
   struct Copied {
-    glm::ivec3 lo, size;  // voxels, or every n-th
+    glm::ivec3 lo, size;
     float* distance;
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  void copy_written(const Copied& box, int n, const Copied* every);
+  /// As copy_for_patch(), of the samples of `part` alone, which lies in the box.
+  void copy_part(const Copied& box, const VoxelBox& part) const;
+  /// The same of those blocks, as far as they lie in the box.
+  void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
+  /// As copy_every(), of the samples of `part` alone, which lies in the box.
+  void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
+  /// The box of every n-th sample that may have changed where something was written within `written`.
+  static VoxelBox every_around(int n, const VoxelBox& written);
 
+  /// Where a removal wrote, and the keys of the blocks (see solid_block()) in which it may have turned tissue to air.
+  struct Carved {
+    VoxelBox box;
+    std::vector<glm::ivec3> blocks;
+  };
   /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay,
-  /// but those of a filling where none is left. Returns where it wrote.
-  VoxelBox carve(const Sweep& sweep);
-  /// Clears whole voxels. Returns where it wrote.
-  VoxelBox carve(const VoxelStamp& stamp);
+  /// but those of a filling where none is left.
+  Carved carve(const Sweep& sweep);
+  /// Clears whole voxels.
+  Carved carve(const VoxelStamp& stamp);
 
   /// Makes a block of samples what they are given to be. Labels stay. Returns where it wrote.
   VoxelBox replace(const RasterBlock& block);
@@ -100,7 +119,7 @@ class TissueVolume {
   /// Adds a body in the shape of a head. Returns where it wrote.
   VoxelBox fill(const PlacedHead& body);
 
-  /// The samples of a block of 8³ that lie in tissue.
+  /// The samples of a block of 8³ that lie in tissue; its first sample is 8 key.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
 
   /// Takes out a piece that hangs on to nothing, and with it what it meant for the distances around it. Labels stay.
@@ -155,7 +174,7 @@ class TissueVolume {
  private:
   struct Impl;
   template <class Removal>
-  VoxelBox carve_leaves(const Removal& sweep);
+  Carved carve_leaves(const Removal& removal);
   template <class Filling>
   VoxelBox fill_leaves(const Filling& filling);
   explicit TissueVolume(std::unique_ptr<Impl> impl);

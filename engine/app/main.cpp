@@ -1,7 +1,11 @@
 // typodont: parses the command line, runs one command, converts errors to messages and exit statuses.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -36,8 +40,19 @@ static int written_out() {
   return 1;
 }
 
+/// A standard stream that was closed before the program began is at its end and takes nothing. Otherwise the next file
+/// that is opened would take its number, and what is meant for the terminal would be written into that file or read
+/// from it.
+static void open_standard_streams() {
+  for (int stream = 0; stream <= 2; ++stream) {
+    if (::fcntl(stream, F_GETFD) >= 0) continue;
+    if (::open("/dev/null", O_RDONLY) != stream) std::abort();  // the lowest free number
+  }
+}
+
 int main(int argc, char** argv) {
   using namespace typodont;
+  open_standard_streams();
   // A file that reaches its size limit then causes a write error, like a full disk, instead of ending a live session.
   std::signal(SIGXFSZ, SIG_IGN);
   end_in_order_on_interrupt();
@@ -58,6 +73,7 @@ int main(int argc, char** argv) {
   add_report_command(program);
   add_devices_command(program);
   add_doctor_command(program);
+  add_experiment_command(program);
   add_rescore_command(program);
   add_sign_command(program);
   add_sound_command(program);

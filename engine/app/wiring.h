@@ -31,11 +31,18 @@ struct SessionSettings {
   bool backwards = false;                 // the handpiece turns backwards; only for a tool with a thread
   double force_fraction = 1;              // 0..1, factor on the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // factors on the materials' stiffness; only in sessions without recording
+  Nanos force_delay = 0;  // ns by which the force reaches the hand late; only if the session delays forces
 
   static constexpr PerTissue every_tissue(double fraction) {
     PerTissue all{};
     for (double& v : all) v = fraction;
     return all;
+  }
+  /// N/m, what set_stiffness() of the servo takes.
+  PerTissue stiffness_of(const MaterialTable& materials) const {
+    PerTissue scaled{};
+    for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
+    return scaled;
   }
 };
 

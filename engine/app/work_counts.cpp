@@ -23,9 +23,12 @@ void count_allocation() noexcept {
   g_allocations.fetch_add(1, std::memory_order_relaxed);
 }
 
-std::array<WorkCount, 20> listed(const WorkCounts& c) {
+std::array<WorkCount, 23> listed(const WorkCounts& c) {
   return {{{"ticks", "ticks of the servo", c.ticks},
            {"queries", "looks into the field", c.queries},
+           {"sphere_looks", "looks for spheres (packing)", c.sphere_looks},
+           {"triangle_looks", "looks for triangles (mesh_lod)", c.triangle_looks},
+           {"vertex_looks", "looks for vertices (vertex)", c.vertex_looks},
            {"patches", "patches cut out for the servo", c.patches},
            {"voxels_cut", "voxels gone through by cuts", c.voxels_cut},
            {"voxels_redistanced", "voxels re-distanced: a cut keeps the field's distances, so none ever", 0},

@@ -10,8 +10,10 @@ namespace typodont {
 struct WorkCounts {
   // Contact and cutting.
   std::uint64_t ticks = 0, queries = 0;  // ticks of the servo; queries of the distance field
-  std::uint64_t patches = 0;             // surface patches cut out for the servo
-  std::uint64_t voxels_cut = 0;          // voxels processed by cuts and fillings; none is ever redistanced
+  // Searches for tissue by the contact models that represent it as spheres, triangles or vertices (haptics/work.h).
+  std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
+  std::uint64_t patches = 0;     // surface patches cut out for the servo
+  std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings; none is ever redistanced
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;
@@ -32,7 +34,7 @@ struct WorkCount {
   std::uint64_t value;
 };
 /// All counts except the times, in order.
-std::array<WorkCount, 20> listed(const WorkCounts& counts);
+std::array<WorkCount, 23> listed(const WorkCounts& counts);
 
 /// Counts of the process so far: bytes written, allocations, CPU time; and its present threads and libraries.
 WorkCounts process_counts();

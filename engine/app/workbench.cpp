@@ -97,8 +97,10 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;  // last time at which the tool was at the hand, on the session's clock
-  std::string keys;    // help text about the hand and the keyboard, drawn below the picture
+  Nanos followed = 0;        // last time at which the tool was at the hand, on the session's clock
+  std::string keys;          // help text about the hand and the keyboard, drawn below the picture
+  std::string told;          // drawn there instead in a steered session
+  std::vector<int> pressed;  // keys in the last step
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members
@@ -162,6 +164,7 @@ void Workbench::Impl::set_up() {
               ? "picture: off, an offscreen rig shows nothing live; use 'typodont render' or 'typodont demo'"
               : "picture: off, the scene does not name \"render\"");
   s.operated = options.operated;
+  s.steered = options.steered;
   s.record = !options.record.empty();
   s.save = options.save;
   if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
@@ -192,7 +195,7 @@ void Workbench::Impl::set_up() {
   hands = open_hands(choice, rig ? &*rig : nullptr, in_window);
   const haptics::DeviceInfo& hand = hands.right->info();
   if (!options.no_real_time) require_real_time(hands);
-  s.serve(hand);
+  s.serve(hand, options.most_delay);
   explain("hand: " + in_words(hand));
   explain(hands.left ? "left hand, with the mouth mirror: " + in_words(hands.left->info()) : "left hand: none");
 
@@ -332,6 +335,7 @@ void Workbench::Impl::advance_sound() {
 bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_size) {
   LiveSession& s = *session;
   ++summary.work.turns;
+  pressed.clear();
   if (meter) score_ticks();
   if (s.wiring.servo_ended || g_asked_to_stop || to_seconds(now() - began) >= options.seconds) return false;
   s.wiring.loop_to_render.fetch();
@@ -357,6 +361,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (pointer) s.wiring.pointer.publish(pointer->follow(over, now() - began));
     PictureStage& stage = *picture->stage();
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
+    pressed = over.pressed;
     follow_keys(over);
     // If the session is operated, score_ticks() processes every tick.
     if (implant && !meter) implant->add({&tick, 1});
@@ -408,6 +413,7 @@ std::string Workbench::Impl::hint() const {
         "the tool is caught in the tooth, {:.0f} mm from the hand: bring the hand back to it, and out the way it went "
         "in   space or Esc: stop",
         1e3 * caught());
+  if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
     // The line has room for only one of both; the present phase is more important than the keys.
@@ -625,6 +631,7 @@ void Workbench::Impl::count_work(const WorkCounts& running_process) {
   work.ticks = summary.ticks, work.frames = summary.frames + (picture ? picture->own_frames() : 0);
   if (headset) headset->add_work(work);
   work.queries = s.queries;
+  work.sphere_looks = s.looks.spheres, work.triangle_looks = s.looks.triangles, work.vertex_looks = s.looks.vertices;
   work.patches = s.carver.snapshots(), work.voxels_cut = s.voxels_cut;
   work.bricks_meshed = s.bricks_meshed, work.triangles_made = s.triangles_made;
   if (sound) work.samples = sound->stats().samples;
@@ -685,6 +692,12 @@ void Workbench::drop_picture() {
 }
 void Workbench::make_picture(gpu::Device& device) {
   if (impl_->picture) impl_->picture->make(&device);
+}
+const std::vector<int>& Workbench::pressed() const {
+  return impl_->pressed;
+}
+void Workbench::say(const std::string& line) {
+  impl_->told = line;
 }
 void Workbench::emergency_stop() {
   Wiring& wiring = impl_->session->wiring;

@@ -42,6 +42,10 @@ struct WorkbenchOptions {
   std::string trainee;              // name for the recording
   int monitor = -1;                 // monitor for full screen; −1: a window
 
+  // Options of an experiment (engine/app/experiment/).
+  bool steered = false;   // status() has the newest tick, also if nothing is drawn; hint() gives the text of say()
+  double most_delay = 0;  // s, longest delay of the force that may be asked for (SessionSettings); 0: none
+
   // Options of the operator's window (engine/app/operator/).
   bool operated = false;          // provides score and timing during the session
   bool embedded = false;          // shown in the operator's window instead of its own
@@ -147,6 +151,10 @@ class Workbench {
   void drop_picture();
   /// Creates the pictures again on a new device.
   void make_picture(gpu::Device& device);
+  /// The keys that were pressed in the last step(), numbered as in display::UserInput.
+  const std::vector<int>& pressed() const;
+  /// In a steered session: the line below the picture, instead of the help text about the keys.
+  void say(const std::string& line);
   /// No force from the next tick on, and end of the session, regardless of contact. If the servo does not answer within
   /// 50 ms, all devices are released from here. stop() still completes the recording.
   void emergency_stop();

@@ -81,9 +81,6 @@ std::vector<std::string> lines_of(std::string_view hint, double most, double hei
   return lines;
 }
 
-std::string speed_text(const Hud& hud) {
-  return fmt::format("{:.0f} krpm", hud.speed_krpm);
-}
 std::string force_text(const Hud& hud) {
   return fmt::format("{:.2f} N", hud.force);
 }
@@ -211,11 +208,16 @@ class Painter {
 
 }  // namespace
 
+std::string spindle_text(double krpm) {
+  constexpr double kSlow = 10;  // krpm; implant drills and reamers turn slower, turbines never do
+  return krpm < kSlow ? fmt::format("{:.0f} rpm", 10 * std::round(100 * krpm)) : fmt::format("{:.0f} krpm", krpm);
+}
+
 std::string Writing::shown(const Hud& hud, ivec2 place) {
   if (!hud.visible) return {};
-  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, speed_text(hud), force_text(hud),
-                     force_fraction(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y, hud.upright[1].x,
-                     hud.upright[1].y, place.x, place.y);
+  return fmt::format("{}\n{}\n{}\n{}\n{}\n{} {} {} {} {} {} {}", hud.tool, hud.hint, spindle_text(hud.speed_krpm),
+                     force_text(hud), force_fraction(hud), hud.aspect, hud.upright[0].x, hud.upright[0].y,
+                     hud.upright[1].x, hud.upright[1].y, place.x, place.y);
 }
 
 std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
@@ -230,7 +232,7 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const double pixels = hud.aspect > 0 ? hud.aspect : static_cast<double>(place.x) / place.y;
   const bool turned = std::abs(hud.upright[0].x) < 0.5;  // the panel is mounted on its side
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
-  const std::string speed = speed_text(hud), force = force_text(hud);
+  const std::string speed = spindle_text(hud.speed_krpm), force = force_text(hud);
 
   // The text height follows the picture's height, but is at least the readable minimum; the text is not wider than the
   // picture.

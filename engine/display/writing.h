@@ -10,6 +10,9 @@
 
 namespace typodont::display {
 
+/// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
+std::string spindle_text(double krpm);
+
 /// The content of the text.
 struct Hud {
   bool visible = false;

@@ -11,8 +11,22 @@ namespace typodont::haptics::bench {
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows) {
   SurfacePatch fresh = scene.patch();
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
-  rows.push_back({"patch cut-out", fmt::format("{0}, {1}³", knob, fresh.n), BenchRow::kNone, "",
-                  batch_ns(21, 4, [&](int) { scene.carver.take_snapshot(scene.last.X_WG.p, fresh); }), "patch"});
+  const std::string size = fmt::format("{0}, {1}³", knob, fresh.n);
+  rows.push_back({"patch cut-out, whole", size, BenchRow::kNone, "",
+                  batch_ns(21, 4,
+                           [&](int) {
+                             fresh.copied_at = 0;
+                             scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
+                           }),
+                  "patch"});
+  // A fresh patch is due where the tool has gone half of the travel; servo and carver exchange two patches in turn.
+  const dvec3 step(scene.carver.body().travel(), 0, 0);
+  rows.push_back(
+      {"patch cut-out, moved by its travel along x", size, BenchRow::kNone, "",
+       batch_ns(21, 4,
+                [&](int k) { scene.carver.take_snapshot(scene.last.X_WG.p + (k % 2 ? 0.0 : 1.0) * step, fresh); }),
+       "patch"});
+  scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, nothing lacking", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
                            [&](int) {

@@ -16,6 +16,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
+#include "haptics/bench/model_settings.h"
 #include "haptics/bench/model_tissues.h"
 #include "haptics/bench/scene.h"
 #include "haptics/bench/timing.h"
@@ -39,7 +40,6 @@ constexpr double kHeld = 0.1;              // N that a hand beyond a sheet must 
 constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands
 constexpr double kLedger = 1e-9;           // J that the ledger may be below zero
 constexpr std::uint64_t kSeed = 1;         // of all random hands
-constexpr double kVoxel = 0.1;             // mm, of the field where the knob is another
 constexpr double kGrid = 0.02e-3;          // m, of the points that count a swept volume
 
 /// A contact model with one setting of what trades its accuracy for time.
@@ -48,10 +48,6 @@ struct Setting {
   SharedContactMethod method;
   double voxel_mm = 0.1;  // of the tissue's field
 };
-
-SharedContactMethod method_of(const std::string& json) {
-  return read_contact_method(Json::parse(json, "bench models"));
-}
 
 /// The settings of a model that the bench goes through on a tissue, from cheap to accurate. An anatomy has its own
 /// voxels, or none where it is a file of voxels; its mesh is taken as it is.
@@ -65,7 +61,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
     for (const int spheres : counts) {
       all.push_back({model, fmt::format("{} spheres", spheres),
                      method_of(fmt::format(R"({{"packing": {{"spheres": {}}}}})", spheres)),
-                     anatomy ? tissue.voxels_mm.back() : kVoxel});
+                     anatomy ? tissue.voxels_mm.back() : kUsualVoxel});
     }
   } else if (anatomy && (model == "mesh_lod" || model == "vertex")) {
     all.push_back({model, "its mesh",
@@ -75,7 +71,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
     for (const int vertices : quick ? std::vector{2000, 8000} : std::vector{2000, 8000, 33'000}) {
       all.push_back({model, fmt::format("{} vertices", vertices),
                      method_of(fmt::format(R"({{"mesh_lod": {{"vertices": {0}, "levels": [{0}]}}}})", vertices)),
-                     kVoxel});
+                     kUsualVoxel});
     }
   } else {
     const std::vector<double> voxels = anatomy ? tissue.voxels_mm
@@ -90,10 +86,8 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
 
 /// The setting of a model for a question that has no knob.
 Setting usual_setting(const std::string& model) {
-  if (model == "packing") return {model, "10000 spheres", method_of(R"({"packing": {"spheres": 10000}})"), kVoxel};
-  if (model == "mesh_lod")
-    return {model, "8000 vertices", method_of(R"({"mesh_lod": {"vertices": 8000, "levels": [8000]}})"), kVoxel};
-  return {model, fmt::format("voxel {:g} mm", kVoxel), contact_method(model, "bench models"), kVoxel};
+  const UsualMethod usual = usual_method(model);
+  return {model, usual.knob, usual.method, kUsualVoxel};
 }
 
 bool wanted(const std::vector<std::string>& names, const std::string& name) {

@@ -17,10 +17,9 @@ namespace {
 
 using namespace literals;
 
-constexpr double kSlideSpeed = 20e-3;  // m/s
-constexpr double kTick = 1e-3;         // s
-constexpr int kDescent = 60;           // ticks from the open to the surface
-constexpr int kTurn = 60;              // ticks after which a hand on an anatomy takes another direction
+constexpr double kTick = 1e-3;  // s
+constexpr int kDescent = 60;    // ticks from the open to the surface
+constexpr int kTurn = 60;       // ticks after which a hand on an anatomy takes another direction
 
 /// A prism along y with the cross-section `xz` (counter-clockwise with x to the right and z up), whose caps are fans
 /// around the first point.
@@ -118,12 +117,12 @@ ModelTissue mesh_tissue(const ModelAnatomy& anatomy) {
           anatomy.voxels_mm};
 }
 
-Course slide_course(const ModelTissue& tissue, int ticks) {
-  ReferenceContact contact(tissue.shape, kProbeRadius);
+Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide) {
+  ReferenceContact contact(tissue.shape, slide.radius);
   contact.place(tissue.start);
   const ExactShape::Nearest below = tissue.shape.nearest(tissue.start, 5.0_mm);
   dvec3 n = glm::normalize(tissue.start - below.p);
-  const dvec3 deepest = below.p + (kProbeRadius - kHandDepth) * n;
+  const dvec3 deepest = below.p + (slide.radius - slide.depth) * n;
   Course course;
   for (int i = 0; i < ticks; ++i) {
     dvec3 hand;
@@ -133,7 +132,7 @@ Course slide_course(const ModelTissue& tissue, int ticks) {
       const dvec3 wanted = tissue.ahead(i - kDescent, contact.center(), n);
       const dvec3 along = wanted - glm::dot(wanted, n) * n;
       const double length = glm::length(along);
-      hand = contact.center() - kHandDepth * n + (length > 0 ? kSlideSpeed * kTick / length * along : dvec3(0));
+      hand = contact.center() - slide.depth * n + (length > 0 ? slide.speed * kTick / length * along : dvec3(0));
     }
     const dvec3& center = contact.follow(hand);
     if (glm::distance(center, hand) > 1e-6) n = glm::normalize(center - hand);

@@ -40,8 +40,13 @@ struct Course {
   std::vector<dvec3> hand;   // m
   std::vector<dvec3> truth;  // m, the ball's centre outside the tissue; the hand itself where nothing touches
 };
-/// The hand comes down onto the surface and slides over it with 20 mm/s, kHandDepth ahead of the ball.
-Course slide_course(const ModelTissue& tissue, int ticks);
+struct Slide {
+  double radius = kProbeRadius;  // m, of the ball
+  double depth = kHandDepth;     // m, how far the hand is ahead of it
+  double speed = 20e-3;          // m/s
+};
+/// The hand comes down onto the surface and slides over it.
+Course slide_course(const ModelTissue& tissue, int ticks, const Slide& slide = {});
 /// Taps on one place: in by kHandDepth and out again with 10, 30, 100 and 200 mm/s.
 Course tap_course(const ModelTissue& tissue);
 

@@ -33,6 +33,11 @@ double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, i
 /// little deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
+/// Sliding and drilling hands, by voxel size: time of the whole process per tick (servo, carver, hand-over of patches)
+/// beside the servo's own, both as means, so that what is done once in many ticks counts too; then the servo's
+/// quantiles and a histogram.
+void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
+
 /// A stroke of a ball along the surface, in steps: error of the volume, time per step.
 void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 

@@ -5,10 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <mutex>
 #include <stdexcept>
 #include <utility>
 
 #include "engine/base/error.h"
+#include "haptics/contact/count_method.h"
 #include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/mesh_lod/mesh_lod_method.h"
 #include "haptics/contact/offset/offset_method.h"
@@ -23,7 +25,9 @@ namespace {
 struct Entry {
   std::string name;
   ContactMethodReader read;
+  std::uint64_t models = 0, bodies = 0;  // made so far
 };
+std::mutex g_counts;  // of these two
 
 /// Set up before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
@@ -34,7 +38,7 @@ std::vector<Entry>& table() {
   return entries;
 }
 
-const Entry* find(std::string_view name) {
+Entry* find(std::string_view name) {
   if (name == offset::kAlias) name = offset::kName;
   const auto found = std::ranges::find(table(), name, &Entry::name);
   return found == table().end() ? nullptr : &*found;
@@ -45,6 +49,20 @@ const Entry* find(std::string_view name) {
 ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMethodReader reader) {
   if (find(name)) throw std::logic_error("contact method registered twice: " + name);
   table().push_back({std::move(name), std::move(reader)});
+}
+
+void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
+  const std::lock_guard lock(g_counts);
+  Entry* const entry = find(name);
+  if (!entry) return;  // a method that a program made by itself, without a registration
+  entry->models += models, entry->bodies += bodies;
+}
+
+std::vector<MethodCount> method_counts() {
+  const std::lock_guard lock(g_counts);
+  std::vector<MethodCount> counts;
+  for (const Entry& entry : table()) counts.push_back({entry.name, entry.models, entry.bodies});
+  return counts;
 }
 
 std::vector<std::string> contact_method_names() {

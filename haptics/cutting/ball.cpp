@@ -237,7 +237,7 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
                            : carve_block<false, false>(*block, *capsule, removed);
 }
 
-/// Additional data for processing all blocks in front of a ball.
+/// The blocks around a ball, the path length at which each is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
   const Tissue* tissue;  // at the origin
@@ -246,11 +246,12 @@ struct BallBlocks {
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
   float* due;                   // of the block at the origin
   int due_x, due_y;
-  float way;               // path length of the head at the end of this sweep
-  float ahead;             // additional path length for which the listed groups stay valid; 0: none are listed
-  float slip;              // upper bound of the rounding error of a depth
-  int lanes;               // number of lanes of a group
-  int part, first_layer;   // layers of blocks belong to parts in turn: index of this part, and part of the first layer
+  float way;    // path length of the head at the end of this sweep
+  float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
+  float slip;   // upper bound of the rounding error of a depth
+  int lanes;    // number of lanes of a group
+  int parts, part,
+      first_layer;         // layers of blocks belong to parts in turn: number of parts, this part, the first layer's
   CutFront::Found* found;  // the listed groups
   int listed, room;        // number of listed groups, which may exceed the room
 };
@@ -338,7 +339,7 @@ TYPODONT_KERNEL bool carve_due(BallBlocks& b, PerTissue* removed) {
     }
   };
   for (int x0 = b.lo.x & ~(kRows - 1); x0 <= b.hi.x; x0 += kRows) {
-    if (((x0 / kRows + b.first_layer) & (CutFront::kParts - 1)) != b.part) continue;
+    if (((x0 / kRows + b.first_layer) & (b.parts - 1)) != b.part) continue;
     fetch_column(x0, b.lo.y & ~(kRows - 1));
     for (int y0 = b.lo.y & ~(kRows - 1); y0 <= b.hi.y; y0 += kRows) {
       if (y0 + kRows <= b.hi.y) fetch_column(x0, y0 + kRows);
@@ -501,6 +502,7 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .ahead = 0,
                .slip = 1e-3f + 2e-6f * (radius_ + kMargin),
                .lanes = front.lanes_,
+               .parts = front.parts(),
                .part = 0,
                .first_layer = front.part_of(0),
                .found = nullptr,
@@ -511,11 +513,12 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
   // A list is valid longer for a slow head; for a fast one none is made. If several parts are listed at once, they get
   // different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
+  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  for (int part = 0; part < CutFront::kParts; ++part) {
+  for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until) {
+    if (front.way_ <= groups.until && part != early) {
       b.f.groups = groups.listed();
       b.f.wide.count = b.f.narrow.count = 0;
       const int stage = groups.stage(front.way_);

@@ -38,10 +38,12 @@ void take_greater(float* to, const float* from, const int* size, std::ptrdiff_t 
   }
 }
 
+constexpr int kRelabelled = 1;  // voxels around changed distances whose labels may change with them
+
 /// Updates the labels of a box in which distances changed.
 bool relabel(SurfacePatch& patch, const glm::ivec3& changed_lo, const glm::ivec3& changed_hi) {
-  const glm::ivec3 lo = glm::max(glm::max(changed_lo - 1, patch.filled_lo), patch.lo + 1);
-  const glm::ivec3 hi = glm::min(glm::min(changed_hi + 1, patch.filled_hi), patch.lo + patch.n - 2);
+  const glm::ivec3 lo = glm::max(glm::max(changed_lo - kRelabelled, patch.filled_lo), patch.lo + 1);
+  const glm::ivec3 hi = glm::min(glm::min(changed_hi + kRelabelled, patch.filled_hi), patch.lo + patch.n - 2);
   if (lo.x > hi.x || lo.y > hi.y || lo.z > hi.z) return false;
   const std::size_t at = patch.at(lo.x - patch.lo.x, lo.y - patch.lo.y, lo.z - patch.lo.z);
   const std::ptrdiff_t edge = patch.n;
@@ -97,6 +99,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (graded) keep_uncut(patch, from, to);
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
+    mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
     if (graded) *hardened = hardened_since(patch, from, to);  // before the labels of fillings are removed
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
@@ -143,6 +146,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
                            edge * edge, edge, &added, &fresh);
   if (!*changed) return added;
   patch.exact_outside = false;
+  mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
   // A voxel that had its label before still has a solid neighbour, because filling only lowers distances.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
@@ -177,6 +181,7 @@ void merge(SurfacePatch& patch, const SurfacePatch& old, const glm::ivec3& box_l
     }
   }
   mark_cut(patch, lo, hi);
+  mark_written(patch, lo - kRelabelled, hi + kRelabelled);
   if (filled) patch.filled_lo = glm::min(patch.filled_lo, lo), patch.filled_hi = glm::max(patch.filled_hi, hi);
   relabel(patch, lo, hi);
 }

@@ -14,14 +14,76 @@
 
 namespace typodont::haptics {
 
+namespace {
+
+/// A block and the head beside it.
+struct HeadBlock {
+  float* distance;
+  const Tissue* tissue;
+  std::ptrdiff_t at, stride_x, stride_y;  // of its first sample, inside the array or not
+  int from[3], to[3];                     // the part of it that is meant
+  glm::ivec3 first;                       // its first sample, from the pose's base
+  // No sample is deeper than this plane says: the distance from a convex head is convex.
+  float bound, bound_x, bound_y, bound_z;
+  const MeridianPiece* pieces;
+  int kind;     // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
+  bool beside;  // some samples may have been deeper on the way …
+  float slowest;  // … by less than the head comes nearer less than this, voxels
+};
+
+/// What a look at a block found besides.
+struct BlockSlack {
+  float ahead = 0;                // given: samples with less slack than this are live
+  float slack = kNoEnd;           // how far the head may come nearer before anything changes, in the part that is meant
+  std::uint64_t* live = nullptr;  // given, or not: of each row, y fastest, a bit for each sample …
+  int shift = 0;                  // … from this one on
+  bool emptied = false;           // a sample turned to air
+};
+
+}  // namespace
+
+// Eight samples of a row side by side, in masks as wide as they are, or of a bit each where the processor has those.
 namespace eight {
 namespace {
+
 #include "haptics/cutting/cut_kernel.h"
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
+// Uses the four above.
+#include "haptics/cutting/head_block_kernel.h"
+
+TYPODONT_DISPATCH("avx2", "default")
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
+                BlockSlack* found) {
+  return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
+}
+
 }  // namespace
 }  // namespace eight
+
+#ifdef TYPODONT_SIXTEEN_LANES
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace eight_masked {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+#include "haptics/cutting/depth_kernel.h"
+#include "haptics/cutting/row_kernel.h"
+#include "haptics/cutting/way_kernel.h"
+// Uses the four above.
+#include "haptics/cutting/head_block_kernel.h"
+
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
+                BlockSlack* found) {
+  return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
+}
+
+}  // namespace
+}  // namespace eight_masked
+#pragma GCC pop_options
+#endif
 
 namespace {
 
@@ -87,116 +149,13 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
   seen->x = x, seen->y = y, seen->z = z, seen->rho = rho;
 }
 
-/// A block, and the head relative to it.
-struct HeadBlock {
-  float* distance;
-  const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
-  int from[3], to[3];                     // the part of the block to process
-  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // This plane bounds the depth of every sample, because the distance from a convex head is convex.
-  float bound, bound_x, bound_y, bound_z;
-  const MeridianPiece* pieces;
-  int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;    // some samples may have been deeper during the motion
-  float slowest;  // those whose approach speed is below this, in voxels
-};
-
-/// Further results for a block.
-struct BlockSlack {
-  float ahead = 0;                // input: samples with less slack than this are live
-  float slack = kNoEnd;           // smallest motion of the head after which a sample of the processed part may change
-  std::uint64_t* live = nullptr;  // optional output: for each row (y is the fast index) one bit for each live sample …
-  int shift = 0;                  // … from this sample on
-};
-
-/// new = max(old, min(depth, kInner)), ignoring depths below -kMargin. Returns whether anything changed. `may_raise`
-/// false: only examines. Samples that may have been deeper during the motion are added to `tops`.
-TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_head_block(const HeadPose* pose_at, const HeadBlock* block_at, bool may_raise, Tops* tops,
-                      PerTissue* removed, BlockSlack* found) {
-  const HeadPose& pose = *pose_at;
-  const HeadBlock& block = *block_at;
-  const int* const from = block.from;
-  const int* const to = block.to;
-  const bool whole = from[2] == 0 && to[2] == kDeep;
-  const float* const R = pose.R;
-  const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
-  const F8 vz = static_cast<float>(block.first.z) + steps - pose.p[2];
-  const F8 along_x = R[6] * vz, along_y = R[7] * vz, along_z = R[8] * vz;
-  const F8 bound = block.bound + steps * block.bound_z;
-  const MeridianPiece* const pieces = block.pieces;
-  const MeridianPiece& only = pieces[block.kind < kManyPieces ? block.kind : 0];
-  bool changed = false;
-  eight::Taken taken{removed};
-  F8 least_slack = F8{} + kNoEnd;
-  const bool beside = block.beside && may_raise;
-  if (beside) tops->make_room(kRows * kRows * kDeep);
-  const float near = found->ahead, looked_at = beside ? std::max(near, kTop - block.slowest) : near;
-  for (int ix = from[0]; ix < to[0]; ++ix) {
-    for (int iy = from[1]; iy < to[1]; ++iy) {
-      float* const row = block.distance + (block.at + ix * block.stride_x + iy * block.stride_y);
-      const eight::Row samples{row, from[2], to[2], whole};
-      const F8 old = samples.read();
-      F8 most = bound + (static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y);
-      most = most > Sweep::kInner ? F8{} + Sweep::kInner : most;
-      const F8 least = old > -Sweep::kMargin ? old : F8{} - Sweep::kMargin;
-      const I8 full = old >= Sweep::kInner;  // these have reached the maximum
-      F8 room = full ? F8{} + kNoEnd : least - most;
-      if (any_of(room < looked_at)) {
-        const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
-        const float vy = static_cast<float>(block.first.y + iy) - pose.p[1];
-        const F8 x = (R[0] * vx + R[3] * vy) + along_x, y = (R[1] * vx + R[4] * vy) + along_y;
-        const F8 z = (R[2] * vx + R[5] * vy) + along_z;
-        F8 rho = x * x + y * y, depth;
-        take_root(rho);
-        if (block.kind >= kManyPieces) {
-          depth = eight::depth_below_pieces(pieces, static_cast<unsigned>(block.kind - kManyPieces), rho, z);
-        } else if (only.radius == 0.0f) {
-          depth = eight::depth_below_line(only, rho, z);
-        } else {
-          depth = eight::depth_below_arc(only, rho, z);
-        }
-        const I8 close = beside ? ~full & (depth < Sweep::kInner) & (depth > least + (block.slowest - kTop)) : I8{};
-        if (beside && any_of(close)) {
-          const float* const T = tops->back.turn;
-          const float* const shift = tops->back.shift;
-          const F8 way_x = T[0] * x + T[3] * y + (T[6] * z + shift[0]),
-                   way_y = T[1] * x + T[4] * y + (T[7] * z + shift[1]);
-          const F8 way_z = T[2] * x + T[5] * y + (T[8] * z + shift[2]);
-          const unsigned set =
-              block.kind < kManyPieces ? 1u << block.kind : static_cast<unsigned>(block.kind - kManyPieces);
-          const I8 deeper =
-              eight::nearest_on_way(pieces, set, rho, z, x * way_x + y * way_y, rho * way_z).deeper(rho, depth, least);
-          for (unsigned left = bits_of(close & deeper); left != 0; left &= left - 1) {
-            const int i = std::countr_zero(left);
-            const std::uint8_t label =
-                removed ? static_cast<std::uint8_t>(shown(block.tissue[row - block.distance + i])) : std::uint8_t{0};
-            tops->add(static_cast<float>(block.first.x + ix), static_cast<float>(block.first.y + iy),
-                      static_cast<float>(block.first.z + i), row + i, label);
-          }
-        }
-        depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
-        const I8 raised = depth > least;
-        room = raised ? F8{} : least - depth;
-        room = full | (depth >= Sweep::kInner) ? F8{} + kNoEnd : room;
-        if (found->live) {
-          __builtin_prefetch(block.tissue + (row - block.distance));  // listed soon
-          found->live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits_of(room < near)) << found->shift;
-        }
-        if (may_raise && any_of(raised)) {
-          changed = true;
-          samples.write(old, raised ? depth : old, removed ? block.tissue + (row - block.distance) : nullptr, taken);
-        }
-      }
-      least_slack = room < least_slack ? room : least_slack;
-    }
-  }
-  if (removed) taken.close();
-  float least = least_slack[0];
-  for (int i = 1; i < 8; ++i) least = std::min(least, least_slack[i]);
-  found->slack = least;
-  return changed;
+bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, Tops& tops, PerTissue* removed,
+                      BlockSlack& found) {
+#ifdef TYPODONT_SIXTEEN_LANES
+  static const bool masked = __builtin_cpu_supports("x86-64-v4");
+  if (masked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
+#endif
+  return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 }
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -432,8 +391,11 @@ int kind_of(int a, int b) {
 }  // namespace
 
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
-                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept {
+                       std::size_t stride_y, const Tissue* tissue, PerTissue* removed, LeafCut* leaf) const noexcept {
   bool changed = false;
+  const float slip = 1e-3f + 2e-6f * static_cast<float>(reach_);  // by which a depth may be off by rounding
+  float least_slack = kNoEnd;
+  bool emptied = false;
   const HeadTarget target{
       lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue};
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
@@ -446,11 +408,17 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
       pass.look();
       for (int lane = 0; lane < lanes; ++lane) {
         HeadBlock block;
-        float slack;
+        float block_slack;
         bool clipped;
         BlockSlack found;
-        if (pass.what(lane, target, block, slack, clipped) != HeadPass::Work::kRaise) continue;
-        changed |= carve_head_block(&pass.pose(), &block, true, &tops, removed, &found);
+        const HeadPass::Work work = pass.what(lane, target, block, block_slack, clipped);
+        const bool raise = work == HeadPass::Work::kRaise;
+        if (raise || (leaf && work == HeadPass::Work::kLook)) {
+          changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
+          emptied |= found.emptied;
+          block_slack = clipped ? 0 : found.slack;  // nothing is known of the part that was left out
+        }
+        if (k > 0) least_slack = std::min(least_slack, block_slack);
       }
     };
     for (int x0 = first.x; x0 <= last.x; x0 += kRows) {
@@ -463,7 +431,9 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
     if (pass.lanes() > 0) carve();
     tops.carve();
     changed |= tops.changed;
+    emptied |= tops.changed;
   }
+  if (leaf) leaf->slack = least_slack - slip, leaf->emptied = emptied;
   return changed;
 }
 
@@ -508,7 +478,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
             if (work != HeadPass::Work::kNone) {
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
-                  carve_head_block(&pass.pose(), &block, work == HeadPass::Work::kRaise, &tops, tops.removed, &found);
+                  carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
               slack = clipped ? 0 : found.slack;  // nothing is known about the rest of it
               kinds[z - z0] = block.kind;
             }
@@ -572,7 +542,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
               .run_count = 0,
               .tops = &tops};
   const int outdated = front.outdated();
-  if (outdated < CutFront::kParts) {
+  if (outdated < front.parts()) {
     // Groups extend to the ends of their blocks, and were listed when the head was up to one voxel away.
     const int lo = std::max(((lo_.z - from.z) & ~7) - 16, 0),
               hi = std::min(((hi_.z - from.z) | 7) + 16, front.size_.z * kDeep - 1);
@@ -580,11 +550,12 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   }
   // If several parts are listed at once, they get different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfHead / std::max(outdated, 1);
+  const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;
   bool changed = false;
-  for (int part = 0; part < CutFront::kParts; ++part) {
+  for (int part = 0; part < front.parts(); ++part) {
     CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
-    if (front.way_ <= groups.until) {
+    if (front.way_ <= groups.until && part != early) {
       f.groups = groups.listed();
       f.runs = groups.runs.data(), f.run_count = groups.run_count;
       changed |= carve_listed_head(f, front.lanes_, removed);

@@ -4,23 +4,40 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace typodont::haptics::importing {
 
-// Spreads features (points, triangles) over the grid, near ones first, so that each sample within the band knows its
-// nearest feature. `distance(feature, sample)` in the caller's units.
-template <class Distance>
-static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double band, double step, Distance distance) {
-  // A queue of buckets, a quarter of a step wide: near enough to order by distance, and O(1).
+namespace {
+
+// Number of a sample, negative where there is none.
+template <class T>
+std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
+  return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
+}
+template <class T>
+std::ptrdiff_t number(const Sparse<T>& g, const glm::ivec3& p) {
+  return g.holds(p) ? g.index(p) : -1;
+}
+glm::ivec3 size_of(const Grid<std::int32_t>& g) {
+  return g.size;
+}
+glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
+  return g.set->size;
+}
+
+// Spreads features from samples in x_lo .. x_hi − 1 that have one and are marked as untold, near ones first. A queue of
+// buckets, a quarter of a step wide: near enough to order by distance, and O(1).
+template <class Features, class Distances, class Distance>
+void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& untold, int x_lo, int x_hi,
+                      const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
   const double width = 0.25 * step;
-  std::vector<std::vector<std::uint32_t>> buckets(static_cast<std::size_t>(band / width) + 2);
-  std::vector<std::uint8_t> untold(feature.v.size(), 0);  // has a feature that its neighbours do not know of
-  for (std::size_t i = 0; i < feature.v.size(); ++i) {
-    if (feature.v[i] < 0) continue;
+  std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
+  for (const std::size_t i : seeds) {
     const auto b = static_cast<std::size_t>(nearest.v[i] / width);
     untold[i] = 1;
-    if (b < buckets.size()) buckets[b].push_back(static_cast<std::uint32_t>(i));
+    if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow while it is worked off
@@ -28,32 +45,61 @@ static void propagate(Grid<std::int32_t>& feature, Grid<float>& nearest, double 
       if (!std::exchange(untold[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
       const glm::ivec3 p = feature.place(i);
-      for (int x = -1; x <= 1; ++x) {
-        for (int y = -1; y <= 1; ++y) {
-          for (int z = -1; z <= 1; ++z) {
-            const glm::ivec3 q = p + glm::ivec3(x, y, z);
-            if (!feature.holds(q)) continue;
-            const std::size_t j = feature.index(q);
+      for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
+        for (int y = p.y - 1; y <= p.y + 1; ++y) {
+          for (int z = p.z - 1; z <= p.z + 1; ++z) {
+            const std::ptrdiff_t to = number(feature, {x, y, z});
+            if (to < 0) continue;
+            const auto j = static_cast<std::size_t>(to);
             if (feature.v[j] == f) continue;
-            const auto d = static_cast<float>(distance(f, q));
+            const auto d = static_cast<float>(distance(f, glm::ivec3(x, y, z)));
             if (d < nearest.v[j]) {
               nearest.v[j] = d;
               feature.v[j] = f;
               untold[j] = 1;
               // Never into a bucket already passed.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
-              if (into < buckets.size()) buckets[into].push_back(static_cast<std::uint32_t>(j));
+              if (into < buckets.size()) buckets[into].push_back(j);
             }
           }
         }
       }
     }
-    std::vector<std::uint32_t>().swap(buckets[b]);
+    std::vector<std::size_t>().swap(buckets[b]);
   }
 }
 
+// Spreads features (points, triangles) over the grid, so that each sample within the band knows its nearest feature.
+// `distance(feature, sample)` in the caller's units. First slab by slab, all at a time; then across the seams between
+// them.
+template <class Features, class Distances, class Distance>
+void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
+  const int reach = static_cast<int>(band / step) + 2;  // samples
+  const int slab = std::max(64, (2 * reach + BlockSet::kEdge) / BlockSet::kEdge * BlockSet::kEdge);
+  const int x_size = size_of(feature).x, slabs = (x_size + slab - 1) / slab;
+  std::vector<std::vector<std::size_t>> seeds(static_cast<std::size_t>(slabs)), at_seam(seeds.size());
+  for (std::size_t i = 0; i < feature.v.size(); ++i) {
+    if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
+  }
+  std::vector<std::uint8_t> untold(feature.v.size(), 0);  // has a feature that its neighbours do not know of
+  for_each_slab(slabs, [&](int s) {
+    propagate_within(feature, nearest, untold, s * slab, std::min((s + 1) * slab, x_size),
+                     seeds[static_cast<std::size_t>(s)], band, step, distance);
+  });
+  for (std::size_t i = 0; i < feature.v.size(); ++i) {
+    if (feature.v[i] < 0) continue;
+    const int x = feature.place(i).x;
+    if (x % slab == 0 && x > 0) at_seam[static_cast<std::size_t>(x / slab)].push_back(i);
+    if (x % slab == slab - 1 && x + 1 < x_size) at_seam[static_cast<std::size_t>(x / slab + 1)].push_back(i);
+  }
+  for_each_slab(slabs, [&](int s) {
+    propagate_within(feature, nearest, untold, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
+                     at_seam[static_cast<std::size_t>(s)], band, step, distance);
+  });
+}
+
 // Newton along the gradient onto the surface; false where the interpolant is too flat.
-static bool project(const Grid<float>& phi, glm::dvec3& x) {
+bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
     const double g2 = glm::dot(jet.gradient, jet.gradient);
@@ -68,7 +114,7 @@ static bool project(const Grid<float>& phi, glm::dvec3& x) {
 }
 
 // The point of the surface closest to q, from a start on it. False when it did not converge.
-static bool closest_point(const Grid<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
+bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
   double damping = 1;
   double before = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 24; ++i) {
@@ -92,127 +138,149 @@ static bool closest_point(const Grid<float>& phi, const glm::dvec3& q, glm::dvec
   return false;
 }
 
-DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, const Placement& placement, double band) {
-  const auto source = [&](const glm::ivec3& i) { return placement.offset + placement.scale * glm::dvec3(i); };
-
-  // Points of the surface: the crossings of phi's grid lines, moved onto the interpolant.
-  std::vector<std::vector<glm::vec3>> found(static_cast<std::size_t>(phi.size.x));
-  for_each_slab(phi.size.x, [&](int x) {
-    for (int y = 0; y < phi.size.y; ++y) {
-      for (int z = 0; z < phi.size.z; ++z) {
-        const float a = phi(x, y, z);
-        for (int axis = 0; axis < 3; ++axis) {
-          glm::ivec3 q(x, y, z);
-          ++q[axis];
-          if (!phi.holds(q)) continue;
-          const float b = phi[q];
-          if ((a > 0) == (b > 0)) continue;
-          glm::dvec3 p(x, y, z);
-          p[axis] += static_cast<double>(a) / (static_cast<double>(a) - static_cast<double>(b));
-          glm::dvec3 moved = p;
-          if (project(phi, moved) && glm::length(moved - p) < 1) p = moved;
-          found[static_cast<std::size_t>(x)].push_back(glm::vec3(p));
-        }
-      }
+// Points of the surface: the crossings of phi's grid lines, moved onto the interpolant.
+std::vector<glm::vec3> crossings(const Sparse<float>& phi) {
+  const BlockSet& set = *phi.set;
+  std::vector<std::vector<glm::vec3>> found(set.first.size());
+  for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
+    const float a = phi.v[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 q = p;
+      ++q[axis];
+      if (!phi.holds(q)) continue;
+      const float b = phi[q];
+      if ((a > 0) == (b > 0)) continue;
+      glm::dvec3 at(p);
+      at[axis] += static_cast<double>(a) / (static_cast<double>(a) - static_cast<double>(b));
+      glm::dvec3 moved = at;
+      if (project(phi, moved) && glm::length(moved - at) < 1) at = moved;
+      found[i / BlockSet::kSamples].push_back(glm::vec3(at));
     }
   });
   std::vector<glm::vec3> points;
-  for (auto& slab : found) {
-    points.insert(points.end(), slab.begin(), slab.end());
-    std::vector<glm::vec3>().swap(slab);
+  for (auto& of_block : found) {
+    points.insert(points.end(), of_block.begin(), of_block.end());
+    std::vector<glm::vec3>().swap(of_block);
   }
+  return points;
+}
 
-  Grid<std::int32_t> feature(size, -1);
-  Grid<float> nearest(size, std::numeric_limits<float>::max());
+}  // namespace
+
+DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
+                              double exact) {
+  const auto source = [&](const glm::ivec3& i) { return placement.offset + placement.scale * glm::dvec3(i); };
+  const auto target = [&](const glm::vec3& p) { return (glm::dvec3(p) - placement.offset) / placement.scale; };
+  std::vector<glm::vec3> points = crossings(phi);
+  const double reach = band + 1.5 * placement.scale;
+
+  // The blocks that are near enough to a point.
+  const glm::ivec3 count = BlockSet::blocks_of(size);
+  Grid<std::uint8_t> near(count, 0);
+  for (const glm::vec3& p : points) {
+    const glm::dvec3 at = target(p);
+    const double samples = reach / placement.scale;
+    const glm::ivec3 lo = glm::max(glm::ivec3(glm::floor((at - samples) / 16.0)), glm::ivec3(0));
+    const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor((at + samples) / 16.0)), count - 1);
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) near(x, y, z) = 1;
+      }
+    }
+  }
+  auto blocks = std::make_shared<BlockSet>(size, near.v);
+  for (std::size_t b = 0; b < blocks->slot.size(); ++b) {
+    if (blocks->slot[b] == BlockSet::kOutside && sample(phi, source(16 * near.place(b))) > 0)
+      blocks->slot[b] = BlockSet::kInside;
+  }
+  const std::shared_ptr<const BlockSet> set = std::move(blocks);
+
+  Sparse<std::int32_t> feature(set, -1, -1);
+  DistanceField field{Sparse<float>(set, static_cast<float>(band), static_cast<float>(-band)), {}};
+  Sparse<float>& d = field.distance;
+  d.fill(std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     return glm::length(source(i) - glm::dvec3(points[static_cast<std::size_t>(f)]));
   };
   for (std::size_t f = 0; f < points.size(); ++f) {
-    const glm::ivec3 lo(glm::floor((glm::dvec3(points[f]) - placement.offset) / placement.scale));
+    const glm::ivec3 lo(glm::floor(target(points[f])));
     for (int k = 0; k < 8; ++k) {
       const glm::ivec3 q = lo + glm::ivec3(k & 1, k >> 1 & 1, k >> 2);
-      if (!feature.holds(q)) continue;
-      const auto d = static_cast<float>(distance(static_cast<std::int32_t>(f), q));
-      if (d < nearest[q]) {
-        nearest[q] = d;
-        feature[q] = static_cast<std::int32_t>(f);
+      const std::ptrdiff_t at = number(feature, q);
+      if (at < 0) continue;
+      const auto i = static_cast<std::size_t>(at);
+      const auto away = static_cast<float>(distance(static_cast<std::int32_t>(f), q));
+      if (away < d.v[i]) {
+        d.v[i] = away;
+        feature.v[i] = static_cast<std::int32_t>(f);
       }
     }
   }
-  const double reach = band + 1.5 * placement.scale;
-  propagate(feature, nearest, reach, placement.scale, distance);
-
-  // What is kept for samples near the surface only lies in their slots; the grids of distances and features become
-  // those of the result.
-  DistanceField field;
-  field.slot = std::move(feature);
-  field.distance = std::move(nearest);
-  Grid<float>& d = field.distance;
-  for (std::int32_t& f : field.slot.v) {
-    if (f < 0) continue;
-    field.closest.push_back(points[static_cast<std::size_t>(f)]);
-    f = static_cast<std::int32_t>(field.closest.size() - 1);
-  }
-  std::vector<glm::vec3>().swap(points);
+  propagate(feature, d, reach, placement.scale, distance);
 
   // From the nearest crossing to the nearest point of the surface itself.
-  for_each_slab(size.x, [&](int x) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int z = 0; z < size.z; ++z) {
-        const glm::ivec3 i(x, y, z);
-        const std::size_t k = d.index(i);
-        const glm::dvec3 q = source(i);
-        if (field.slot.v[k] < 0) {  // the linear interpolant has the same sign as far away
-          d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
-          continue;
-        }
-        const bool inside = sample_cubic(phi, q).value > 0;
-        glm::vec3& closest = field.closest[static_cast<std::size_t>(field.slot.v[k])];
-        glm::dvec3 c(closest);
-        double length = d.v[k];
-        if (closest_point(phi, q, c) && glm::length(q - c) <= length + 1e-3) {
-          length = glm::length(q - c);
-          closest = glm::vec3(c);
-        }
-        length = std::min(length, band);
-        d.v[k] = static_cast<float>(inside ? -length : length);
+  field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
+  for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
+    const glm::dvec3 q = source(i);
+    if (feature.v[k] < 0) {  // the linear interpolant has the same sign as far away
+      d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
+      return;
+    }
+    const bool inside = d.v[k] < 1.5F ? sample_cubic(phi, q).value > 0 : sample(phi, q) > 0;
+    glm::vec3& closest = field.closest.v[k];
+    closest = points[static_cast<std::size_t>(feature.v[k])];
+    double length = d.v[k];
+    if (length < exact) {
+      glm::dvec3 c(closest);
+      if (closest_point(phi, q, c) && glm::length(q - c) <= length + 1e-3) {
+        length = glm::length(q - c);
+        closest = glm::vec3(c);
       }
     }
+    length = std::min(length, band);
+    d.v[k] = static_cast<float>(inside ? -length : length);
   });
+  feature = {};
+  std::vector<glm::vec3>().swap(points);
 
   // A neighbour may know a nearer part of the surface.
+  const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    std::vector<glm::vec3> closest = field.closest;
-    std::vector<float> better(closest.size());
-    for_each_slab(size.x, [&](int x) {
-      for (int y = 0; y < size.y; ++y) {
-        for (int z = 0; z < size.z; ++z) {
-          const glm::ivec3 i(x, y, z);
-          const std::size_t k = d.index(i);
-          if (field.slot.v[k] < 0) continue;
-          const auto own = static_cast<std::size_t>(field.slot.v[k]);
-          const glm::dvec3 q = source(i);
-          double best = std::abs(d.v[k]);
-          for (int n = 0; n < 6; ++n) {
-            glm::ivec3 j = i;
-            j[n / 2] += n % 2 ? 1 : -1;
-            if (!d.holds(j) || field.slot[j] < 0) continue;
-            glm::dvec3 c(field.closest_to(d.index(j)));
-            if (glm::length(q - c) > best - 2e-3) continue;
-            best = glm::length(q - c);
-            closest[own] = glm::vec3(c);
-            if (closest_point(phi, q, c) && glm::length(q - c) <= best) {
-              best = glm::length(q - c);
-              closest[own] = glm::vec3(c);
-            }
-          }
-          better[own] = std::copysign(static_cast<float>(best), d.v[k]);
+    // What is found is kept apart, so that no sample reads what another one writes.
+    struct Better {
+      std::size_t sample;
+      float distance;
+      glm::vec3 closest;
+    };
+    std::vector<std::vector<Better>> found(set->first.size());
+    for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
+      if (!(std::abs(d.v[k]) < bound)) return;
+      const glm::dvec3 q = source(i);
+      double best = std::abs(d.v[k]);
+      std::optional<glm::dvec3> nearer;
+      for (int n = 0; n < 6; ++n) {
+        glm::ivec3 j = i;
+        j[n / 2] += n % 2 ? 1 : -1;
+        const std::ptrdiff_t at = number(d, j);
+        if (at < 0 || !(std::abs(d.v[static_cast<std::size_t>(at)]) < static_cast<float>(band))) continue;
+        glm::dvec3 c(field.closest.v[static_cast<std::size_t>(at)]);
+        if (glm::length(q - c) > best - 2e-3) continue;
+        best = glm::length(q - c);
+        nearer = c;
+        if (closest_point(phi, q, c) && glm::length(q - c) <= best) {
+          best = glm::length(q - c);
+          nearer = c;
         }
       }
+      if (nearer)
+        found[k / BlockSet::kSamples].push_back(
+            {k, std::copysign(static_cast<float>(best), d.v[k]), glm::vec3(*nearer)});
     });
-    field.closest = std::move(closest);
-    for (std::size_t k = 0; k < d.v.size(); ++k) {
-      if (field.slot.v[k] >= 0) d.v[k] = better[static_cast<std::size_t>(field.slot.v[k])];
+    for (const auto& of_block : found) {
+      for (const Better& b : of_block) {
+        d.v[b.sample] = b.distance;
+        field.closest.v[b.sample] = b.closest;
+      }
     }
   }
   return field;

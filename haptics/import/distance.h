@@ -4,6 +4,7 @@
 #include <glm/glm.hpp>
 #include <span>
 
+#include "haptics/import/blocks.h"
 #include "haptics/import/grid.h"
 
 namespace typodont::haptics::importing {
@@ -14,23 +15,19 @@ struct Placement {
   double scale = 1;
 };
 
+/// Kept in the blocks near the surface only.
 struct DistanceField {
-  Grid<float> distance;            // in units of the source's voxels, negative where phi > 0, clamped to ± band
-  Grid<std::int32_t> slot;         // of each sample near the surface: its place in `closest`; -1 elsewhere
-  std::vector<glm::vec3> closest;  // on the surface, source index space
-
-  /// Meaningful where |distance| < band.
-  const glm::vec3& closest_to(std::size_t sample) const {
-    static constexpr glm::vec3 kNone(0);
-    const std::int32_t s = slot.v[sample];
-    return s < 0 ? kNone : closest[static_cast<std::size_t>(s)];
-  }
+  Sparse<float> distance;     // in units of the source's voxels, negative where phi > 0, clamped to ± band
+  Sparse<glm::vec3> closest;  // on the surface, source index space; meaningful where |distance| < band
 };
 
 /// Distance to the surface phi = 0 (tricubic interpolation) from every sample of a grid of `size` placed in phi's index
-/// space; phi > 0 is inside. Closest points by propagation from the crossings, then Newton's method on the interpolant
-/// after Chopp 2001, "Some improvements of the fast marching method", eq. 4.1: the zero set stays where it is.
-DistanceField signed_distance(const Grid<float>& phi, const glm::ivec3& size, const Placement& placement, double band);
+/// space; phi > 0 is inside. Closest points by propagation from the crossings, then, nearer than `exact`, Newton's
+/// method on the interpolant after Chopp 2001, "Some improvements of the fast marching method", eq. 4.1: the zero set
+/// stays where it is. Beyond `exact` the closest of the crossings stands, which lie about half a voxel apart: the
+/// distance is too large by 1/(8 exact) voxel at most, about.
+DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
+                              double exact);
 
 struct Triangle {
   glm::dvec3 a, b, c;

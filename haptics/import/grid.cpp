@@ -24,46 +24,6 @@ float sample(const Grid<float>& g, const glm::dvec3& p) {
   return e + t.x * (f - e);
 }
 
-Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p) {
-  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(g.size - 1));
-  const glm::ivec3 i(q);
-  double w[3][4], dw[3][4];
-  int at[3][4];
-  for (int a = 0; a < 3; ++a) {
-    const double t = q[a] - i[a], t2 = t * t, t3 = t2 * t;
-    w[a][0] = 0.5 * (-t3 + 2 * t2 - t);
-    w[a][1] = 0.5 * (3 * t3 - 5 * t2 + 2);
-    w[a][2] = 0.5 * (-3 * t3 + 4 * t2 + t);
-    w[a][3] = 0.5 * (t3 - t2);
-    dw[a][0] = 0.5 * (-3 * t2 + 4 * t - 1);
-    dw[a][1] = 0.5 * (9 * t2 - 10 * t);
-    dw[a][2] = 0.5 * (-9 * t2 + 8 * t + 1);
-    dw[a][3] = 0.5 * (3 * t2 - 2 * t);
-    for (int k = 0; k < 4; ++k) at[a][k] = std::clamp(i[a] + k - 1, 0, g.size[a] - 1);
-  }
-  Jet jet{0, glm::dvec3(0)};
-  for (int x = 0; x < 4; ++x) {
-    double sy = 0, sdy = 0, sdz = 0;
-    for (int y = 0; y < 4; ++y) {
-      const float* row = &g.v[g.index(at[0][x], at[1][y], 0)];
-      double s = 0, sd = 0;
-      for (int z = 0; z < 4; ++z) {
-        const double value = row[at[2][z]];
-        s += w[2][z] * value;
-        sd += dw[2][z] * value;
-      }
-      sy += w[1][y] * s;
-      sdy += dw[1][y] * s;
-      sdz += w[1][y] * sd;
-    }
-    jet.value += w[0][x] * sy;
-    jet.gradient.x += dw[0][x] * sy;
-    jet.gradient.y += w[0][x] * sdy;
-    jet.gradient.z += w[0][x] * sdz;
-  }
-  return jet;
-}
-
 Grid<float> gaussian(const Grid<float>& g, double sigma) {
   const int r = std::max(1, static_cast<int>(std::ceil(3.5 * sigma)));
   std::vector<float> kernel(static_cast<std::size_t>(r + 1));
@@ -99,61 +59,6 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
     });
   }
   return out;
-}
-
-static double sharpening(double sigma, double blur) {
-  return std::min(1 + blur * blur / (sigma * sigma), 3.0);
-}
-
-Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur) {
-  const auto c = static_cast<float>(sharpening(sigma, blur));
-  Grid<float> once = gaussian(g, sigma);
-  const Grid<float> twice = gaussian(once, sigma);
-  for (std::size_t i = 0; i < once.v.size(); ++i) once.v[i] = (1 + c) * once.v[i] - c * twice.v[i];
-  return once;
-}
-
-double noise_left(double sigma, double blur) {
-  const double c = sharpening(sigma, blur);
-  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^−3/2.
-  const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
-  return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
-}
-
-template <class Better>
-static Grid<float> ball_extreme(const Grid<float>& g, double radius, const Mask& wanted, Better better) {
-  std::vector<glm::ivec3> ball;
-  const int r = static_cast<int>(radius);
-  for (int x = -r; x <= r; ++x) {
-    for (int y = -r; y <= r; ++y) {
-      for (int z = -r; z <= r; ++z) {
-        if (x * x + y * y + z * z <= radius * radius) ball.push_back({x, y, z});
-      }
-    }
-  }
-  Grid<float> out = g;
-  for_each_slab(g.size.x, [&](int x) {
-    for (int y = 0; y < g.size.y; ++y) {
-      for (int z = 0; z < g.size.z; ++z) {
-        if (!wanted(x, y, z)) continue;
-        float best = g(x, y, z);
-        for (const glm::ivec3& d : ball) {
-          const glm::ivec3 p = glm::clamp(glm::ivec3(x, y, z) + d, glm::ivec3(0), g.size - 1);
-          const float value = g[p];
-          if (better(value, best)) best = value;
-        }
-        out(x, y, z) = best;
-      }
-    }
-  });
-  return out;
-}
-
-Grid<float> ball_min(const Grid<float>& g, double radius, const Mask& wanted) {
-  return ball_extreme(g, radius, wanted, [](float a, float b) { return a < b; });
-}
-Grid<float> ball_max(const Grid<float>& g, double radius, const Mask& wanted) {
-  return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
 }
 
 Grid<float> distance_squared_to(const Mask& mask) {

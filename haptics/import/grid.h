@@ -56,17 +56,6 @@ Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 /// Separable Gaussian, sigma in voxels; walls are continued by their value.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur², so that it flattens noise
-/// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
-/// blur²·(mean curvature). c is kept at 3 at most, for the noise.
-Grid<float> smooth_in_place(const Grid<float>& g, double sigma, double blur);
-/// What it leaves of white noise: the norm of its kernel.
-double noise_left(double sigma, double blur);
-
-/// Smallest value in the ball of `radius` voxels, at the samples set in `wanted`; at the others their own.
-Grid<float> ball_min(const Grid<float>& g, double radius, const Mask& wanted);
-Grid<float> ball_max(const Grid<float>& g, double radius, const Mask& wanted);
-
 /// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); huge when none.
 Grid<float> distance_squared_to(const Mask& mask);
 

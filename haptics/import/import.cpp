@@ -201,6 +201,8 @@ Imported import_tissue(const std::filesystem::path& file, const ImportOptions& o
     throw Error("--preset", "", "arch",
                 fmt::format("tooth or bone, or a mesh of an arch ({})", fmt::join(mesh_endings(), " ")));
   }
+  if (options.preset == ImportPreset::kJaw && (!options.parts.empty() || importing::is_mesh_file(file)))
+    throw Error("--preset", "", "jaw", "a scan (tooth or bone for a mesh, which has no greys)");
   if (options.spacing) {
     for (int a = 0; a < 3; ++a) check("--spacing-mm", (*options.spacing)[a], 1e-6, 10e-3);
   }

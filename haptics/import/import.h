@@ -15,6 +15,7 @@ enum class ImportPreset {
   kTooth,  // enamel over dentin, pulp in its cavities
   kArch,   // a mesh of teeth and gum, as an intraoral scanner gives it: open below, closed with a base
   kBone,   // cortical over cancellous bone; marrow spaces count as cancellous
+  kJaw,    // a scan: bone, teeth, pulp, nerve canals and metal
 };
 
 /// A linear map from a scan's greys to hardness (hardness.h): 0 at `zero` and below, 1 at the tissue's own grey and
@@ -47,10 +48,26 @@ struct ImportOptions {
   double mesh_unit = 1e-3;                // m per unit of a mesh file
   std::optional<double> shell;            // m, a mesh: thickness of the dense outer tissue
   std::optional<double> crown;            // m, an arch without colours: how far below its cusps a crown ends
+  bool greys = true;                      // also keep a scan's greys beside the tissue, as write_preview() needs them
   std::optional<double> memory;           // bytes at most; none: what is free
   /// Called once the work is known, before it begins: bytes that it takes at most, about.
   std::function<void(double)> estimated;
   std::function<void(double)> progress;  // 0..1, may be empty
+};
+
+/// A dark tube in the bone.
+struct JawCanal {
+  std::vector<dvec3> centre;  // m, in the file's coordinates
+  double doubt = 0;           // m, standard deviation of a centre across the canal, from their scatter
+};
+
+/// What a jaw's labels are worth.
+struct JawReport {
+  int crowns = 0;            // pieces of enamel and metal; neighbours that touch are one
+  double border = 0;         // m, standard deviation of a border between tissues
+  PerTissue volume_doubt{};  // m³, of each tissue
+  double unsure = 0;         // m³ of what is tooth or bone, expected to be taken for the other
+  std::vector<JawCanal> canals;
 };
 
 struct ImportReport {
@@ -75,6 +92,7 @@ struct ImportReport {
   double memory = 0;  // bytes at most, as estimated before the work
   std::string space;  // "LPS": x to the patient's left, y to the back, z to the head; "RAS"; empty: not known
   glm::dmat3 world_rotation{1};
+  std::optional<JawReport> jaw;
   std::vector<std::string> repairs;  // of a mesh, in plain words
   std::vector<std::string> notes;    // what a user should know, in plain words
 };
@@ -82,7 +100,7 @@ struct ImportReport {
 struct Imported {
   DenseTissue tissue;
   ImportReport report;
-  std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh
+  std::vector<float> grey;  // the scan's greys at the same voxels, for pictures; empty for a mesh or where not wanted
 };
 
 /// Whether the file or folder is read as DICOM: then its name, too, may be a person's.

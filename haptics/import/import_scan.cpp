@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/hardness.h"
+#include "haptics/import/jaw.h"
 #include "haptics/import/levels.h"
 #include "haptics/import/scan.h"
 #include "haptics/import/segment.h"
@@ -40,14 +41,13 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
 // surround.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
-  for (int x = 0; x < box.size.x; ++x) {
-    for (int y = 0; y < box.size.y; ++y) {
-      for (int z = 0; z < box.size.z; ++z) {
-        const glm::ivec3 p = lo + glm::ivec3(x, y, z);
-        if (scan.grey.holds(p)) box(x, y, z) = scan.grey[p];
-      }
+  const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
+  for_each_slab(std::max(0, to.x - from.x), [&](int x) {
+    for (int y = from.y; y < to.y; ++y) {
+      const float* row = &scan.grey(from.x + x, y, from.z);
+      std::copy(row, row + (to.z - from.z), &box(from.x + x - lo.x, y - lo.y, from.z - lo.z));
     }
-  }
+  });
   const glm::dvec3 ratio = voxel / scan.spacing;
   if (glm::all(glm::lessThan(glm::abs(ratio - 1.0), glm::dvec3(1e-3)))) return box;
   const glm::ivec3 size = glm::ivec3(glm::floor(glm::dvec3(box.size - 1) / ratio + 1e-9)) + 1;
@@ -89,6 +89,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   report.notes = scan.notes;
   progress(0.1);
 
+  constexpr double kRounding = 1e-6;
   const auto read_voxels = static_cast<double>(scan.grey.v.size());
   const double finest = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   const double voxel = options.voxel.value_or(finest);
@@ -98,30 +99,43 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   // What is tissue, roughly: enough to know the greys and to cut the body out.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, 0.8);
-  const Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
+  Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
+  const bool jaw = options.preset == ImportPreset::kJaw;
+  JawGreys jaw_greys;
+  if (jaw) {
+    if (!levels.hounsfield)
+      throw Error(file.string(), "greys", "a scale that is not known",
+                  "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
+    jaw_greys = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
+    levels.noise = noise_of(scan.grey);
+    // The surface lies half way up to whatever tissue is there, from cancellous bone to metal.
+    levels.soft = jaw_greys.cancellous;
+    levels.dense = jaw_greys.metal.value_or(jaw_greys.enamel);
+    if (!jaw_greys.has_enamel) report.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
+  }
   Mask solid(smooth.size, 0);
-  for (std::size_t i = 0; i < smooth.v.size(); ++i) solid.v[i] = smooth.v[i] > static_cast<float>(levels.surface());
+  const auto surface = static_cast<float>(levels.surface());
+  for_each_slab(solid.size.x, [&](int x) {
+    const std::size_t slab = solid.index(x, 0, 0), end = slab + solid.v.size() / static_cast<std::size_t>(solid.size.x);
+    for (std::size_t i = slab; i < end; ++i) solid.v[i] = smooth.v[i] > surface;
+  });
   smooth = Grid<float>();
-  const Components bodies = components(solid);
-  const std::int32_t body = bodies.largest();
-  if (body == 0) {
+  const Bodies bodies = find_bodies(solid);
+  if (bodies.voxels.empty()) {
     throw Error(file.string(), "greys", fmt::format("nothing brighter than {:.6g}", levels.surface()),
                 "tissue; see --thresholds");
   }
-  for (std::size_t b = 1; b < bodies.voxels.size(); ++b) report.bodies_found += bodies.voxels[b] >= 8;
-  glm::ivec3 lo = solid.size, hi(0);
-  for (std::size_t i = 0; i < solid.v.size(); ++i) {
-    if (bodies.label.v[i] != body) continue;
-    const glm::ivec3 p = solid.place(i);
-    lo = glm::min(lo, p);
-    hi = glm::max(hi, p);
-  }
+  for (const std::size_t voxels : bodies.voxels) report.bodies_found += voxels >= 8;
+  const glm::ivec3 lo = bodies.lo, hi = bodies.hi, scan_size = solid.size;
+  const double near_tissue =
+      share_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;  // m³
+  solid = Mask();
   for (int a = 0; a < 3; ++a) {
     const char axis = "xyz"[a];
     if (lo[a] == 0)
       report.notes.push_back(
           fmt::format("the tissue touches the scan's {}- wall and is closed there by a flat cut", axis));
-    if (hi[a] == solid.size[a] - 1)
+    if (hi[a] == scan_size[a] - 1)
       report.notes.push_back(
           fmt::format("the tissue touches the scan's {}+ wall and is closed there by a flat cut", axis));
   }
@@ -141,37 +155,55 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Measured (typodont bench import): bytes per voxel of the scan while it is read, of the box around the body while
-    // it is segmented, and of the result while it is made.
-    constexpr double kRead = 8, kSegmented = 66, kResult = 26, kResidue = 30e6;
+    // Measured (typodont bench import), bytes. Per voxel of the scan while it is read and its greys are sorted; of the
+    // box around the body; of the blocks near it while they are segmented, and afterwards; of the blocks near the
+    // surface of a result on another grid; of the result while it is made.
+    constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
+                     kResidue = 90e6;
+    constexpr double kJaw = 110;  // of the blocks near the body, for the labels of a jaw: counted, not measured
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
-    const glm::dvec3 around = extent + 20 * working;
-    const double segmented = voxels(around, working);
-    require_memory(
-        kResidue + std::max({kRead * read_voxels, kSegmented * segmented,
-                             12 * segmented + kResult * voxels(extent + 2 * options.band + 4 * voxel, voxel)}),
-        options, report);
+    const double box = voxels(extent + 20 * working, working);
+    const double near = std::min(box, near_tissue / std::pow(working, 3));
+    const bool same_grid = std::abs(voxel / working - 1) < kRounding;
+    const double placed = same_grid ? 0 : kPlaced * near * std::pow(working / voxel, 3);
+    const double made = (kResult + (options.greys ? kGrey : 0) + (options.hardness || jaw ? 1 : 0)) *
+                        voxels(extent + 2 * options.band + 4 * voxel, voxel);
+    const double labels = jaw ? kJaw * near : 0;
+    require_memory(kResidue + std::max({kRead * read_voxels, kBox * box + kSegmented * near,
+                                        kBox * box + kKept * near + labels, kBox * box + kKept * near + placed + made}),
+                   options, report);
   }
   progress(0.2);
 
-  const glm::ivec3 margin = glm::ivec3(glm::ceil(10.0 * working / scan.spacing)) + 1;
+  // Where the result's samples are those of the working grid, segment() knows their distances already.
+  const double scale = voxel / working, band = options.band / working;
+  const bool same_grid = std::abs(scale - 1) < kRounding;
+  const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
+  const glm::ivec3 margin = glm::ivec3(glm::ceil(around_body * working / scan.spacing)) + 1;
   const Grid<float> grey = resample(scan, lo - margin, hi + margin, working, static_cast<float>(levels.outside));
   const glm::dvec3 origin = scan.origin + glm::dvec3(lo - margin) * scan.spacing;
   scan.grey = Grid<float>();
-  const Segmentation s =
-      segment(grey, levels, working, options.preset, [&](double done) { progress(0.2 + 0.5 * done); });
+  Segmentation s = segment(grey, levels, working, options.preset, same_grid ? std::optional(band) : std::nullopt,
+                           [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // The result's grid shares a sample with the working grid; equal where their voxels are equal.
-  const double scale = voxel / working, band = options.band / working;
-  glm::ivec3 first = s.phi.size, last(0);
-  for (std::size_t i = 0; i < s.phi.v.size(); ++i) {
-    if (!(s.phi.v[i] > 0)) continue;
-    first = glm::min(first, s.phi.place(i));
-    last = glm::max(last, s.phi.place(i));
+  std::optional<JawLabels> labels;
+  if (jaw) {
+    labels = label_jaw(grey, s, jaw_greys, levels.noise, working, [&](double done) { progress(0.7 + 0.2 * done); });
+    for (JawCanal& canal : labels->report.canals) {
+      for (dvec3& c : canal.centre) c = origin + working * c;
+    }
+    report.jaw = std::move(labels->report);
+  }
+
+  // The result's grid shares a sample with the working grid.
+  glm::ivec3 first = grey.size, last(0);
+  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks without samples lie further in
+    if (!(s.surface.distance.v[i] < 0)) continue;
+    first = glm::min(first, s.surface.distance.place(i));
+    last = glm::max(last, s.surface.distance.place(i));
   }
   if (first.x > last.x)
     throw Error(file.string(), "greys", "no body left after smoothing", "tissue a few voxels thick");
-  constexpr double kRounding = 1e-6;
   const glm::ivec3 from = glm::ivec3(glm::floor((glm::dvec3(first) - 2.0 - band) / scale + kRounding));
   const glm::ivec3 to = glm::ivec3(glm::ceil((glm::dvec3(last) + 2.0 + band) / scale - kRounding));
   DenseTissue& out = result.tissue;
@@ -179,31 +211,45 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.band = options.band;
   const Placement placement{scale * glm::dvec3(from), scale};
   out.frame = {origin + working * placement.offset, voxel};
-  const DistanceField field = signed_distance(s.phi, out.size, placement, band);
+  const DistanceField field =
+      same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
+  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);  // from the result's samples to the field's
   progress(0.9);
 
   const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;
   const Tissue soft = tooth ? Tissue::kDentin : levels.dense ? Tissue::kCancellousBone : Tissue::kCorticalBone;
   const Tissue cavity = tooth ? Tissue::kPulp : Tissue::kCancellousBone;
-  out.distance.resize(field.distance.v.size());
+  out.distance.resize(Grid<float>::count(out.size));
   out.tissue.assign(out.distance.size(), Tissue::kAir);
-  result.grey.resize(out.distance.size());
-  if (options.hardness) out.hardness.assign(out.distance.size(), kOwnHardness);
+  if (options.greys) result.grey.resize(out.distance.size());
+  if (options.hardness || jaw) out.hardness.assign(out.distance.size(), kOwnHardness);
   const double reach = kLabelReach * scale;
   for_each_slab(out.size.x, [&](int x) {
     for (int y = 0; y < out.size.y; ++y) {
       for (int z = 0; z < out.size.z; ++z) {
         const std::size_t i = out.at(x, y, z);
-        const double d = field.distance.v[i];
+        const glm::ivec3 at = shift + glm::ivec3(x, y, z);
+        const double d = field.distance[at];
         const dvec3 q = placement.offset + scale * dvec3(x, y, z);
         out.distance[i] = static_cast<float>(std::clamp(d * working, -out.band, out.band));
-        result.grey[i] = sample(grey, q);
+        if (options.greys) result.grey[i] = same_grid ? grey[at] : sample(grey, q);
         if (d > reach) continue;
         dvec3 p = q;
         if (d > 0) {
-          const dvec3 c(field.closest_to(i));
+          const dvec3 c(field.closest[at]);
           const double away = glm::length(q - c);
           p = away > 1e-6 ? c + 0.5 / away * (c - q) : c;
+        }
+        if (labels) {
+          const dvec3 near = glm::clamp(glm::round(p), dvec3(0), dvec3(grey.size - 1));
+          const Tissue t = labels->tissue[glm::ivec3(near)];
+          out.tissue[i] = t == Tissue::kAir ? Tissue::kCancellousBone : t;
+          const bool bone = t == Tissue::kCorticalBone || t == Tissue::kCancellousBone;
+          if (bone) {
+            const double own = t == Tissue::kCorticalBone ? jaw_greys.hard : jaw_greys.cancellous;
+            out.hardness[i] = hardness_byte((sample(s.grey, p) - jaw_greys.soft) / (own - jaw_greys.soft));
+          }
+          continue;
         }
         const bool in_cavity = sample(s.cavity, p) > 0, is_dense = !in_cavity && sample(s.dense, p) > 0;
         out.tissue[i] = in_cavity ? cavity : is_dense ? dense : soft;

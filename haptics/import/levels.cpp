@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -42,22 +43,27 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   std::vector<double> count(kBins, 0);
   // Only plateaus: on the flanks of an edge a voxel's grey tells of two tissues.
   const double steepest = std::max(0.04 * (hi - lo), 3 * blur);
-  for (int x = 0; x < greys.size.x; ++x) {
-    for (int y = 0; y < greys.size.y; ++y) {
-      for (int z = 0; z < greys.size.z; ++z) {
-        const glm::ivec3 p(x, y, z);
-        double slope2 = 0;
-        for (int a = 0; a < 3; ++a) {
-          glm::ivec3 up = p, down = p;
-          up[a] = std::min(p[a] + 1, greys.size[a] - 1);
-          down[a] = std::max(p[a] - 1, 0);
-          const double slope = 0.5 * (static_cast<double>(greys[up]) - static_cast<double>(greys[down]));
-          slope2 += slope * slope;
-        }
-        if (slope2 > steepest * steepest) continue;
-        count[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((greys[p] - lo) / width)))] += 1;
+  std::vector<std::array<std::uint32_t, kBins>> counts(static_cast<std::size_t>(greys.size.x));
+  for_each_slab(greys.size.x, [&](int x) {
+    auto& own = counts[static_cast<std::size_t>(x)];
+    own.fill(0);
+    const float* slab[3] = {&greys(std::max(x - 1, 0), 0, 0), &greys(x, 0, 0),
+                            &greys(std::min(x + 1, greys.size.x - 1), 0, 0)};
+    const int ny = greys.size.y, nz = greys.size.z;
+    for (int y = 0; y < ny; ++y) {
+      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * nz, up = y + 1 < ny ? nz : 0, down = y > 0 ? nz : 0;
+      for (int z = 0; z < nz; ++z) {
+        const float* at = slab[1] + row + z;
+        const double dx = 0.5 * (static_cast<double>(slab[2][row + z]) - static_cast<double>(slab[0][row + z])),
+                     dy = 0.5 * (static_cast<double>(at[up]) - static_cast<double>(at[-down])),
+                     dz = 0.5 * (static_cast<double>(at[z + 1 < nz]) - static_cast<double>(at[z > 0 ? -1 : 0]));
+        if (dx * dx + dy * dy + dz * dz > steepest * steepest) continue;
+        ++own[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>((static_cast<double>(*at) - lo) / width)))];
       }
     }
+  });
+  for (const auto& own : counts) {
+    for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
   // Smoothed as far as the noise is wide.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
@@ -252,7 +258,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   std::optional<HounsfieldScale> hounsfield;
   if (options.hounsfield)
     hounsfield = {*options.hounsfield, "as was said"};
-  else if (options.preset == ImportPreset::kBone && !options.surface_grey)
+  else if (options.preset != ImportPreset::kTooth && !options.surface_grey)
     hounsfield = hounsfield_of(peaks, *lo, *hi);
 
   levels.outside = middle;
@@ -278,8 +284,9 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
   });
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.mass > b.mass; });
   if (tissues.size() > 2) {
-    notes.push_back(
-        fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
+    if (options.preset != ImportPreset::kJaw)
+      notes.push_back(
+          fmt::format("{} hills of tissue in the histogram; the two with most voxels are taken", tissues.size()));
     tissues.resize(2);
   }
   std::sort(tissues.begin(), tissues.end(), [](const Peak& a, const Peak& b) { return a.level < b.level; });
@@ -295,9 +302,9 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
           fmt::format("bone, in Hounsfield units plus {:g}; --hounsfield OFFSET says otherwise", hounsfield->offset));
     }
     notes.push_back(
-        fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0, cortical bone above 850 (Misch "
-                    "D1 and D2)",
-                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by));
+        fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0{}",
+                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by,
+                    options.preset == ImportPreset::kBone ? ", cortical bone above 850 (Misch D1 and D2)" : ""));
   } else if (!options.surface_grey && tissues.empty()) {
     throw Error(file.string(), "greys", fmt::format("no tissue brighter than the surround ({:.6g})", levels.outside),
                 "one or two hills of tissue in the histogram, or --thresholds");
@@ -305,6 +312,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     levels.soft = tissues[0].level;
   }
   use_thresholds(file, peaks, options, *hi, levels);
+  if (hounsfield) levels.hounsfield = hounsfield->offset;
   levels.fixed_surround = options.surface_grey.has_value() || hounsfield.has_value();
   levels.fixed_dense = options.dense_grey.has_value() || hounsfield.has_value();
   if (options.dense_grey) return levels;

@@ -16,9 +16,10 @@ struct Levels {
   std::optional<double> dense;  // of the denser (enamel, cortical bone), where there are two
   bool fixed_dense = false;     // the bound between the two was given, not found
   bool fixed_surround = false;  // layers on the tissue as bright as `outside` are its surround, however thin
-  double height = 0.5;        // of the surface between the surround's grey and the tissue's; a half unless it was given
-  double noise = 0;           // standard deviation of the surround's greys
-  double smoothed_noise = 0;  // … after smoothing
+  double height = 0.5;  // of the surface between the surround's grey and the tissue's; a half unless it was given
+  std::optional<double> hounsfield;  // the grey of 0 Hounsfield units, where the greys are such
+  double noise = 0;                  // standard deviation of the surround's greys
+  double smoothed_noise = 0;         // … after smoothing
 
   /// At half height: where a blurred edge truly is.
   double surface() const { return outside + height * (soft - outside); }

@@ -196,7 +196,11 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   scan.grey.resize(count);
   const auto lookup = nrrdFLookup[nrrd->type];
-  for (std::size_t i = 0; i < count; ++i) scan.grey[i] = lookup(nrrd->data, i);
+  const std::size_t slice = count / static_cast<std::size_t>(scan.size.z);
+  for_each_slab(scan.size.z, [&](int z) {
+    const std::size_t first = static_cast<std::size_t>(z) * slice;
+    for (std::size_t i = first; i < first + slice; ++i) scan.grey[i] = lookup(nrrd->data, i);
+  });
 
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");

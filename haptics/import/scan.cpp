@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -26,12 +28,14 @@ std::size_t bytes_of(Element type) {
 
 template <class T>
 static void decode_as(const std::vector<char>& bytes, bool swap, std::vector<float>& out) {
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    char b[sizeof(T)];
-    std::memcpy(b, &bytes[i * sizeof(T)], sizeof(T));
-    if (swap) std::reverse(b, b + sizeof(T));
-    out[i] = static_cast<float>(std::bit_cast<T>(b));
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, out.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      char b[sizeof(T)];
+      std::memcpy(b, &bytes[i * sizeof(T)], sizeof(T));
+      if (swap) std::reverse(b, b + sizeof(T));
+      out[i] = static_cast<float>(std::bit_cast<T>(b));
+    }
+  });
 }
 
 std::vector<float> decode(const std::vector<char>& bytes, std::size_t count, Element type, bool swap) {
@@ -248,15 +252,21 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  for_each_slab(size.x, [&](int x) {
+  // Along each of the new axes: the place of the first of the file's voxels and the way to the next.
+  const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
+  std::ptrdiff_t first_voxel = 0, next[3];
+  for (int a = 0; a < 3; ++a) {
+    next[a] = sign[a] * file_step[from[a]];
+    if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
+  }
+  // In slabs, so that what is read together is written soon after.
+  constexpr int kSlab = 16;
+  for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
+    const int x_end = std::min((slab + 1) * kSlab, size.x);
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
-        const glm::ivec3 w(x, y, z);
-        glm::ivec3 f;
-        for (int a = 0; a < 3; ++a) f[from[a]] = sign[a] < 0 ? size[a] - 1 - w[a] : w[a];
-        scan.grey(x, y, z) =
-            raw.grey[(static_cast<std::size_t>(f.z) * raw.size.y + static_cast<std::size_t>(f.y)) * raw.size.x +
-                     static_cast<std::size_t>(f.x)];
+        const float* row = raw.grey.data() + first_voxel + y * next[1] + z * next[2];
+        for (int x = slab * kSlab; x < x_end; ++x) scan.grey(x, y, z) = row[x * next[0]];
       }
     }
   });

@@ -49,7 +49,7 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.normal_force = c.head_force = c.pressing = 0;
   c.rate = 0;
   c.friction = {};
-  c.teeth_force = dvec3(0);
+  fade_teeth(now);
   // By the first laws the last force faded where there was no snapshot.
   if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
@@ -189,14 +189,33 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
     const dvec3 rest = now.force + c.teeth_force - limits.last_force - limits.last_teeth_force;
     now.spindle_force = c.teeth_force + largest_fraction(step, rest, P::total_slew * now.dt) * step;
   }
-  // Never more to the hand than the spindle itself has done, should the hand go with it as abruptly as it lately did.
+  keep_teeth_paid(now);
+}
+
+/// The head is free. The teeth's force follows the push by a limited slew, so some of it may be left: it fades instead
+/// of ending in a step. Without a snapshot nothing is known about the tissue, and it ends at once.
+void Servo::State::fade_teeth(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  if (c.teeth_force == dvec3(0)) return;
+  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N
+  if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
+    now.spindle_force = left * glm::normalize(c.teeth_force);
+    keep_teeth_paid(now);
+  } else {
+    c.teeth_force = dvec3(0);
+  }
+}
+
+/// The teeth never give the hand more energy than the spindle itself has done, even when the hand yields to them as
+/// abruptly as it did in the last moments.
+void Servo::State::keep_teeth_paid(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
       needed > 0) {
     now.spindle_force *=
         std::min(1.0, std::max(0.0, cutting.spindle_work - limits.teeth_energy) / (P::teeth_ahead * needed));
   }
-  c.teeth_force = now.spindle_force;
+  coupling.teeth_force = now.spindle_force;
 }
 
 void Servo::State::sink_tip(ContactTick& now) noexcept {

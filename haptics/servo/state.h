@@ -46,6 +46,11 @@ struct ContactTick : TickData {
   double stored = 0;        // J in the coupling
 };
 
+/// The passivity law of a servo with these settings. A scene that is larger, with a coupling softer by as much, has the
+/// same forces: what the law foresees of a hand and gives it is larger by as much, up to the limit of a nanojoule. The
+/// hand of a device is a human hand whatever the scene, and its jumps are counts of the encoders.
+PassivityLaw law_for(const ServoSettings& settings);
+
 /// Every tissue is as hard as its material says.
 inline PerTissue own_hardness() noexcept {
   PerTissue all;
@@ -195,6 +200,8 @@ struct Servo::State {
   double follow_stiffness(const ContactTick& now, double depth) noexcept;
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
+  void fade_teeth(ContactTick& now) noexcept;
+  void keep_teeth_paid(ContactTick& now) noexcept;
 };
 
 }  // namespace typodont::haptics

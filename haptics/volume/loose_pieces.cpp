@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <deque>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -18,6 +18,9 @@ constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;  // blocks, a
 
 int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
+glm::ivec3 block_of(const glm::ivec3& voxel) {
+  return {floor_div(voxel.x, kEdge), floor_div(voxel.y, kEdge), floor_div(voxel.z, kEdge)};
 }
 bool before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
@@ -48,13 +51,26 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// The parts of a block that hang together within it.
-std::vector<SolidBits> parts_of(const SolidBits& solid) {
-  std::vector<SolidBits> parts;
-  SolidBits left = solid;
+/// Adds to word x of a part its neighbours over faces that lie in `solid`, until there are no more within the word.
+void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
+  std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
+  for (std::uint64_t last = 0; w != last;) {
+    last = w;
+    w |= (((w << 1) & ~kFirstZ) | ((w >> 1) & ~kLastZ) | (w << 8) | (w >> 8)) & solid[x];
+  }
+  part[x] = w;
+}
+
+/// Calls `visit` for each part of a block that hangs together within it.
+template <class Visit>
+void for_each_part(const SolidBits& solid, Visit&& visit) {
   std::uint64_t all = ~std::uint64_t{0};
   for (const std::uint64_t word : solid) all &= word;
-  if (all == ~std::uint64_t{0}) return {solid};
+  if (all == ~std::uint64_t{0}) {
+    visit(solid);
+    return;
+  }
+  SolidBits left = solid;
   for (std::size_t x = 0; x < 8;) {
     if (left[x] == 0) {
       ++x;
@@ -64,13 +80,13 @@ std::vector<SolidBits> parts_of(const SolidBits& solid) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      part = grown(part);
-      for (std::size_t i = 0; i < 8; ++i) part[i] &= left[i];
+      // Up and down again, each word from those that have grown already: few rounds reach all of a part.
+      for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
+      for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
     }
     for (std::size_t i = 0; i < 8; ++i) left[i] &= ~part[i];
-    parts.push_back(part);
+    visit(part);
   }
-  return parts;
 }
 
 /// What of a block touches the neighbour in direction `face` (0, 1: ∓x; 2, 3: ∓y; 4, 5: ∓z), as samples of that
@@ -94,144 +110,221 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// Floods that spread at the same pace and are one from where they meet.
-class LoosePieces::Floods {
+/// The blocks as they were seen last, linked to their neighbours, and floods through them, which spread at the same
+/// pace and are one from where they meet. Buffers are kept from cut to cut.
+class LoosePieces::SeenBlocks {
  public:
-  Floods(LoosePieces& pieces, const TissueVolume& volume) : pieces_(pieces), volume_(volume) {}
+  /// The bits of a block as it was seen last, to be changed; null where it was not.
+  SolidBits* seen(const glm::ivec3& key) {
+    const auto it = index_.find(key);
+    return it == index_.end() ? nullptr : &changing(it->second);
+  }
+  /// The same, or, where it was not seen yet, as it is now (`unseen`).
+  SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
+    return changing(find(volume, key, unseen));
+  }
+  void forget() {
+    index_.clear();
+    blocks_.clear();
+  }
 
+  /// Begins a look around: no flood is left.
+  void begin_look() {
+    ++look_;
+    looked_at_ = 0;
+    parts_.clear();
+    flood_count_ = 0;
+  }
   /// A flood from each part of the block that holds any of `seeds`.
-  void start(const glm::ivec3& key, const SolidBits& seeds) {
-    std::vector<Part>& parts = parts_at(key);
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      if (parts[i].flood >= 0 || !overlap(parts[i].bits, seeds)) continue;
-      const int flood = static_cast<int>(floods_.size());
-      floods_.push_back({flood, {}, {}, 0});
-      take(flood, key, i);
+  void start(const TissueVolume& volume, const glm::ivec3& key, const SolidBits& seeds) {
+    const Block& block = with_parts(find(volume, key, nullptr));
+    for (int i = block.first_part; i < block.first_part + block.part_count; ++i) {
+      const Part& part = parts_[static_cast<std::size_t>(i)];
+      if (part.flood >= 0 || !overlap(part.bits, seeds)) continue;
+      const int flood = flood_count_++;
+      if (flood_count_ > static_cast<int>(floods_.size())) floods_.emplace_back();
+      floods_[static_cast<std::size_t>(flood)].begin(flood);
+      take(flood, i);
     }
   }
-
   /// Lets them spread until no more than one has anywhere to go, and that one is larger than all that ended.
-  void run() {
+  void run(const TissueVolume& volume) {
+    roots_.resize(static_cast<std::size_t>(flood_count_));
+    std::iota(roots_.begin(), roots_.end(), 0);
     for (;;) {
-      std::vector<int> live, ended;
-      for (int i = 0; i < static_cast<int>(floods_.size()); ++i) {
+      std::erase_if(roots_, [&](int i) { return floods_[static_cast<std::size_t>(i)].root != i; });
+      if (roots_.size() < 2) return;
+      live_.clear();
+      std::int64_t largest = 0;  // of those that ended
+      for (const int i : roots_) {
         const Flood& flood = floods_[static_cast<std::size_t>(i)];
-        if (flood.root == i) (flood.edge.empty() ? ended : live).push_back(i);
+        if (flood.ended()) {
+          largest = std::max(largest, flood.samples);
+        } else {
+          live_.push_back(i);
+        }
       }
-      if (live.size() + ended.size() < 2 || live.empty()) return;
-      std::int64_t largest = 0;
-      for (const int i : ended) largest = std::max(largest, floods_[static_cast<std::size_t>(i)].samples);
-      if (live.size() == 1 && floods_[static_cast<std::size_t>(live[0])].samples > largest) return;
-      for (const int i : live) spread(i);
+      if (live_.empty()) return;
+      if (live_.size() == 1 && floods_[static_cast<std::size_t>(live_[0])].samples > largest) return;
+      for (const int i : live_) spread(volume, i);
     }
   }
-
-  /// All that went round something, and the rest (last) as far as it was seen; the largest is the last.
-  std::vector<TissuePiece> pieces() {
-    std::vector<const Flood*> roots;
-    for (int i = 0; i < static_cast<int>(floods_.size()); ++i) {
-      if (floods_[static_cast<std::size_t>(i)].root == i) roots.push_back(&floods_[static_cast<std::size_t>(i)]);
-    }
-    std::stable_sort(roots.begin(), roots.end(),
+  /// How many floods are left that have not met.
+  std::size_t apart() const { return roots_.size(); }
+  /// Of each of them the tissue: all that went round something, and the rest (last) as far as it was seen; the largest
+  /// is the last.
+  std::vector<TissuePiece> pieces() const {
+    std::vector<const Flood*> order;
+    for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
+    std::stable_sort(order.begin(), order.end(),
                      [](const Flood* a, const Flood* b) { return a->samples < b->samples; });
     std::vector<TissuePiece> out;
-    for (const Flood* root : roots) {
+    for (const Flood* flood : order) {
       TissuePiece piece;
-      for (const auto& [key, index] : root->taken) piece.push_back({key, parts_at(key)[index].bits});
+      for (const int i : flood->taken) {
+        const Part& part = parts_[static_cast<std::size_t>(i)];
+        piece.push_back({blocks_[static_cast<std::size_t>(part.block)].key, part.bits});
+      }
       out.push_back(std::move(piece));
     }
     return out;
   }
-  std::int64_t looked_at() const { return static_cast<std::int64_t>(parts_.size()); }
+  /// Blocks that this look met.
+  std::int64_t looked_at() const { return looked_at_; }
 
  private:
+  struct Block {
+    glm::ivec3 key{0};
+    SolidBits bits{};
+    bool one_part = false;                     // the bits are known to hang together
+    int beside[6] = {-1, -1, -1, -1, -1, -1};  // neighbours over faces, once they were asked for
+    std::uint32_t look = 0;                    // the last look that met this block, …
+    int first_part = 0, part_count = 0;        // … and its parts in that
+  };
   struct Part {
     SolidBits bits{};
-    int flood = -1;
+    int block = 0, flood = -1;
   };
-  using Place = std::pair<glm::ivec3, std::size_t>;  // a part of a block
   struct Flood {
-    int root;
-    std::deque<Place> edge;  // to spread from
-    std::vector<Place> taken;
-    std::int64_t samples;
+    int root = 0;
+    std::vector<int> edge;  // parts to spread from: those from `next` on
+    std::size_t next = 0;
+    std::vector<int> taken;  // parts
+    std::int64_t samples = 0;
+    void begin(int number) {
+      root = number;
+      edge.clear(), taken.clear();
+      next = 0, samples = 0;
+    }
+    bool ended() const { return next == edge.size(); }
   };
 
-  std::vector<Part>& parts_at(const glm::ivec3& key) {
-    const auto [it, fresh] = parts_.try_emplace(key);
+  SolidBits& changing(int block) {
+    blocks_[static_cast<std::size_t>(block)].one_part = false;
+    return blocks_[static_cast<std::size_t>(block)].bits;
+  }
+  int find(const TissueVolume& volume, const glm::ivec3& key, bool* unseen) {
+    const auto [it, fresh] = index_.try_emplace(key, static_cast<int>(blocks_.size()));
     if (fresh) {
-      for (const SolidBits& bits : parts_of(pieces_.solid(volume_, key))) it->second.push_back({bits, -1});
+      Block& block = blocks_.emplace_back();
+      block.key = key;
+      volume.solid_block(key, block.bits);
     }
+    if (unseen) *unseen = fresh;
     return it->second;
+  }
+  int find_beside(const TissueVolume& volume, int block, int face) {
+    const int known = blocks_[static_cast<std::size_t>(block)].beside[face];
+    if (known >= 0) return known;
+    const int next = find(volume, neighbour(blocks_[static_cast<std::size_t>(block)].key, face), nullptr);
+    blocks_[static_cast<std::size_t>(block)].beside[face] = next;
+    blocks_[static_cast<std::size_t>(next)].beside[face ^ 1] = block;
+    return next;
+  }
+  const Block& with_parts(int index) {
+    Block& block = blocks_[static_cast<std::size_t>(index)];
+    if (block.look == look_) return block;
+    block.look = look_;
+    ++looked_at_;
+    block.first_part = static_cast<int>(parts_.size());
+    if (block.one_part) {
+      parts_.push_back({block.bits, index, -1});
+    } else {
+      for_each_part(block.bits, [&](const SolidBits& bits) { parts_.push_back({bits, index, -1}); });
+    }
+    block.part_count = static_cast<int>(parts_.size()) - block.first_part;
+    block.one_part = block.part_count == 1;
+    return block;
   }
   int root_of(int flood) const {
     while (floods_[static_cast<std::size_t>(flood)].root != flood)
       flood = floods_[static_cast<std::size_t>(flood)].root;
     return flood;
   }
-  void take(int flood, const glm::ivec3& key, std::size_t index) {
-    Part& part = parts_at(key)[index];
-    part.flood = flood;
+  void take(int flood, int part) {
+    parts_[static_cast<std::size_t>(part)].flood = flood;
     Flood& f = floods_[static_cast<std::size_t>(flood)];
-    f.edge.emplace_back(key, index);
-    f.taken.emplace_back(key, index);
-    f.samples += count(part.bits);
+    f.edge.push_back(part);
+    f.taken.push_back(part);
+    f.samples += count(parts_[static_cast<std::size_t>(part)].bits);
   }
   int join(int a, int b) {
     Flood* to = &floods_[static_cast<std::size_t>(a)];
     Flood* from = &floods_[static_cast<std::size_t>(b)];
     if (to->taken.size() < from->taken.size()) std::swap(to, from), std::swap(a, b);
-    to->edge.insert(to->edge.end(), from->edge.begin(), from->edge.end());
+    to->edge.insert(to->edge.end(), from->edge.begin() + static_cast<std::ptrdiff_t>(from->next), from->edge.end());
     to->taken.insert(to->taken.end(), from->taken.begin(), from->taken.end());
     to->samples += from->samples;
     from->root = a;
-    from->edge = {};
-    from->taken = {};
     return a;
   }
-  void spread(int flood) {
+  void spread(const TissueVolume& volume, int flood) {
     flood = root_of(flood);
-    if (floods_[static_cast<std::size_t>(flood)].edge.empty()) return;
-    const auto [key, index] = floods_[static_cast<std::size_t>(flood)].edge.front();
-    floods_[static_cast<std::size_t>(flood)].edge.pop_front();
-    const SolidBits bits = parts_at(key)[index].bits;
+    Flood& f = floods_[static_cast<std::size_t>(flood)];
+    if (f.ended()) return;
+    const Part part = parts_[static_cast<std::size_t>(f.edge[f.next++])];
     for (int face = 0; face < 6; ++face) {
-      const SolidBits touched = across(bits, face);
+      const SolidBits touched = across(part.bits, face);
       if (!any(touched)) continue;
-      const glm::ivec3 next = neighbour(key, face);
-      std::vector<Part>& parts = parts_at(next);
-      for (std::size_t i = 0; i < parts.size(); ++i) {
-        if (!overlap(parts[i].bits, touched)) continue;
-        if (parts[i].flood < 0) {
-          take(flood, next, i);
-        } else if (const int other = root_of(parts[i].flood); other != flood) {
+      const Block& next = with_parts(find_beside(volume, part.block, face));
+      for (int i = next.first_part; i < next.first_part + next.part_count; ++i) {
+        const Part& beside = parts_[static_cast<std::size_t>(i)];
+        if (!overlap(beside.bits, touched)) continue;
+        if (beside.flood < 0) {
+          take(flood, i);
+        } else if (const int other = root_of(beside.flood); other != flood) {
           flood = join(flood, other);
         }
       }
     }
   }
 
-  LoosePieces& pieces_;
-  const TissueVolume& volume_;
-  Blocks<std::vector<Part>> parts_;
+  std::unordered_map<glm::ivec3, int, KeyHash> index_;
+  std::vector<Block> blocks_;
+  std::uint32_t look_ = 0;
+  std::int64_t looked_at_ = 0;
+  std::vector<Part> parts_;  // of this look, block by block
   std::vector<Flood> floods_;
+  int flood_count_ = 0;  // of those in use
+  std::vector<int> roots_, live_;
 };
 
-LoosePieces::LoosePieces(const TissueVolume& volume) {
+LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<SeenBlocks>()) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
   if (lo.x > hi.x) return;
-  Floods floods(*this, volume);
-  for (int x = floor_div(lo.x, kEdge); x <= floor_div(hi.x, kEdge); ++x) {
-    for (int y = floor_div(lo.y, kEdge); y <= floor_div(hi.y, kEdge); ++y) {
-      for (int z = floor_div(lo.z, kEdge); z <= floor_div(hi.z, kEdge); ++z) {
-        const SolidBits& bits = solid(volume, {x, y, z});
-        if (any(bits)) floods.start({x, y, z}, bits);
+  blocks_->begin_look();
+  const glm::ivec3 first = block_of(lo), last = block_of(hi);
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) {
+        const SolidBits bits = blocks_->bits(volume, {x, y, z});
+        if (any(bits)) blocks_->start(volume, {x, y, z}, bits);
       }
     }
   }
-  floods.run();
-  std::vector<TissuePiece> bodies = floods.pieces();
+  blocks_->run(volume);
+  std::vector<TissuePiece> bodies = blocks_->pieces();
   body_count_ = bodies.size();
   if (!bodies.empty()) bodies.pop_back();
   int number = 0;
@@ -241,54 +334,57 @@ LoosePieces::LoosePieces(const TissueVolume& volume) {
   }
 }
 
-const SolidBits& LoosePieces::solid(const TissueVolume& volume, const glm::ivec3& key) {
-  const auto [it, fresh] = solid_.try_emplace(key);
-  if (fresh) volume.solid_block(key, it->second);
-  return it->second;
+LoosePieces::~LoosePieces() = default;
+
+/// Compares a block with what was seen of it last.
+void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key) {
+  bool unseen;
+  SolidBits& seen = blocks_->bits(volume, key, &unseen);
+  SolidBits now = seen, gone;
+  if (!unseen) volume.solid_block(key, now);
+  // Of a block that was not seen since the last edit all that is air now may have been tissue.
+  for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
+  seen = now;
+  if (any(gone)) emptied_.push_back({key, gone});
 }
 
-std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const glm::ivec3& lo,
-                                                const glm::ivec3& hi) {
-  for (int x = floor_div(lo.x, kEdge); x <= floor_div(hi.x, kEdge); ++x) {
-    for (int y = floor_div(lo.y, kEdge); y <= floor_div(hi.y, kEdge); ++y) {
-      for (int z = floor_div(lo.z, kEdge); z <= floor_div(hi.z, kEdge); ++z) {
-        const auto known = solid_.find({x, y, z});
-        SolidBits now;
-        volume.solid_block({x, y, z}, now);
-        SolidBits gone{};
-        if (known == solid_.end()) {
-          // Not seen since the last edit: all that is air now may have been tissue.
-          for (std::size_t i = 0; i < 8; ++i) gone[i] = ~now[i];
-          solid_.emplace(glm::ivec3(x, y, z), now);
-        } else {
-          for (std::size_t i = 0; i < 8; ++i) gone[i] = known->second[i] & ~now[i];
-          known->second = now;
+std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, const VoxelBox& written,
+                                                std::span<const glm::ivec3> blocks) {
+  const glm::ivec3 lo = block_of(written.lo), hi = block_of(written.hi);
+  if (!(glm::all(glm::greaterThanEqual(lo, all_seen_lo_)) && glm::all(glm::lessThanEqual(hi, all_seen_hi_)))) {
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) {
+          if (!blocks_->seen({x, y, z})) note_emptied(volume, {x, y, z});
         }
-        if (!any(gone)) continue;
-        SolidBits& emptied = emptied_[{x, y, z}];
-        for (std::size_t i = 0; i < 8; ++i) emptied[i] |= gone[i];
       }
     }
+    all_seen_lo_ = lo, all_seen_hi_ = hi;
   }
+  for (const glm::ivec3& key : blocks) note_emptied(volume, key);
   credit_ = std::min(credit_ + kCreditPerCut, kMostCredit);
   if (emptied_.empty() || credit_ <= 0) return {};
 
-  std::vector<glm::ivec3> keys;  // in an order of their own: maps have none
-  for (const auto& [key, bits] : emptied_) keys.push_back(key);
-  std::sort(keys.begin(), keys.end(), before);
-  Floods floods(*this, volume);
-  for (const glm::ivec3& key : keys) {
-    const SolidBits& gone = emptied_[key];
-    floods.start(key, grown(gone));
+  std::sort(emptied_.begin(), emptied_.end(),
+            [](const BlockPart& a, const BlockPart& b) { return before(a.key, b.key); });
+  blocks_->begin_look();
+  for (auto part = emptied_.begin(); part != emptied_.end();) {
+    const glm::ivec3 key = part->key;
+    SolidBits gone{};  // by all cuts since the last look
+    for (; part != emptied_.end() && part->key == key; ++part) {
+      for (std::size_t i = 0; i < 8; ++i) gone[i] |= part->bits[i];
+    }
+    blocks_->start(volume, key, grown(gone));
     for (int face = 0; face < 6; ++face) {
       const SolidBits beside = across(gone, face);
-      if (any(beside)) floods.start(neighbour(key, face), beside);
+      if (any(beside)) blocks_->start(volume, neighbour(key, face), beside);
     }
   }
   emptied_.clear();
-  floods.run();
-  credit_ -= floods.looked_at();
-  const std::vector<TissuePiece> found = floods.pieces();
+  blocks_->run(volume);
+  credit_ -= blocks_->looked_at();
+  if (blocks_->apart() < 2) return {};
+  const std::vector<TissuePiece> found = blocks_->pieces();
   std::vector<TissuePiece> loose;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto larger = found.begin() + static_cast<std::ptrdiff_t>(i) + 1;
@@ -300,25 +396,27 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
 }
 
 void LoosePieces::after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi) {
-  for (int x = floor_div(lo.x, kEdge); x <= floor_div(hi.x, kEdge); ++x) {
-    for (int y = floor_div(lo.y, kEdge); y <= floor_div(hi.y, kEdge); ++y) {
-      for (int z = floor_div(lo.z, kEdge); z <= floor_div(hi.z, kEdge); ++z) {
-        volume.solid_block({x, y, z}, solid_[{x, y, z}]);
+  const glm::ivec3 first = block_of(lo), last = block_of(hi);
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) {
+        volume.solid_block({x, y, z}, blocks_->bits(volume, {x, y, z}));
       }
     }
   }
 }
 
 void LoosePieces::after_edit() {
-  solid_.clear();
+  blocks_->forget();
+  all_seen_lo_ = glm::ivec3(0), all_seen_hi_ = glm::ivec3(-1);
   emptied_.clear();
 }
 
 void LoosePieces::removed(std::span<const TissuePiece> pieces) {
   for (const TissuePiece& piece : pieces) {
     for (const BlockPart& part : piece) {
-      SolidBits& bits = solid_[part.key];
-      for (std::size_t i = 0; i < 8; ++i) bits[i] &= ~part.bits[i];
+      SolidBits* const bits = blocks_->seen(part.key);
+      for (std::size_t i = 0; bits && i < 8; ++i) (*bits)[i] &= ~part.bits[i];
     }
   }
 }

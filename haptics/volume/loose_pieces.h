@@ -4,9 +4,12 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
+
+#include "haptics/dense_tissue.h"
 
 namespace typodont::haptics {
 
@@ -33,9 +36,12 @@ class LoosePieces {
  public:
   /// Looks through the whole volume once, for its bodies.
   explicit LoosePieces(const TissueVolume& volume);
+  ~LoosePieces();
 
-  /// After a cut that wrote to samples lo .. hi: the pieces that it set loose, which are still in the volume.
-  std::vector<TissuePiece> after_cut(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
+  /// After a cut that wrote within `written` and may have emptied samples of `blocks` (TissueVolume::Carved): the
+  /// pieces that it set loose, which are still in the volume.
+  std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
+                                     std::span<const glm::ivec3> blocks);
   /// After samples lo .. hi were written to otherwise.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
   /// After strokes were taken back or brought again: everything may have changed.
@@ -52,23 +58,22 @@ class LoosePieces {
              static_cast<std::size_t>(k.z) * 83492791u;
     }
   };
-  template <class T>
-  using Blocks = std::unordered_map<glm::ivec3, T, KeyHash>;
   struct Body {
     SolidBits bits{};
     int number = 0;
   };
-  class Floods;
+  class SeenBlocks;
 
-  const SolidBits& solid(const TissueVolume& volume, const glm::ivec3& key);
   bool same_body(const TissuePiece& a, const TissuePiece& b) const;
   std::vector<int> bodies_of(const TissuePiece& piece) const;
+  void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
 
-  Blocks<SolidBits> solid_;  // as last seen
+  std::unique_ptr<SeenBlocks> blocks_;           // as last seen
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // a box of blocks, inclusive, that are all among them
   std::size_t body_count_ = 0;
-  Blocks<std::vector<Body>> bodies_;  // of all but the largest, which is number 0
-  Blocks<SolidBits> emptied_;         // samples that turned to air and were not looked around yet
-  std::int64_t credit_ = 0;           // blocks that may still be looked at: a cut brings some, a flood takes them
+  std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;  // of all but the largest, which is number 0
+  std::vector<BlockPart> emptied_;  // samples that turned to air and were not looked around yet; keys may repeat
+  std::int64_t credit_ = 0;         // blocks that may still be looked at: a cut brings some, a flood takes them
 };
 
 }  // namespace typodont::haptics

@@ -1,6 +1,7 @@
 // Cuts, fillings, pieces that come loose, and taking them back.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <vector>
 
@@ -63,32 +64,92 @@ void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
 }
 
+constexpr int kLeaf = Sweep::kLeaf;
+static_assert(kLeaf == openvdb::FloatTree::LeafNodeType::DIM);
+
+glm::ivec3 leaf_of(const glm::ivec3& voxel) {
+  return {floor_div(voxel.x, kLeaf), floor_div(voxel.y, kLeaf), floor_div(voxel.z, kLeaf)};
+}
+
 }  // namespace
 
 std::uint64_t voxels_cut_by_this_thread() noexcept {
   return t_voxels_cut;
 }
 
-/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
-/// side.
+BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi) {
+  const auto brick = [](const glm::ivec3& voxel) {
+    constexpr int n = FieldBrick::kCells;
+    return glm::ivec3(floor_div(voxel.x, n), floor_div(voxel.y, n), floor_div(voxel.z, n));
+  };
+  return {brick(lo - 2), brick(hi + 1)};
+}
+
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys) {
-  constexpr int n = FieldBrick::kCells;
-  for (int x = floor_div(lo.x - 2, n); x <= floor_div(hi.x + 1, n); ++x) {
-    for (int y = floor_div(lo.y - 2, n); y <= floor_div(hi.y + 1, n); ++y) {
-      for (int z = floor_div(lo.z - 2, n); z <= floor_div(hi.z + 1, n); ++z) keys.insert({x, y, z});
-    }
-  }
+  bricks_around(lo, hi).for_each([&](const glm::ivec3& brick) { keys.insert(brick); });
 }
 
 void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi) {
   if (lo.x > hi.x) return;
-  if (remembers) written_lo = glm::min(written_lo, lo), written_hi = glm::max(written_hi, hi);
-  KeySet bricks;
-  insert_bricks(lo, hi, bricks);
-  for (const glm::ivec3& brick : bricks) {
+  if (!writes.empty()) {
+    VoxelBox& box = writes.back().box;
+    if (box.empty()) box = {lo, hi};
+    box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+  }
+  const BrickBox bricks = bricks_around(lo, hi);
+  if (glm::all(glm::greaterThanEqual(bricks.lo, marked_lo)) && glm::all(glm::lessThanEqual(bricks.hi, marked_hi))) {
+    return;
+  }
+  bricks.for_each([&](const glm::ivec3& brick) {
     changed.insert(brick);
     if (carved.insert(brick).second && in_stroke) strokes.back().carved.push_back(brick);
+  });
+  marked_lo = bricks.lo, marked_hi = bricks.hi;
+}
+
+std::uint64_t TissueVolume::Impl::first_mark() {
+  constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;  // of one volume: one a microsecond for twelve days
+  static std::atomic<std::uint64_t> volumes{0};
+  return ++volumes * kMarks;
+}
+
+void TissueVolume::Impl::forget_writes() {
+  writes.clear();
+  ++marked;
+}
+
+void TissueVolume::Impl::log_write(const glm::ivec3& key) {
+  constexpr std::size_t kMost = 4096;  // blocks since a mark: to copy more costs as much as a whole patch
+  if (writes.empty()) return;
+  std::vector<glm::ivec3>& blocks = writes.back().blocks;
+  if (blocks.empty() || blocks.back() != key) blocks.push_back(key);
+  if (blocks.size() > kMost) forget_writes();
+}
+
+std::uint64_t TissueVolume::mark() {
+  Impl& v = *impl_;
+  constexpr std::size_t kMost = 32;  // marks whose writes are kept: the patches of a session are fewer
+  const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
+  if (unwritten) return v.marked;
+  v.writes.emplace_back();
+  if (v.writes.size() > kMost) v.writes.pop_front();
+  return ++v.marked;
+}
+
+bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
+  const Impl& v = *impl_;
+  written.blocks.clear();
+  written.box = {};
+  const std::uint64_t known = v.writes.size();  // marks, the last of them v.marked
+  if (mark > v.marked || mark + known <= v.marked) return false;
+  for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
+    const Written& since = v.writes[i];
+    written.blocks.insert(written.blocks.end(), since.blocks.begin(), since.blocks.end());
+    if (since.box.empty()) continue;
+    if (written.box.empty()) written.box = since.box;
+    written.box = {glm::min(written.box.lo, since.box.lo), glm::max(written.box.hi, since.box.hi)};
   }
+  return true;
 }
 
 void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi) {
@@ -112,54 +173,113 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
     if (in_stroke)
       StrokeKept::Labels::keep(strokes.back().tissue, accessor, {p.x() & mask, p.y() & mask, p.z() & mask}).changed =
           true;
-    if (remembers) written.insert({floor_div(p.x(), 8), floor_div(p.y(), 8), floor_div(p.z(), 8)});
+    log_write(leaf_of(vec(p)));
     accessor.setValue(p, relabelled(accessor.getValue(p), labels[at]));
   }
 }
 
-template <class Removal>
-VoxelBox TissueVolume::carve_leaves(const Removal& sweep) {
-  Impl& v = *impl_;
-  using Leaf = openvdb::FloatTree::LeafNodeType;
-  constexpr int n = Leaf::DIM;
-  auto accessor = v.distance->getAccessor();
-  glm::ivec3 changed_lo(INT_MAX), changed_hi(INT_MIN);
-  StrokeKept* const stroke = v.stroke();
+/// The leaf that a removal is about to write to; null in air far from any surface. `kept` is given where there is a
+/// stroke: what is there now, for undo.
+openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
+                                                                  const openvdb::Coord& origin,
+                                                                  LeafFront::Kept*& kept) {
+  auto* leaf = accessor.probeLeaf(origin);
+  if (!leaf && accessor.getValue(origin) > 0) return nullptr;
+  kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
+  if (!leaf) {
+    leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
+    if (kept) kept->changed = true;
+  }
+  return leaf;
+}
 
-  for (int x0 = floor_div(sweep.lo().x, n) * n; x0 <= sweep.hi().x; x0 += n) {
-    for (int y0 = floor_div(sweep.lo().y, n) * n; y0 <= sweep.hi().y; y0 += n) {
-      for (int z0 = floor_div(sweep.lo().z, n) * n; z0 <= sweep.hi().z; z0 += n) {
-        const openvdb::Coord origin(x0, y0, z0);
-        Leaf* leaf = accessor.probeLeaf(origin);
-        if (!leaf && accessor.getValue(origin) > 0) continue;  // air, far from any surface
-        auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, accessor, origin) : nullptr;
-        if (!leaf) {
-          leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
-          if (kept) kept->changed = true;
+/// A removal wrote to a leaf.
+void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
+  leaf.setValuesOn();
+  if (kept) kept->changed = true;
+}
+
+namespace {
+
+/// Takes the samples lo..hi of a leaf, to which a removal wrote, into the box of all.
+void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
+  count_voxels(hi - lo + 1);
+  if (box.empty()) box = {lo, hi};
+  box = {glm::min(box.lo, lo), glm::max(box.hi, hi)};
+}
+
+}  // namespace
+
+TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
+  Impl& v = *impl_;
+  const glm::ivec3 first = leaf_of(sweep.lo()), last = leaf_of(sweep.hi());
+  v.front.come_to(sweep, first, last);
+  const float path = v.front.path();
+  auto accessor = v.distance->getAccessor();
+  Carved carved;
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      const LeafFront::Row row = v.front.row({x, y, first.z});
+      for (int z = first.z; z <= last.z; ++z) {
+        float& due = row.due[z - first.z];
+        if (due > path) continue;
+        LeafFront::Place& place = row.places[z - first.z];
+        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+        if (!place.leaf) {
+          place.leaf = v.leaf_to_cut(accessor, coord(origin), place.kept);
+          if (!place.leaf) {
+            due = LeafFront::kNever;
+            continue;
+          }
         }
-        const glm::ivec3 lo = glm::max(glm::ivec3(x0, y0, z0), sweep.lo());
-        const glm::ivec3 hi = glm::min(glm::ivec3(x0, y0, z0) + n - 1, sweep.hi());
-        const int first = ((lo.x - x0) * n + (lo.y - y0)) * n + (lo.z - z0);
-        if (!sweep.carve(lo, hi - lo + 1, leaf->buffer().data() + first, n * n, n, nullptr, nullptr)) continue;
-        count_voxels(hi - lo + 1);
-        leaf->setValuesOn();
-        if (kept) kept->changed = true;
-        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
-        changed_lo = glm::min(changed_lo, lo);
-        changed_hi = glm::max(changed_hi, hi);
+        const Sweep::LeafCut cut = sweep.carve_leaf(origin, place.leaf->buffer().data());
+        due = path + cut.slack;
+        if (!cut.changed) continue;
+        if (!place.cut) v.leaf_was_cut(*place.leaf, place.kept);
+        place.cut = true;
+        add_to_box(glm::max(origin, sweep.lo()), glm::min(origin + kLeaf - 1, sweep.hi()), carved.box);
+        if (place.logged != v.marked) v.log_write(key);
+        place.logged = v.marked;
+        if (cut.emptied) carved.blocks.push_back(key);
       }
     }
   }
-  v.mark_changed(changed_lo, changed_hi);
-  v.restore_labels(*this, changed_lo, changed_hi);
-  return {changed_lo, changed_hi};
+  v.mark_changed(carved.box.lo, carved.box.hi);
+  v.restore_labels(*this, carved.box.lo, carved.box.hi);
+  return carved;
 }
 
-VoxelBox TissueVolume::carve(const Sweep& sweep) {
-  return carve_leaves(sweep);
+template <class Removal>
+TissueVolume::Carved TissueVolume::carve_leaves(const Removal& removal) {
+  Impl& v = *impl_;
+  v.front.forget();
+  auto accessor = v.distance->getAccessor();
+  Carved carved;
+  const glm::ivec3 first = leaf_of(removal.lo()), last = leaf_of(removal.hi());
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) {
+        const glm::ivec3 key(x, y, z), origin = key * kLeaf;
+        LeafFront::Kept* kept = nullptr;
+        auto* const leaf = v.leaf_to_cut(accessor, coord(origin), kept);
+        if (!leaf) continue;
+        const glm::ivec3 lo = glm::max(origin, removal.lo()), hi = glm::min(origin + kLeaf - 1, removal.hi());
+        const glm::ivec3 at = lo - origin;
+        float* const samples = leaf->buffer().data() + (at.x * kLeaf + at.y) * kLeaf + at.z;
+        if (!removal.carve(lo, hi - lo + 1, samples, kLeaf * kLeaf, kLeaf, nullptr, nullptr)) continue;
+        v.leaf_was_cut(*leaf, kept);
+        add_to_box(lo, hi, carved.box);
+        v.log_write(key);
+        carved.blocks.push_back(key);
+      }
+    }
+  }
+  v.mark_changed(carved.box.lo, carved.box.hi);
+  v.restore_labels(*this, carved.box.lo, carved.box.hi);
+  return carved;
 }
 
-VoxelBox TissueVolume::carve(const VoxelStamp& stamp) {
+TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
   return carve_leaves(stamp);
 }
 
@@ -200,12 +320,13 @@ class Replacement {
 }  // namespace
 
 VoxelBox TissueVolume::replace(const RasterBlock& block) {
-  return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel)));
+  return carve_leaves(Replacement(block, static_cast<float>(band() / frame().voxel))).box;
 }
 
 template <class Filling>
 VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
   Impl& v = *impl_;
+  v.front.forget();
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
   auto distance = v.distance->getAccessor();
@@ -230,7 +351,7 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
         count_voxels(hi - lo + 1);
         leaf->setValuesOn();
         if (kept) kept->changed = true;
-        if (v.remembers) v.written.insert({x0 / n, y0 / n, z0 / n});
+        v.log_write({x0 / n, y0 / n, z0 / n});
         if (stroke) StrokeKept::Labels::keep(stroke->tissue, labels, origin).changed = true;
         for (int i = 0; i < n * n * n; ++i) {
           if (tissue[i] == before[i]) continue;
@@ -260,6 +381,8 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
   Impl& v = *impl_;
   PerTissue volume{};
   if (piece.empty()) return volume;
+  v.front.forget();
+  v.forget_writes();
   using Leaf = openvdb::FloatTree::LeafNodeType;
   constexpr int n = Leaf::DIM;
 
@@ -347,6 +470,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
     }
   }
   if (any) {
+    v.forget_writes();
     ++v.paints;
     v.graded = v.graded || hardness != kOwnHardness;
     insert_bricks(a, b, v.changed);
@@ -367,6 +491,7 @@ bool TissueVolume::paint(Tissue label, const Solid& solid, std::uint8_t hardness
 void TissueVolume::Impl::complete_stroke() {
   if (!in_stroke) return;
   in_stroke = false;
+  front.forget();
   StrokeKept& stroke = strokes.back();
   const auto idle = [](const auto& entry) { return !entry.second.changed; };
   std::erase_if(stroke.distance, idle);
@@ -400,6 +525,9 @@ void TissueVolume::Impl::complete_stroke() {
 }
 
 void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
+  front.forget();
+  forget_writes();
+  marked_lo = glm::ivec3(0), marked_hi = glm::ivec3(-1);
   StrokeKept::Distance::exchange(distance->tree(), stroke.distance);
   StrokeKept::Labels::exchange(tissue->tree(), stroke.tissue);
   for (std::size_t i = 0; i < taken_back.size(); ++i) taken_back[i] += back ? stroke.back[i] : -stroke.back[i];
@@ -415,6 +543,7 @@ void TissueVolume::Impl::exchange(StrokeKept& stroke, bool back) {
 void TissueVolume::begin_stroke() {
   Impl& v = *impl_;
   v.complete_stroke();
+  v.front.forget();
   v.strokes.resize(v.done);
   v.strokes.emplace_back();
   ++v.done;

@@ -5,11 +5,13 @@
 #include <openvdb/openvdb.h>
 
 #include <climits>
+#include <deque>
 #include <unordered_set>
 #include <vector>
 
 #include "haptics/label.h"
 #include "haptics/tissue_volume.h"
+#include "haptics/volume/leaf_front.h"
 #include "haptics/volume/leaf_history.h"
 
 namespace typodont::haptics {
@@ -32,8 +34,21 @@ inline int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
+/// A box of bricks, inclusive.
+struct BrickBox {
+  glm::ivec3 lo, hi;
+  template <class F>
+  void for_each(F&& visit) const {
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        for (int z = lo.z; z <= hi.z; ++z) visit(glm::ivec3(x, y, z));
+      }
+    }
+  }
+};
 /// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
 /// side.
+BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
 // A value of the grid of labels holds the label (label.h) in its lowest byte and 255 − hardness (hardness.h) in the
@@ -89,10 +104,14 @@ struct TissueVolume::Impl {
   std::shared_ptr<const TissueMesh> mesh;  // that the volume was made from, or null
   KeySet changed;                          // bricks since take_changed_bricks
   KeySet carved;                           // bricks ever cut: distances outside the tissue are no longer true there
-  KeySet filled;                           // leaves, counted in leaves, that may hold labels of a filling: see label.h
-  bool remembers = false;                  // which leaves, counted in leaves, were written to …
-  KeySet written;
-  glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};  // … and between which voxels
+  // The last bricks that a cut inserted into `changed` and `carved`, inclusive; lo > hi: none that are still there.
+  glm::ivec3 marked_lo{0}, marked_hi{-1};
+  LeafFront front;  // of the head that cuts
+  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
+  // What was written since each of the last marks, oldest first; the last is `marked`. Empty: nothing is known of what
+  // was before `marked`.
+  std::deque<TissueVolume::Written> writes;
+  std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
   std::size_t done = 0;    // strokes in the tissue; those after it were undone
   bool in_stroke = false;  // the last one is still being made
@@ -104,7 +123,18 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
+  /// Marks of different volumes differ.
+  static std::uint64_t first_mark();
+  /// Something changed of which no log is kept.
+  void forget_writes();
+
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
+
+  openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
+                                                LeafFront::Kept*& kept);
+  void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
+  /// A leaf was written to.
+  void log_write(const glm::ivec3& key);
 
   /// Drops leaves that were looked at only, and a stroke that changed nothing.
   void complete_stroke();

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <climits>
-#include <cstring>
 #include <optional>
 #include <vector>
 
 #include "engine/base/fnv.h"
+#include "haptics/lanes.h"
 #include "haptics/share.h"
 #include "haptics/volume/tissue_grids.h"
 #include "haptics/volume/volume_file.h"
@@ -236,13 +236,11 @@ void TissueVolume::set_mesh(std::shared_ptr<const TissueMesh> mesh) {
 void TissueVolume::cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
   if (impl_->carved.empty()) return;
-  KeySet touched;
-  insert_bricks(lo, hi, touched);
-  for (const glm::ivec3& key : touched) {
-    if (!impl_->carved.contains(key)) continue;
+  bricks_around(lo, hi).for_each([&](const glm::ivec3& key) {
+    if (!impl_->carved.contains(key)) return;
     a_lo = glm::min(a_lo, key * FieldBrick::kCells - 1);
     a_hi = glm::max(a_hi, (key + 1) * FieldBrick::kCells + 1);
-  }
+  });
 }
 
 void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
@@ -254,37 +252,67 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// Leaf by leaf into a dense block of [lo, lo + size), z running quickest: `converted` of each value. What no leaf
-/// holds is its tile's, or that of `background`, which the block is filled with already.
+/// Copies the samples of `part` to where they lie in a dense block of [lo, lo + size), z running quickest: `converted`
+/// of each value. What no leaf holds is its tile's.
 template <class Grid, class Out, class Convert>
-void copy_leaves(const Grid& grid, typename Grid::ValueType background, const glm::ivec3& lo, const glm::ivec3& size,
-                 Out* out, const Convert& converted) {
-  auto accessor = grid.getConstAccessor();
+void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
+                 const Convert& converted) {
+  using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
-  const glm::ivec3 end = lo + size;
-  for (int x0 = floor_div(lo.x, n) * n; x0 < end.x; x0 += n) {
-    for (int y0 = floor_div(lo.y, n) * n; y0 < end.y; y0 += n) {
-      for (int z0 = floor_div(lo.z, n) * n; z0 < end.z; z0 += n) {
-        const auto* leaf = accessor.probeConstLeaf(openvdb::Coord(x0, y0, z0));
-        const auto tile = leaf ? background : accessor.getValue(openvdb::Coord(x0, y0, z0));
-        if (!leaf && tile == background) continue;
-        const auto* data = leaf ? leaf->buffer().data() : nullptr;
-        for (int x = std::max(x0, lo.x); x < std::min(x0 + n, end.x); ++x) {
-          for (int y = std::max(y0, lo.y); y < std::min(y0 + n, end.y); ++y) {
-            Out* row = out + ((static_cast<std::size_t>(x - lo.x)) * size.y + (y - lo.y)) * size.z - lo.z;
-            const auto* values = data ? data + ((x - x0) * n + (y - y0)) * n - z0 : nullptr;
-            if (values && lo.z <= z0 && z0 + n <= end.z) {  // mostly; a length known beforehand is a few instructions
-              for (int z = 0; z < n; ++z) row[z0 + z] = converted(values[z0 + z]);
+  struct Stretch {  // of a row of samples: from one leaf, or of one value
+    const Value* leaf;
+    Out tile;
+    int from, length;
+    int first;  // in the leaf's row
+  };
+  std::vector<Stretch> stretches;
+  auto accessor = grid.getConstAccessor();
+  const auto first = [](int v) { return floor_div(v, n) * n; };
+  for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
+    for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
+      stretches.clear();
+      for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
+        const openvdb::Coord origin(x0, y0, z0);
+        const int from = std::max(z0, part.lo.z), length = std::min(z0 + n - 1, part.hi.z) - from + 1;
+        if (const auto* leaf = accessor.probeConstLeaf(origin)) {
+          stretches.push_back({leaf->buffer().data(), Out{}, from - lo.z, length, from - z0});
+          continue;
+        }
+        const Out tile = converted(accessor.getValue(origin));
+        if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile) {
+          stretches.back().length += length;
+        } else {
+          stretches.push_back({nullptr, tile, from - lo.z, length, 0});
+        }
+      }
+      for (int x = std::max(x0, part.lo.x); x <= std::min(x0 + n - 1, part.hi.x); ++x) {
+        for (int y = std::max(y0, part.lo.y); y <= std::min(y0 + n - 1, part.hi.y); ++y) {
+          Out* const row = out + (static_cast<std::size_t>(x - lo.x) * size.y + (y - lo.y)) * size.z;
+          const int in_leaf = ((x - x0) * n + (y - y0)) * n;
+          for (const Stretch& stretch : stretches) {
+            Out* const to = row + stretch.from;
+            if (!stretch.leaf) {
+              std::fill_n(to, stretch.length, stretch.tile);
               continue;
             }
-            for (int z = std::max(z0, lo.z); z < std::min(z0 + n, end.z); ++z)
-              row[z] = converted(values ? values[z] : tile);
+            const Value* const values = stretch.leaf + in_leaf + stretch.first;
+            if (stretch.length == n) {  // mostly; a length known beforehand is a few instructions
+              for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
+            } else {
+              for (int z = 0; z < stretch.length; ++z) to[z] = converted(values[z]);
+            }
           }
         }
       }
     }
   }
 }
+
+// Types of their own, not functions, so that the loops that use them are vectorised.
+constexpr auto kDistance = [](float distance) { return distance; };
+constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
+constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
+constexpr auto kHardnessKept = [](std::int32_t value) { return hardness_kept_in(value); };
 
 }  // namespace
 
@@ -293,9 +321,7 @@ void TissueVolume::copy(const glm::ivec3& lo, const glm::ivec3& size, float* dis
   copy_for_patch(lo, size, distance, tissue);
   const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
   if (tissue && !impl_->filled.empty()) std::transform(tissue, tissue + count, tissue, shown);
-  if (!hardness) return;
-  std::memset(hardness, kOwnHardness, count);
-  if (impl_->graded) copy_leaves(*impl_->tissue, 0, lo, size, hardness, hardness_in);
+  if (hardness) copy_leaves(*impl_->tissue, lo, size, {lo, lo + size - 1}, hardness, kHardness);
 }
 
 void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const {
@@ -310,72 +336,42 @@ void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::i
 
 void TissueVolume::copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                                   std::uint8_t* hardness) const {
-  const std::size_t count = static_cast<std::size_t>(size.x) * size.y * size.z;
-  if (distance) {
-    const float background = impl_->distance->background();
-    std::fill_n(distance, count, background);
-    copy_leaves(*impl_->distance, background, lo, size, distance, [](float d) { return d; });
-  }
-  if (tissue) {
-    // Labels are bytes in messages and int32 in the grid.
-    static_assert(sizeof(Tissue) == 1);
-    std::memset(tissue, 0, count);
-    copy_leaves(*impl_->tissue, 0, lo, size, tissue, label_in);
-  }
-  if (hardness) {
-    std::memset(hardness, kOwnHardness, count);
-    if (impl_->graded) copy_leaves(*impl_->tissue, 0, lo, size, hardness, hardness_kept_in);
+  copy_part({lo, size, distance, tissue, hardness}, {lo, lo + size - 1});
+}
+
+void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
+  if (part.empty()) return;
+  static_assert(sizeof(Tissue) == 1);  // labels are bytes in patches and int32 in the grid
+  if (box.distance) copy_leaves(*impl_->distance, box.lo, box.size, part, box.distance, kDistance);
+  if (box.tissue) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.tissue, kLabel);
+  if (box.hardness) copy_leaves(*impl_->tissue, box.lo, box.size, part, box.hardness, kHardnessKept);
+}
+
+void TissueVolume::copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const {
+  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
+  for (const glm::ivec3& key : keys) {
+    const glm::ivec3 lo = glm::max(key * n, box.lo), hi = glm::min(key * n + n, box.lo + box.size) - 1;
+    if (lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z) copy_part(box, {lo, hi});
   }
 }
 
 void TissueVolume::copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                               std::uint8_t* hardness) const {
-  impl_->copy_every(n, {lo, size, distance, tissue, hardness}, lo, lo + size - 1);
+  copy_part_of_every(n, {lo, size, distance, tissue, hardness}, {lo, lo + size - 1});
 }
 
-void TissueVolume::remember_writes(bool wanted) {
-  Impl& v = *impl_;
-  v.remembers = wanted;
-  v.written.clear();
-  v.written_lo = glm::ivec3(INT_MAX), v.written_hi = glm::ivec3(INT_MIN);
+void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const {
+  impl_->copy_every(n, box, part.lo, part.hi);
 }
 
-void TissueVolume::copy_written(const Copied& box, int n, const Copied* every) {
-  Impl& v = *impl_;
-  constexpr int m = openvdb::FloatTree::LeafNodeType::DIM;
-  auto distances = v.distance->getConstAccessor();
-  auto labels = v.tissue->getConstAccessor();
-  for (const glm::ivec3& key : v.written) {
-    const glm::ivec3 first = key * m, lo = glm::max(first, box.lo), hi = glm::min(first + m, box.lo + box.size);
-    const auto* leaf = distances.probeConstLeaf(coord(first));
-    const auto* label = labels.probeConstLeaf(coord(first));
-    const float distance = leaf ? 0 : distances.getValue(coord(first));
-    const Tissue tile = label ? Tissue::kAir : label_in(labels.getValue(coord(first)));
-    for (int x = lo.x; x < hi.x; ++x) {
-      for (int y = lo.y; y < hi.y; ++y) {
-        const std::size_t row = (static_cast<std::size_t>(x - box.lo.x) * box.size.y + (y - box.lo.y)) * box.size.z;
-        for (int z = lo.z; z < hi.z; ++z) {
-          const std::size_t to = row + static_cast<std::size_t>(z - box.lo.z);
-          const auto from = static_cast<openvdb::Index>(((x - first.x) * m + (y - first.y)) * m + (z - first.z));
-          box.distance[to] = leaf ? leaf->getValue(from) : distance;
-          box.tissue[to] = label ? label_in(label->getValue(from)) : tile;
-        }
-      }
-    }
-  }
-  if (every && v.written_lo.x <= v.written_hi.x) {
-    // Whole bricks: in one that was never cut before deep samples change too.
-    constexpr int cells = FieldBrick::kCells;
-    const auto brick = [](int a) { return floor_div(a, cells); };
-    const glm::ivec3 a = v.written_lo - 2, b = v.written_hi + 1;
-    const glm::ivec3 from = glm::ivec3(brick(a.x), brick(a.y), brick(a.z)) * cells;
-    const glm::ivec3 to = glm::ivec3(brick(b.x) + 1, brick(b.y) + 1, brick(b.z) + 1) * cells;
-    const auto down = [n](const glm::ivec3& p) {
-      return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n));
-    };
-    v.copy_every(n, *every, glm::max(down(from), every->lo), glm::min(down(to) + 1, every->lo + every->size - 1));
-  }
-  remember_writes(v.remembers);
+VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
+  // Whole bricks: in one that was never cut before deep samples change too.
+  constexpr int cells = FieldBrick::kCells;
+  const BrickBox bricks = bricks_around(written.lo, written.hi);
+  const auto down = [n](const glm::ivec3& p) {
+    return glm::ivec3(floor_div(p.x, n), floor_div(p.y, n), floor_div(p.z, n));
+  };
+  return {down(bricks.lo * cells), down((bricks.hi + 1) * cells) + 1};
 }
 
 void TissueVolume::Impl::copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const {
@@ -429,11 +425,11 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
     return;
   }
   const float* data = leaf->buffer().data();
-  for (std::size_t x = 0; x < bits.size(); ++x) {
-    std::uint64_t word = 0;
-    for (int i = 0; i < 64; ++i)
-      word |= static_cast<std::uint64_t>(data[x * 64 + static_cast<std::size_t>(i)] < 0) << i;
-    bits[x] = word;
+  for (std::uint64_t& word : bits) {
+    word = 0;
+    for (int y = 0; y < 8; ++y, data += 8) {
+      word |= static_cast<std::uint64_t>(bits_of(*reinterpret_cast<const F8*>(data) < 0.0f)) << 8 * y;
+    }
   }
 }
 
@@ -457,6 +453,7 @@ std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
 std::vector<glm::ivec3> TissueVolume::take_changed_bricks() {
   const auto list = sorted(impl_->changed);
   impl_->changed.clear();
+  impl_->marked_lo = glm::ivec3(0), impl_->marked_hi = glm::ivec3(-1);
   return list;
 }
 

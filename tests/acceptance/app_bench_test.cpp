@@ -6,6 +6,7 @@
 
 #include "engine/app/bench/models_page.h"
 #include "engine/app/bench/performance_page.h"
+#include "engine/app/bench/stress_page.h"
 #include "engine/base/json.h"
 #include "tests/support/program.h"
 
@@ -71,6 +72,23 @@ TEST(BenchCommand, ModelMeasuresThatContactModelAndIsRefusedForPartsThatHaveNone
   EXPECT_EQ(folder.run("bench sound --model voxel_penalty --quick").status, 2);
   EXPECT_EQ(folder.run("bench --model voxel_penalty --quick").status, 2);
   EXPECT_THAT(folder.run("bench contact --model nothing --quick").err, HasSubstr("voxel_penalty"));
+}
+
+TEST(StressPage, AModelFallsByWhatLetsGoOfTheHandAndIsFlawedByTheRest) {
+  const auto row = [](const char* name, double error, double ratio) {
+    return BenchRow{.name = name, .error = error, .error_unit = "N a tick", .baseline = "none passes", .ratio = ratio};
+  };
+  const std::vector<SurvivalCell> cells =
+      survival_of({row("200 N, a: not finite", 0, 0), row("200 N, a: energy given", 0.5, 0.5),
+                   row("200 N, b: energy given", 7, 7), row("200 N, b: step", 3, 12),
+                   row("200 N, c: energy given", 900, 900), row("200 N, c: escaped", 2, 3), row("no campaign", 1, 1)});
+  ASSERT_EQ(cells.size(), 3u);
+  EXPECT_EQ(cells[0].survival, Survival::kSurvived);
+  EXPECT_EQ(cells[0].worst, "");
+  EXPECT_EQ(cells[1].survival, Survival::kFlawed);
+  EXPECT_EQ(cells[1].worst, "step: 3 N");
+  EXPECT_EQ(cells[2].survival, Survival::kFell);
+  EXPECT_EQ(cells[2].worst, "escaped: 2 N");
 }
 
 TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -94,6 +95,26 @@ TEST_F(Work, AToolThatDoesNotCutIsFeltAndLeavesTheTissueAlone) {
   EXPECT_GT(probe["queries"].number(), probe["ticks"].number()) << "it is in touch";
   const Json drill = run(scene("\"haptics\"", true), 2);
   EXPECT_GT(drill["voxels_cut"].integer(), 0);
+}
+
+TEST_F(Work, OfTheContactModelsOnlyTheChosenOneIsMadeAndLooksForTissue) {
+  hand(200.8, 2, 0);
+  const std::map<std::string, std::string> looks{
+      {"packing", "sphere_looks"}, {"mesh_lod", "triangle_looks"}, {"vertex", "vertex_looks"}};
+  const auto session = [&](const std::string& model) { return run(scene("\"haptics\"") + " --model " + model, 0.5); };
+  const Json plain = session("offset");
+  EXPECT_GT(plain["queries"].integer(), 100) << "looks into the field";
+  for (const char* model : {"offset", "packing", "mesh_lod", "vertex"}) {
+    const Json work = std::string(model) == "offset" ? plain : session(model);
+    for (const std::string& other : work["models"].keys()) {
+      EXPECT_EQ(work["models"][other]["models"].integer(), other == model) << other << " beside " << model;
+      EXPECT_EQ(work["models"][other]["bodies"].integer(), other == model) << other << " beside " << model;
+    }
+    for (const auto& [other, counter] : looks) EXPECT_EQ(work[counter].integer() > 0, other == model) << model;
+    // A model may need threads to make its tissue; none that is not chosen does.
+    EXPECT_LE(plain["threads"].integer(), work["threads"].integer()) << model;
+    EXPECT_EQ(work["libraries"].integer(), plain["libraries"].integer()) << model;
+  }
 }
 
 TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {

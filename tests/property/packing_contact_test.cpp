@@ -191,6 +191,37 @@ TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverToATrillionth) {
   }
 }
 
+/// The head is stopped by what it cuts, and the shank touches tissue aslant to the way at the same time.
+TEST(SphereProxy, ACutGoesOnAlongWhatTheShankTouchesWhileTheHeadIsStopped) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < 200; ++i) {
+    const double head = 0.5_mm, shank = 0.3_mm, bone = 0.1_mm + 0.4_mm * share(random), height = 2.0_mm;
+    const double across = 0.2 + 0.7 * share(random), around = 2 * kPi * share(random);
+    const dvec3 toward(across, std::sqrt(1 - across * across) * std::cos(around),
+                       std::sqrt(1 - across * across) * std::sin(around));  // from the shank's sphere to tissue
+    const double gap = SphereProxy::kGap;                                   // as a cut leaves it
+    const std::vector<dvec3> center = {dvec3(head + 0.5_mm + gap, 0, 0),
+                                       dvec3(0, 0, height) + (shank + bone + gap) * toward};
+    const std::vector<double> radius = {0.5_mm, bone};
+    const SphereTree tree(center, radius);
+    ToolSpheres tool = ball_tool(head);
+    tool.add_smooth(dvec3(0, 0, height), shank);
+    SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0});
+    proxy.place(at(0, 0, 0));
+    proxy.follow(tree, at(1.0_mm, 0, 0));
+    ASSERT_TRUE(proxy.touches());
+
+    dvec3 move(1.0_mm, 0, 0), turn(0);
+    const double part = proxy.smooth_parts_allow(tree, 0.05_mm, move, turn);
+    ASSERT_GT(part * move.x, 0.01_mm) << i;
+    // The cut's largest step, within what is allowed.
+    const double step = std::min(part, 0.05_mm / glm::length(move));
+    const Pose to{proxy.pose().p + step * move, SphereProxy::turned_by(step * turn) * proxy.pose().R};
+    ASSERT_GT(glm::distance(to * dvec3(0, 0, height), center[1]), shank + bone - 1e-9) << i;
+  }
+}
+
 TEST(SphereProxy, FollowingNeverAllocates) {
   const SphereTree tree = plane();
   SphereProxy proxy(ball_tool(), {});

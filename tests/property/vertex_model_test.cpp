@@ -65,6 +65,24 @@ TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
   EXPECT_LT(worst, 3.0);
 }
 
+TEST(VertexForce, TheTipOfAnExplorerStaysAtTheHandHoweverFastItSlides) {
+  constexpr double kTip = 0.125_mm, kBallRadius = 3.0_mm, kDeep = 0.15_mm;
+  for (const double speed : {0.02, 0.06, 0.15, 0.25}) {  // m/s
+    haptics::ServoSettings settings = probe_settings(R"({"vertex": {}})");
+    settings.tool.diameter = settings.tool.length = 2 * kTip;
+    settings.friction = false, settings.damping = 0;
+    HapticBench bench(ball_of(0.1_mm), settings);
+    const auto at = [&](double a, double deep) {
+      return (kBallRadius + kTip - deep) * dvec3(std::sin(a), 0, std::cos(a));
+    };
+    for (int i = 0; i <= 100; ++i) bench.tick({at(0, kDeep * i / 100)});
+    for (double a = 0; a < 1.5; a += 1e-3 * speed / kBallRadius) {
+      bench.tick({at(a, kDeep)});
+      ASSERT_NEAR(glm::length(bench.last.f_model_W), 0.15, 0.03) << speed << " m/s, " << a << " rad: 1 N/mm";
+    }
+  }
+}
+
 /// rms of the change of force from tick to tick of a ball that slides over a coarse mesh, N.
 double ripple(const char* model, double& most) {
   HapticBench bench(ball_of(0.45_mm), probe_settings(model));

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,12 @@ struct XServer {
   explicit XServer(std::vector<std::string> command, const std::string& said = "") {
     int fds[2];
     if (pipe(fds) != 0) return;
-    // Each process uses its own display numbers: a server that takes the first free number can lose its socket to one
-    // that ends at the same time. -r disables key repeat, because a slow machine may release a key late.
-    static int servers = 0;
-    const int display = 100 + (4 * getpid() + servers++) % 50000;
-    command.insert(command.end(),
-                   {fmt::format(":{}", display), "-displayfd", std::to_string(fds[1]), "-nolisten", "tcp", "-r"});
+    // A random display number: a server that takes the first free number can lose its socket to one that ends at the
+    // same time. A server that resets itself when its last client leaves (a call of xdotool) refuses the next client
+    // for a moment: -noreset. A key that a slow machine releases late must not repeat: -r.
+    const unsigned display = 100 + std::random_device()() % 50000;
+    command.insert(command.end(), {fmt::format(":{}", display), "-displayfd", std::to_string(fds[1]), "-nolisten",
+                                   "tcp", "-noreset", "-r"});
     std::vector<char*> arguments;
     for (std::string& argument : command) arguments.push_back(argument.data());
     arguments.push_back(nullptr);

@@ -56,6 +56,13 @@ TEST(Writing, IsRedrawnOnlyWhenItChanges) {
   EXPECT_TRUE(writing.differs(hud(), {320, 360})) << "on a picture of another size";
 }
 
+TEST(Writing, SaysASlowSpindlesSpeedInRevolutionsPerMinute) {
+  EXPECT_EQ(display::spindle_text(0.8), "800 rpm");
+  EXPECT_EQ(display::spindle_text(0.0149), "10 rpm");
+  EXPECT_EQ(display::spindle_text(0), "0 rpm");
+  EXPECT_EQ(display::spindle_text(299.6), "300 krpm");
+}
+
 TEST(Writing, AHintWiderThanThePictureBreaksIntoLinesAndLosesNoLetter) {
   Writing wide, narrow;
   wide.write(hud(), {1920, 720});

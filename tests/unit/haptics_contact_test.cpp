@@ -217,7 +217,7 @@ TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
     for (int i = 0; i < 200; ++i) carve(patch, haptics::Sweep(bur, at(i), at(i + 1), bench.settings.frame, i > 0));
   };
   round();
-  const std::vector<float> first = patch.distance;
+  const auto first = patch.distance;
   for (int i = 0; i < 20; ++i) {  // equal bits after a round: so after any number
     round();
     ASSERT_EQ(patch.distance, first);

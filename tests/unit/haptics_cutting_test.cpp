@@ -199,7 +199,7 @@ TEST(Carving, LongSweepsTakeTheSameInAnyOrderAndNothingTwiceAndLeaveTheSameBitsI
     EXPECT_EQ(taken, taken_backwards) << static_cast<int>(shape);
     EXPECT_GT(taken, 100) << static_cast<int>(shape);
 
-    const std::vector<float> once = patch.distance;
+    const auto once = patch.distance;
     volume.copy(patch.lo, glm::ivec3(patch.n), backwards.distance.data(), backwards.tissue.data());
     std::size_t different = 0;  // near the surface: far from it the volume keeps less
     for (std::size_t i = 0; i < once.size(); ++i)

@@ -194,8 +194,8 @@ TEST(Filling, PatchAndVolumeHoldTheSameBitsAndTheVolumeIsBalanced) {
   std::vector<float> distance(patch.distance.size());
   std::vector<Tissue> tissue(patch.tissue.size());
   bench.carver.volume().copy_for_patch(patch.lo, glm::ivec3(patch.n), distance.data(), tissue.data());
-  EXPECT_EQ(patch.distance, distance);
-  EXPECT_EQ(patch.tissue, tissue);
+  EXPECT_TRUE(std::ranges::equal(patch.distance, distance));
+  EXPECT_TRUE(std::ranges::equal(patch.tissue, tissue));
   const PerTissue after = bench.carver.volume().volumes();
   double grown = 0, told = 0;
   for (std::size_t i = 1; i < after.size(); ++i) grown += after[i] - before[i], told -= bench.last.removed[i];

@@ -232,7 +232,7 @@ TEST(Hardness, WhereNoVoxelDiffersEveryTickIsTheSameToTheBitAndNothingIsKept) {
   }
   EXPECT_GT(total(plain.last.removed), 0);
   EXPECT_EQ(plain.carver.volume().hash(), own.carver.volume().hash());
-  EXPECT_EQ(plain.patch().hardness.capacity(), 0u);
+  EXPECT_EQ(plain.patch().hardness.size(), 0u);
   EXPECT_EQ(plain.patch().uncut.capacity(), 0u);
 }
 

@@ -111,6 +111,32 @@ TEST(VoxelPenalty, TheTorqueIsTheSumOfTheSamplesLeverTimesForce) {
   EXPECT_LT(lever, 2.0_mm) << "between the block's edge and the cylinder's end";
 }
 
+constexpr std::string_view kEnamelBlock =  // of 1 N/mm
+    R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
+
+/// Force out of a block whose top is at z = 2 mm, on a ball of 1.2 mm that is pressed in so far, N.
+double pushed_back(double pressed_mm) {
+  haptics::ServoSettings settings = probe_settings("voxel_penalty");
+  settings.tool.diameter = settings.tool.length = 1.2_mm;
+  settings.friction = false, settings.damping = 0;
+  HapticBench bench(kEnamelBlock, settings);
+  for (int i = 0; i <= 200; ++i) bench.tick({{0.03_mm, 0.04_mm, 2.6_mm - pressed_mm * 1.0_mm * i / 200.0}});
+  return bench.last.f_model_W.z;
+}
+
+TEST(VoxelPenalty, AWallHasTheScenesStiffnessUntilTheHeadsCentreReachesIt) {
+  for (const double mm : {0.3, 0.4, 0.5}) EXPECT_NEAR(pushed_back(mm), mm, 0.15 * mm) << mm << " mm at 1 N/mm";
+}
+
+// Without a proxy no penalty model holds a head whose push needs more depth than its radius: beyond it the samples on
+// the far side push it on.
+TEST(VoxelPenalty, HoldsNoMoreThanItsStiffnessTimesTheHeadsRadius) {
+  double most = 0;
+  for (double mm = 0.1; mm < 1.3; mm += 0.1) most = std::max(most, pushed_back(mm));
+  EXPECT_NEAR(most, 0.6, 0.12) << "1 N/mm times 0.6 mm";
+  EXPECT_LT(pushed_back(1.0), 0.85 * most) << "deeper in it pushes back less: a push of 1 N comes through";
+}
+
 TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
   HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   const PerTissue before = bench.carver.volume().volumes();

@@ -103,6 +103,67 @@ TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
   EXPECT_GT(filled, 50);
 }
 
+TEST(SurfacePatch, OneThatMovedHoldsTheBitsOfOneThatWasCutOutAnew) {
+  // Two patches in turn, as servo and carver exchange them; their owner cuts in them, strokes are taken back, and steps
+  // are short, long, or farther than a patch is wide.
+  const std::vector<Tool> tools = bur_with_shank_and_condenser();
+  std::mt19937_64 random(11);
+  const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
+  Carver carver(block(), tools);
+  SurfacePatch patches[] = {haptics::empty_patch_for(tools, 0.1_mm), haptics::empty_patch_for(tools, 0.1_mm)};
+  dvec3 at(0, 0, 2.2_mm);
+  std::uint64_t index = 0;
+  int undone = 0;
+  for (int round = 0; round < 60; ++round) {
+    SurfacePatch& patch = patches[round % 2];
+    carver.take_snapshot(at, patch);
+    SurfacePatch anew = haptics::empty_patch_for(tools, 0.1_mm);
+    carver.take_snapshot(at, anew, patch.number);
+    expect_equal(patch, anew);
+    for (int i = 0; i < 10; ++i) {
+      Cut cut;
+      cut.index = ++index;
+      cut.t = static_cast<Nanos>(index) * 1'000'000;
+      cut.X_WA.p = at;
+      at += 20e-6 * dvec3(uniform(-1, 1), uniform(-1, 1), uniform(-1.5, 1));
+      cut.X_WB.p = at;
+      if (i == 9 && round % 3 == 0) {
+        cut.tool = 1;
+        cut.fill_radius = uniform(0.1, 0.5) * kMillimetre;
+      }
+      carver.apply(cut);
+      const haptics::Sweep sweep(tools[0], cut.X_WA, cut.X_WB, carver.volume().frame());
+      haptics::carve(patch, sweep);  // which the carver has not: what the owner wrote must be copied again
+    }
+    if (round % 7 == 6) undone += carver.undo();
+    const double step = round % 5 == 4 ? 12 : round % 2 ? 0.7 : 0.1;  // mm
+    at += dvec3(uniform(-step, step), uniform(-step, step), 0) * kMillimetre;
+    at = dvec3(glm::clamp(at.x, -2.5_mm, 2.5_mm), glm::clamp(at.y, -2.5_mm, 2.5_mm), 2.2_mm);
+  }
+  EXPECT_GT(undone, 5);
+}
+
+TEST(SlidingBuffer, ElementsThatStayAreWhereTheyWereSeenFromTheNewBeginning) {
+  haptics::SlidingBuffer<int> buffer;
+  buffer.assign(3000, -1);
+  for (int i = 0; i < 3000; ++i) buffer[static_cast<std::size_t>(i)] = i;
+  int first = 0;
+  for (const int by : {7, -3, 2000, 900, -2999, 40'000}) {
+    buffer.slide(by);
+    first += by;
+    for (int i = 0; i < 3000; ++i) {
+      int& element = buffer[static_cast<std::size_t>(i)];
+      if (i + by >= 0 && i + by < 3000) {
+        EXPECT_EQ(element, first + i);
+      }
+      element = first + i;
+    }
+  }
+  const haptics::SlidingBuffer<int> copy = buffer;
+  buffer[5] = 0;
+  EXPECT_EQ(copy[5], first + 5);
+}
+
 TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForAWhile) {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;

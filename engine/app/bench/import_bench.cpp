@@ -138,12 +138,13 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     }
   } const remove{folder};
   haptics::ImportOptions bone;
+  bone.greys = false;  // as the command without --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
-      run.quick ? std::vector<glm::ivec3>{{128, 128, 40}} : std::vector<glm::ivec3>{{256, 256, 140}, {512, 512, 140}};
+      run.quick ? std::vector<glm::ivec3>{{128, 128, 40}} : std::vector<glm::ivec3>{{256, 256, 140}, {512, 512, 140}, {512, 512, 512}};
   for (const glm::ivec3& size : heads) {
     const fs::path file = folder / "head.nrrd";
-    const dvec3 voxel(230.0 / size.x, 230.0 / size.y, 0.45 * 140 / size.z);
+    const dvec3 voxel(230.0 / size.x, 230.0 / size.y, run.quick ? 0.45 * 140 / size.z : 0.45);
     write_head(file, size, voxel);
     const dvec3 count(size);
     measure(rows, "scan of a head", fmt::format("{} x {} x {}, {:.2g} mm", size.x, size.y, size.z, voxel.x), file, bone,

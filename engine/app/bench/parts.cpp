@@ -5,6 +5,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/bench/model_anatomies.h"
 #include "engine/app/bench/models_page.h"
+#include "engine/app/bench/stress_page.h"
 #include "engine/app/scene.h"
 #include "engine/base/units.h"
 #include "engine/debris/bench.h"
@@ -41,6 +42,16 @@ Rows models(const BenchRun& run) {
   options.quick = run.quick;
   if (!run.quick) options.anatomies = model_anatomies();
   return haptics::bench_models(options);
+}
+
+Rows stress(const BenchRun& run) {
+  haptics::StressBenchOptions options;
+  options.quick = run.quick;
+  if (!run.quick) {
+    options.meshes = model_anatomies();
+    std::erase_if(options.meshes, [](const haptics::ModelAnatomy& a) { return a.name != "arch"; });
+  }
+  return haptics::bench_stress(options);
 }
 
 Rows motions(const BenchRun& run) {
@@ -82,6 +93,9 @@ constexpr BenchPart kParts[] = {
     {"models", "Contact models compared",
      "Every contact model on the same tissue, with the same hand and the same clock, against the exact answer.", models,
      false, write_models_page},
+    {"stress", "What each contact model survives",
+     "Every contact model under hostile hands, nonsense, late carvers, uneven clocks, 200 N, fast probes, thin walls.",
+     stress, false, write_stress_page},
     {"motions", "Motions of a hand",
      "The servo's tick for every shipped tool, sunk into a block of 0.1 mm voxels and then moved as a hand moves it. "
      "What counts is the 99.9 %: half of the period is 500 µs.",

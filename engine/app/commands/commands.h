@@ -14,6 +14,7 @@ void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);
 void add_devices_command(cli::Command& program);
 void add_doctor_command(cli::Command& program);
+void add_experiment_command(cli::Command& program);
 void add_fit_material_command(cli::Command& program);
 void add_import_command(cli::Command& program);
 void add_mesh_command(cli::Command& program);

@@ -54,6 +54,7 @@ haptics::ImportOptions options_of(const Arguments& a) {
   haptics::ImportOptions o;
   o.preset = a.preset == "bone"   ? haptics::ImportPreset::kBone
              : a.preset == "arch" ? haptics::ImportPreset::kArch
+             : a.preset == "jaw"  ? haptics::ImportPreset::kJaw
                                   : haptics::ImportPreset::kTooth;
   if (a.crown_mm) o.crown = *a.crown_mm * kMillimetre;
   if (a.voxel_mm) o.voxel = *a.voxel_mm * kMillimetre;
@@ -75,6 +76,7 @@ haptics::ImportOptions options_of(const Arguments& a) {
   }
   o.hounsfield = a.hounsfield;
   o.series = a.series;
+  o.greys = !a.preview.empty();
   if (a.memory_mb) o.memory = *a.memory_mb * 1e6;
   o.estimated = [](double bytes) { log::info("about {:.0f} MB of memory are needed", bytes * 1e-6); };
   o.nan_grey = a.nan_grey;
@@ -129,7 +131,7 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     total += mm3;
   }
   j["volume_mm3"]["total"] = total;
-  for (int t = 0; t < kTissueCount && !a.hardness.empty(); ++t) {
+  for (int t = 0; t < kTissueCount && (r.jaw || !a.hardness.empty()); ++t) {
     const double mean = r.hardness[static_cast<std::size_t>(t)];
     if (mean > 0) j["mean_hardness"][std::string(name_of(static_cast<Tissue>(t)))] = mean;
   }
@@ -143,6 +145,23 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     if (r.dense_level) j["greys"]["dense"] = *r.dense_level;
     if (r.dense_grey) j["thresholds"]["dense"] = *r.dense_grey;
     j["blur_mm"] = r.blur / kMillimetre;
+  }
+  if (r.jaw) {
+    nlohmann::ordered_json& jaw = j["jaw"];
+    jaw["crowns"] = r.jaw->crowns;
+    jaw["border_mm"] = r.jaw->border / kMillimetre;
+    jaw["unsure_mm3"] = r.jaw->unsure / kCubicMillimetre;
+    for (int t = 0; t < kTissueCount; ++t) {
+      const double doubt = r.jaw->volume_doubt[static_cast<std::size_t>(t)] / kCubicMillimetre;
+      if (doubt > 0) jaw["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = doubt;
+    }
+    jaw["canals"] = nlohmann::ordered_json::array();
+    for (const haptics::JawCanal& canal : r.jaw->canals) {
+      nlohmann::ordered_json of_canal;
+      of_canal["doubt_mm"] = canal.doubt / kMillimetre;
+      for (const dvec3& p : canal.centre) of_canal["centre_mm"].push_back(vec(p, kMillimetre));
+      jaw["canals"].push_back(of_canal);
+    }
   }
   if (!a.labels.empty()) j["labels"] = a.labels;
   j["memory_mb"] = r.memory * 1e-6;
@@ -164,14 +183,20 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
   if (r.spacing != dvec3(0)) {
     line("scan", fmt::format("{}, {:.4g} x {:.4g} x {:.4g} mm a voxel", r.format, r.spacing.x / kMillimetre,
                              r.spacing.y / kMillimetre, r.spacing.z / kMillimetre));
-    line("greys",
-         fmt::format("surround {:.4g} ± {:.2g}, {} {:.4g}{}", r.outside_grey, r.noise_grey,
-                     a.preset == "tooth" ? "dentin" : "bone", r.soft_grey,
-                     r.dense_level
-                         ? fmt::format(", {} {:.4g}", a.preset == "tooth" ? "enamel" : "cortical bone", *r.dense_level)
-                         : ""));
-    line("thresholds", fmt::format("surface {:.4g} (refined from the greys near by){}", r.surface_grey,
-                                   r.dense_grey ? fmt::format(", denser tissue {:.4g}", *r.dense_grey) : ""));
+    line("greys", fmt::format("surround {:.4g} ± {:.2g}, {} {:.4g}{}", r.outside_grey, r.noise_grey,
+                              a.preset == "tooth" ? "dentin"
+                              : r.jaw             ? "cancellous bone"
+                                                  : "bone",
+                              r.soft_grey,
+                              r.dense_level ? fmt::format(", {} {:.4g}",
+                                                          a.preset == "tooth" ? "enamel"
+                                                          : r.jaw             ? "enamel or metal"
+                                                                              : "cortical bone",
+                                                          *r.dense_level)
+                                            : ""));
+    if (!r.jaw)
+      line("thresholds", fmt::format("surface {:.4g} (refined from the greys near by){}", r.surface_grey,
+                                     r.dense_grey ? fmt::format(", denser tissue {:.4g}", *r.dense_grey) : ""));
     line("edge blur", fmt::format("{:.3f} mm", r.blur / kMillimetre));
   } else {
     line("mesh", r.format);
@@ -184,9 +209,23 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
                          r.hi.z / kMillimetre));
   for (int t = 0; t < kTissueCount; ++t) {
     const double mm3 = r.volume[static_cast<std::size_t>(t)] / kCubicMillimetre;
-    const std::string hardness =
-        a.hardness.empty() ? "" : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
-    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f} mm³{}", mm3, hardness));
+    const std::string hardness = a.hardness.empty() && !r.jaw
+                                     ? ""
+                                     : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
+    const std::string doubt =
+        r.jaw ? fmt::format(" ± {:.1f}", r.jaw->volume_doubt[static_cast<std::size_t>(t)] / kCubicMillimetre) : "";
+    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, doubt, hardness));
+  }
+  if (r.jaw) {
+    line("crowns", fmt::format("{}", r.jaw->crowns));
+    line("borders", fmt::format("± {:.2f} mm; {:.1f} mm³ may be tooth or bone", r.jaw->border / kMillimetre,
+                                r.jaw->unsure / kCubicMillimetre));
+    for (const haptics::JawCanal& canal : r.jaw->canals) {
+      const dvec3 from = canal.centre.front() / kMillimetre, to = canal.centre.back() / kMillimetre;
+      line("canal", fmt::format("({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm, ± {:.2f} mm", from.x, from.y,
+                                from.z, to.x, to.y, to.z, canal.doubt / kMillimetre));
+    }
+    if (r.jaw->canals.empty()) line("canal", "none found");
   }
   if (r.pulp_parts > 0 && a.preset == "tooth") line("pulp parts", fmt::format("{}", r.pulp_parts));
   if (r.false_dentin) line("false dentin on crown", fmt::format("{:.2f} %", 100 * *r.false_dentin));
@@ -232,8 +271,11 @@ void add_import_command(cli::Command& app) {
                       fmt::format("scan ({}), folder of DICOM files, or closed mesh ({})",
                                   fmt::join(haptics::scan_endings(), " "), fmt::join(haptics::mesh_endings(), " ")));
   command->add_option("--out", a->out, "volume to write (.vdb)")->required()->check(cli::writes({FileKind::kVolume}));
-  command->add_option("--preset", a->preset, "what is in it; arch: an intraoral scan's open mesh")
-      ->check(cli::one_of({"tooth", "bone", "arch"}))
+  command
+      ->add_option(
+          "--preset", a->preset,
+          "what is in it; jaw: a CBCT's bone, teeth, nerve canals and metal; arch: an intraoral scan's open mesh")
+      ->check(cli::one_of({"tooth", "bone", "jaw", "arch"}))
       ->show_default();
   command->add_option("--series", a->series, "of several in DICOM files, as the message without it numbers them");
   command->add_option("--voxel-mm", a->voxel_mm, "voxel of the result; default: the scan's smallest (a mesh: 0.1)");
@@ -277,6 +319,8 @@ void add_import_command(cli::Command& app) {
     command->refuse_without({"--unit-mm"}, mesh || !a->parts.empty(),
                             fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--crown-mm"}, a->preset == "arch", "--preset arch");
+    command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
+                            "--preset tooth or bone: a jaw's greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--spacing-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
                             !mesh && a->parts.empty(), "a scan");

@@ -70,6 +70,8 @@ void run(const Options& options) {
         {"tick_us", {{"p50", s.tick_us_median}, {"p99_9", s.tick_us_p999}, {"worst", s.worst_tick_us}}},
         {"explain", s.explanations}};
     for (const WorkCount& c : listed(s.work)) json["work"][c.name] = c.value;
+    for (const haptics::MethodCount& m : haptics::method_counts())
+      json["work"]["models"][m.name] = {{"models", m.models}, {"bodies", m.bodies}};
     json["work"]["cpu_s"] = s.work.cpu_seconds, json["work"]["servo_cpu_s"] = s.work.servo_cpu_seconds;
     if (s.debris) json["debris"] = debris_json(*s.debris, s.debris_cuts_lost);
     if (s.tracker) json["head_tracker"] = {{"samples", s.tracker->samples}, {"dropped", s.tracker->dropped}};

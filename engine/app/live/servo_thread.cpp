@@ -15,13 +15,6 @@ constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end o
 // Faults that are input of Servo::tick.
 constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// The result is in N/m.
-PerTissue scaled(const MaterialTable& materials, const PerTissue& fraction) {
-  PerTissue stiffness{};
-  for (std::size_t i = 0; i < fraction.size(); ++i) stiffness[i] = fraction[i] * materials[i].stiffness;
-  return stiffness;
-}
-
 /// Contact as defined for HapticDevice::contact.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
@@ -51,14 +44,14 @@ bool ServoTurns::turn() noexcept {
   sample_.pedal = pedal_.pass(sample_.pedal, held);
   if (wiring.settings.fetch()) {
     settings_ = wiring.settings.front();
-    if (!s.record) s.servo->set_stiffness(scaled(s.scene.servo.materials, settings_.stiffness));
+    if (!s.record) s.servo->set_stiffness(settings_.stiffness_of(s.scene.servo.materials));
   }
   sample_.pedal *= settings_.backwards ? -settings_.speed_fraction : settings_.speed_fraction;
   sample_.faults = hand.faults() | (held ? bits(Fault::kHeld) : 0);
   const bool did_cut = s.servo->tick(sample_, tick_, cut_);
   if (wiring.emergency.load(std::memory_order_relaxed)) return false;
   hand.contact(in_contact(tick_));
-  hand.write(settings_.force_fraction * tick_.f_T_W, settings_.force_fraction * tick_.tau_T_W);
+  send();
   const Nanos wrote = clock_();
   // The tick contains the faults that the servo got as input, and no others, so that a replay can give it the same.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
@@ -74,7 +67,7 @@ bool ServoTurns::turn() noexcept {
   wiring.tick_to_carver.publish(tick_);
   // before it is published, because a sound file is synthesized up to the latest published tick
   if (s.sound) s.sound->push(tick_);
-  if (s.draw || s.operated || s.sound) wiring.tick_to_render.publish(tick_);
+  if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
   // if the ring is full, the loss is counted and the session continues
   if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
@@ -84,6 +77,12 @@ bool ServoTurns::turn() noexcept {
   s.loop->tick(woke, wrote, hand.safety());
   if (s.operated) wiring.ticks_to_score.push(tick_);
   return true;
+}
+
+void ServoTurns::send() noexcept {
+  haptics::ForceDelay::Wrench wrench{tick_.f_T_W, tick_.tau_T_W};
+  if (s_.delay) wrench = s_.delay->pass(tick_, settings_.force_delay);
+  hand_.write(settings_.force_fraction * wrench.f_T_W, settings_.force_fraction * wrench.tau_T_W);
 }
 
 void ServoTurns::end() noexcept {
@@ -99,7 +98,7 @@ void ServoTurns::end() noexcept {
     sample_.faults = hand_.faults();
     s.servo->tick(sample_, tick_, cut_);
     hand_.contact(in_contact(tick_));
-    hand_.write(settings_.force_fraction * tick_.f_T_W, settings_.force_fraction * tick_.tau_T_W);
+    send();
   }
   hand_.write(dvec3(0), dvec3(0));
   hand_.release();  // also ends an arm's gravity compensation
@@ -116,6 +115,7 @@ void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {
   turns.end();
   s.servo_cpu = to_seconds(thread_cpu_time());
   s.queries = haptics::queries_of_this_thread();
+  s.looks = haptics::looks_of_this_thread();
   s.wiring.servo_ended = true;
 }
 

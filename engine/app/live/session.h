@@ -19,8 +19,10 @@
 #include "engine/app/wiring.h"
 #include "engine/session/recorder.h"
 #include "haptics/carver.h"
+#include "haptics/force_delay.h"
 #include "haptics/haptic_device.h"
 #include "haptics/servo.h"
+#include "haptics/work.h"
 
 namespace typodont {
 
@@ -29,13 +31,15 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;  // created for the hand once the hand is known
-  std::optional<LoopWatch> loop;        // used only by the servo thread until it has ended
-  ServoTick last;                       // used only by the servo thread until it has ended
-  double servo_cpu = 0;                 // s, CPU time of the servo; used only by the servo thread until it has ended
+  std::optional<haptics::Servo> servo;       // created for the hand once the hand is known
+  std::optional<haptics::ForceDelay> delay;  // servo thread; only if the session may delay forces
+  std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
+  ServoTick last;                            // used only by the servo thread until it has ended
+  double servo_cpu = 0;  // s, CPU time of the servo; used only by the servo thread until it has ended
   Nanos first_tick = 0;  // time when the first tick was finished; used only by the servo thread until it has ended
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
+  bool steered = false;        // the newest tick is read, also if nothing is drawn
   bool watched = false;        // bricks also go to the operator's picture; the headset takes the others
   StrokeBook book;             // used only by the carver thread until it has ended
   std::string carver_failure;  // reason for a failure of the carver; used only by the carver thread until it has ended
@@ -49,13 +53,17 @@ struct LiveSession {
   std::filesystem::path save;              // file for the tissue
   // used only by the carver thread until it has ended
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
+  haptics::ModelLooks looks;  // used only by the carver thread until it has ended
   std::uint64_t queries = 0;  // used only by the servo thread until it has ended
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  void serve(const haptics::DeviceInfo& hand) {
-    servo.emplace(servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band, hand.position_step,
-                                 hand.torque_limit > 0));
+  /// `most_delay`: s that the force may be asked to reach the hand late; 0: never.
+  void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
+    const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
+                                                           hand.position_step, hand.torque_limit > 0);
+    servo.emplace(settings);
+    if (most_delay > 0) delay.emplace(settings, most_delay);
     loop.emplace(wiring, hand.rate);
   }
 };
@@ -73,6 +81,9 @@ class ServoTurns {
   void end() noexcept;
 
  private:
+  /// The tick's force and torque to the hand.
+  void send() noexcept;
+
   LiveSession& s_;
   haptics::HapticDevice& hand_;
   Nanos (*clock_)() noexcept;
@@ -142,8 +153,8 @@ class StreamTurns {
 
 /// Runs the servo loop; the hand's rate is the clock. Zero force when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If it
-/// cannot continue because memory is full, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If
+/// it cannot continue because memory is full, it ends the session.
 void carver_thread(LiveSession& s);
 /// Moves all recorded data from its rings to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);

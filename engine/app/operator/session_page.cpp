@@ -8,6 +8,7 @@
 #include "engine/app/operator/session_controls.h"
 #include "engine/base/units.h"
 #include "engine/display/keys.h"
+#include "engine/display/writing.h"
 #include "engine/session/session_data.h"
 
 namespace typodont {
@@ -233,9 +234,7 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       s.ask(Ask::kSettings);
     }
   }
-  const double krpm = s.status.tick.spindle / kKrpm;
-  row(s.text("op.speed_now"),
-      s.status.implant ? fmt::format("{:.0f} rpm", 1e3 * krpm) : fmt::format("{:.0f} krpm", krpm));
+  row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm));
   auto speed = static_cast<float>(100 * s.settings.speed_fraction);
   ImGui::SetNextItemWidth(-1);
   bool changed =

@@ -126,9 +126,8 @@ void HeadContact::map_to(const TriangleGrid& grid) noexcept {
 }
 
 void HeadContact::follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept {
-  list_where_needed(grid, c_);
-  c_ = vertex::advance_free(points_, c_, hip, head_.radius(), [&](const dvec3& p) { list_where_needed(grid, p); });
-  if (!points_.empty()) c_ = follower_.follow(head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give);
+  c_ = follower_.follow(head_, points_, c_, {hip, R_WT_}, kSlack * head_.radius(), give,
+                        [&](const dvec3& p) { list_where_needed(grid, p); });
   leading_out_ = !points_.empty() && !give && follower_.led_out();
   count_ = 0;
   if (points_.empty()) return;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptics/contact/looks.h"
 #include "haptics/tissue_mesh.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -111,6 +112,7 @@ class TriangleGrid {
 
 template <class Use>
 void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept {
+  ++t_looks.triangles;
   if (faces_.empty()) return;
   const glm::vec3 low(lo - origin_), high(hi - origin_);
   const glm::ivec3 first = cell_of(low), last = cell_of(high);

@@ -1,6 +1,7 @@
 #include "haptics/contact/offset/field_body.h"
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <utility>
 
@@ -16,16 +17,16 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
-  const VoxelBox carved = volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues));
-  if (!carved.empty()) take_out_pieces(cut, carved);
+  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues)));
 }
 
 void FieldBody::fill(const Cut& cut) {
   after_fill(volume_.fill(Fill(tool(cut), cut.X_WA.p, cut.fill_radius, cut.X_WB, volume_.frame())));
 }
 
-void FieldBody::take_out_pieces(const Cut& cut, const VoxelBox& written) {
-  const std::vector<TissuePiece> pieces = loose_pieces_.after_cut(volume_, written.lo, written.hi);
+void FieldBody::take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved) {
+  if (carved.box.empty()) return;
+  const std::vector<TissuePiece> pieces = loose_pieces_.after_cut(volume_, carved.box, carved.blocks);
   for (const TissuePiece& piece : pieces) {
     LoosePiece loose{cut.index, cut.t, {}, 0, volume_.take_out(piece)};
     dvec3 lo(1e300), hi(-1e300);
@@ -56,37 +57,76 @@ std::unique_ptr<Snapshot> FieldBody::make_snapshot() const {
   return std::make_unique<SurfacePatch>(empty_patch_for(tools_, volume_.frame().voxel));
 }
 
+namespace {
+
+TissueVolume::Copied whole(SurfacePatch& patch) {
+  return {patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
+          patch.hardness.empty() ? nullptr : patch.hardness.data()};
+}
+VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
+  const VoxelBox box{glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
+  return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
+}
+
+}  // namespace
+
+/// Makes a patch what it would be if it were cut out now, from voxel `lo` on. `known`: written_ holds what changed
+/// since it was last copied; then only that is copied, what its owner wrote, and what comes in where the patch moves.
+/// copy_part(box) copies a box of samples, copy_written() what written_ names.
+template <class CopyPart, class CopyWritten>
+void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
+                      CopyWritten copy_written) {
+  VoxelBox left{lo, lo + patch.n - 1};  // to be copied
+  const VoxelBox stays = common(left, {patch.lo, patch.lo + patch.n - 1});
+  patch.move_to(lo);
+  if (!known || stays.empty()) {
+    copy_part(left);
+  } else {
+    for (int axis = 0; axis < 3; ++axis) {  // a slab on either side, then the rest along the other axes
+      VoxelBox slab = left;
+      slab.hi[axis] = stays.lo[axis] - 1;
+      if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
+      slab = left;
+      slab.lo[axis] = stays.hi[axis] + 1;
+      if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
+      left.lo[axis] = stays.lo[axis], left.hi[axis] = stays.hi[axis];
+    }
+    copy_written();
+    const VoxelBox own = common(stays, {patch.written_lo, patch.written_hi});
+    if (!own.empty()) copy_part(own);
+  }
+  patch.written_lo = glm::ivec3(INT_MAX), patch.written_hi = glm::ivec3(INT_MIN);
+}
+
 void FieldBody::cut_out(Snapshot& snapshot) {
   auto& patch = static_cast<SurfacePatch&>(snapshot);
   const glm::ivec3 center(glm::round(volume_.frame().to_voxels(patch.center_W)));
-  patch.lo = center - patch.n / 2;
   patch.band = volume_.band() / volume_.frame().voxel;
   patch.exact_outside = volume_.exact_outside();
-  const bool graded = volume_.graded();
-  if (graded) patch.grade();
-  volume_.copy_for_patch(patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
-                         graded ? patch.hardness.data() : nullptr);
+  if (volume_.graded()) patch.grade();
+  const bool known = volume_.written_since(patch.copied_at, written_);
+  renew(
+      patch, center - patch.n / 2, known, [&](const VoxelBox& part) { volume_.copy_part(whole(patch), part); },
+      [&] { volume_.copy_blocks(whole(patch), written_.blocks); });
   for (SurfacePatch& coarse : patch.wide) {
+    const int n = coarse_.every;
     coarse.number = patch.number;
-    coarse.lo = center / coarse_.every - coarse_.edge / 2;
-    coarse.band = patch.band / coarse_.every;
+    coarse.band = patch.band / n;
     coarse.exact_outside = patch.exact_outside;
-    if (graded) coarse.hardness.resize(coarse.tissue.size());
-    volume_.copy_every(coarse_.every, coarse.lo, glm::ivec3(coarse_.edge), coarse.distance.data(), coarse.tissue.data(),
-                       graded ? coarse.hardness.data() : nullptr);
+    if (volume_.graded()) coarse.hardness.resize(coarse.tissue.size());
+    const auto copy_part = [&](const VoxelBox& part) { volume_.copy_part_of_every(n, whole(coarse), part); };
+    renew(coarse, center / n - coarse_.edge / 2, known, copy_part, [&] {
+      if (written_.box.empty()) return;
+      const VoxelBox part = common(TissueVolume::every_around(n, written_.box), {coarse.lo, coarse.lo + coarse.n - 1});
+      if (!part.empty()) copy_part(part);
+    });
   }
+  patch.copied_at = volume_.mark();
   mark_cut_boxes(patch);
 }
 
 void FieldBody::bring_up_to_date(Snapshot& snapshot) {
-  auto& patch = static_cast<SurfacePatch&>(snapshot);
-  const auto whole = [](SurfacePatch& p) {
-    return TissueVolume::Copied{p.lo, glm::ivec3(p.n), p.distance.data(), p.tissue.data(),
-                                p.hardness.empty() ? nullptr : p.hardness.data()};
-  };
-  const TissueVolume::Copied coarse = patch.wide.empty() ? TissueVolume::Copied{} : whole(patch.wide.front());
-  volume_.copy_written(whole(patch), coarse_.every, patch.wide.empty() ? nullptr : &coarse);
-  mark_cut_boxes(patch);
+  cut_out(snapshot);
 }
 
 /// Tells the patch in which boxes anything was cut or filled.

@@ -28,26 +28,29 @@ class FieldBody : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
   void cut_out(Snapshot& snapshot) override;
-  void remember_writes(bool wanted) override { volume_.remember_writes(wanted); }
+  void remember_writes(bool) override {}  // the volume always does
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
 
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
-  void take_out_pieces(const Cut& cut, const VoxelBox& written);
+  void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
   /// Tells what watches loose pieces that tissue was added there.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }
 
  private:
+  template <class CopyPart, class CopyWritten>
+  void renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part, CopyWritten copy_written);
   void mark_cut_boxes(SurfacePatch& patch) const;
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
   std::vector<LoosePiece> pieces_;  // removed, not yet taken
+  TissueVolume::Written written_;   // since the patch was copied that is being renewed
   double travel_ = 0;               // m
   WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
 };

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kSweeps = 24;  // limit of sweeps per tick; the rest of the motion waits for the next tick
 constexpr int kStuck = 8;    // consecutive sweeps without progress that end a tick, in a cavity with many contacts
+constexpr int kSlides = 6;   // limit of contacts of the non-cutting parts that one cut may find
 constexpr int kRounds = 60;  // iterations of the projection
 constexpr double kSettled = 1e-12;     // m, convergence tolerance of the projection
 constexpr double kArrived = 1e-10;     // m
@@ -226,14 +227,28 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
 
 double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept {
   if (tool_.head == tool_.size()) return 1;
-  dvec3 by, turned;
-  project(move, turn, by, turned, tool_.head);
-  move = by, turn = turned;
-  const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-  const double way = glm::length(by) + tool_.head_reach * glm::length(turned);
-  const double until = way > most_way ? most_way / way : 1;
-  const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), until);
-  return reached(tree, goal, first);
+  for (int slide = 0;; ++slide) {
+    dvec3 by, turned;
+    project(move, turn, by, turned, tool_.head);
+    const double angle = glm::length(turned), way = glm::length(by) + tool_.head_reach * angle;
+    const double share = std::min({1.0, most_way / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
+    const Pose goal{X_W_.p + share * by, glm::normalize(turned_by(share * turned) * X_W_.R)};
+    const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
+    const double part = share * reached(tree, goal, first);
+    if (first.ball < 0 || part * way > kGap || slide == kSlides) {
+      move = by, turn = turned;
+      return first.ball < 0 ? 1 : part;
+    }
+    // The next try goes along this contact. follow() does not find it while a contact of the head stops the proxy
+    // first. Where a try along it still comes nearer, a turn bent the way: the constraint takes that much more.
+    const auto ball = static_cast<std::size_t>(first.ball);
+    const std::size_t listed = contact_of(first.ball, first.sphere);
+    const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
+    const double gap =
+        listed < count_ ? std::min(0.0, constraints_[listed].gap + glm::dot(contacts_[listed].n_W, moved) / share) : 0;
+    add_contact(tree, first.ball, first.sphere);
+    constraints_[contact_of(first.ball, first.sphere)].gap = gap;
+  }
 }
 
 /// The motion nearest to the wanted one that satisfies the constraints of the tool's spheres from `first_sphere` on:
@@ -271,11 +286,15 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
+/// The place of this contact in contacts_; count_ where it is not listed.
+std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
+  std::size_t at = 0;
+  while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
+  return at;
+}
+
 void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept {
-  std::size_t at = count_;
-  for (std::size_t k = 0; k < count_; ++k) {
-    if (contacts_[k].tool_sphere == tool_sphere && contacts_[k].sphere == sphere) at = k;
-  }
+  std::size_t at = contact_of(tool_sphere, sphere);
   if (at == kMostContacts) {  // replace the constraint with the smallest push
     at = 0;
     for (std::size_t k = 1; k < count_; ++k) {

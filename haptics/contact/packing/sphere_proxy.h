@@ -52,8 +52,8 @@ class SphereProxy {
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
   /// For a cut: the motion nearest to `move` and `turn` (m, rad) on which the non-cutting parts stay out of contact,
-  /// and the fraction 0 to 1 of it that they can move. Contacts beyond `most_way` (m) are not examined; then the
-  /// fraction is 1.
+  /// and the fraction 0 to 1 of it that they can move. Lists the contacts along which they slide. Contacts beyond
+  /// `most_way` (m) are not examined; then the fraction is 1.
   double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
   /// One tick: moves as near to the hand as the spheres allow. `gpu` searches the first contact if it is given and
   /// ready.
@@ -122,6 +122,7 @@ class SphereProxy {
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center) noexcept;
   Motion motion_to(const Pose& goal) const noexcept;
+  std::size_t contact_of(int tool_sphere, int sphere) const noexcept;
   void add_contact(const SphereTree& tree, int tool_sphere, int sphere) noexcept;
 
   ToolSpheres tool_;

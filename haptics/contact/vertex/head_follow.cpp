@@ -6,13 +6,11 @@ namespace typodont::haptics::vertex {
 
 using P = FollowParameters;
 
-dvec3 HeadFollower::follow(const VertexHead& head, mesh::NearPoints& points, const dvec3& from, const Pose& X_WT,
-                           double slack, bool give) noexcept {
+bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
+                            bool give) noexcept {
   const double radius = head.radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X_WT.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head.is_ball();
-  led_out_ = false;
-  dvec3 at = from;
   for (int look = 0; look < P::looks; ++look) {
     const dvec3 rest = X_WT.p - at;
     const double left = glm::length(rest);
@@ -32,9 +30,9 @@ dvec3 HeadFollower::follow(const VertexHead& head, mesh::NearPoints& points, con
     const double length = glm::length(step);
     if (length > most) step *= most / length;
     at += step;
-    if (left <= most || length < P::settled * most) break;
+    if (left <= most || length < P::settled * most) return false;
   }
-  return at;
+  return true;
 }
 
 }  // namespace typodont::haptics::vertex

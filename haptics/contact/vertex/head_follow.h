@@ -14,7 +14,8 @@ namespace typodont::haptics::vertex {
 struct FollowParameters {
   // longest displacement of the head in one iteration, because the points' bounds are linear
   static constexpr double step = 0.15;
-  static constexpr int looks = 2;  // iterations per tick
+  static constexpr int looks = 2;    // iterations with one list of points
+  static constexpr int rounds = 16;  // limit of lists per tick: the head moves by at most 4.8 radii
   // ratio to `step`: after a shorter displacement no further iteration is needed
   static constexpr double settled = 0.2;
   static constexpr double led_out = 0.05;  // overlap above which the head counts as inside tissue
@@ -22,41 +23,6 @@ struct FollowParameters {
   static constexpr double kept = 0.15;
   /// Distance from the head up to which points must be listed, as a ratio to the head's radius.
   static constexpr double margin = kept + looks * step;
-};
-
-/// Servo thread; allocates only in the constructor.
-class HeadFollower {
- public:
-  /// A point that holds the head at its final position.
-  struct Hold {
-    std::uint32_t point;  // its index
-    dvec3 n;              // unit, direction in which the point pushes the head
-    double push;          // m
-  };
-
-  explicit HeadFollower(std::size_t most_points) { bounds_.reserve(most_points), points_.reserve(most_points); }
-
-  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Distance to a convex head is a
-  /// convex function, so a step that satisfies the bounds of all points overlaps none. `slack`: m of allowed overlap.
-  /// `give`: points that overlap only prevent deeper overlap. Returns the final position.
-  dvec3 follow(const VertexHead& head, mesh::NearPoints& points, const dvec3& from, const Pose& X_WT, double slack,
-               bool give) noexcept;
-
-  /// True if in the last follow() a point was deep in the head.
-  bool led_out() const noexcept { return led_out_; }
-  /// True if in the last follow() there were points near the head.
-  bool bounded() const noexcept { return !bounds_.empty(); }
-  int count() const noexcept { return active_.count; }
-  Hold hold(int i) const noexcept {
-    const auto at = static_cast<std::size_t>(active_.index[i]);
-    return {points_[at], bounds_[at].n, active_.push[i]};
-  }
-
- private:
-  std::vector<StepBound> bounds_;      // of the last iteration
-  std::vector<std::uint32_t> points_;  // the points to which they belong
-  ActivePlanes active_;
-  bool led_out_ = false;
 };
 
 /// Moves a head towards `to` while no point is near it. Each hop is at most as long as the search distance for points,
@@ -73,5 +39,55 @@ dvec3 advance_free(const mesh::NearPoints& points, dvec3 from, const dvec3& to, 
   }
   return from;
 }
+
+/// Servo thread; allocates only in the constructor.
+class HeadFollower {
+ public:
+  /// A point that holds the head at its final position.
+  struct Hold {
+    std::uint32_t point;  // its index
+    dvec3 n;              // unit, direction in which the point pushes the head
+    double push;          // m
+  };
+
+  explicit HeadFollower(std::size_t most_points) { bounds_.reserve(most_points), points_.reserve(most_points); }
+
+  /// Moves the head from `from` towards the hand at X_WT, in the hand's orientation. Distance to a convex head is a
+  /// convex function, so a step that satisfies the bounds of all points overlaps none. `slack`: m of allowed overlap.
+  /// `give`: points that overlap only prevent deeper overlap. `list(p)`: lists the points around p if the present list
+  /// does not suffice. A head that is fast for its size needs several lists in a tick; otherwise it stays behind the
+  /// hand. Returns the final position.
+  template <class List>
+  dvec3 follow(const VertexHead& head, mesh::NearPoints& points, dvec3 from, const Pose& X_WT, double slack, bool give,
+               List&& list) noexcept {
+    led_out_ = false;
+    for (int round = 0; round < FollowParameters::rounds; ++round) {
+      list(from);
+      from = advance_free(points, from, X_WT.p, head.radius(), list);
+      if (points.empty() || !approach(head, points, from, X_WT, slack, give)) break;
+    }
+    return from;
+  }
+
+  /// True if in the last follow() a point was deep in the head.
+  bool led_out() const noexcept { return led_out_; }
+  /// True if in the last follow() there were points near the head.
+  bool bounded() const noexcept { return !bounds_.empty(); }
+  int count() const noexcept { return active_.count; }
+  Hold hold(int i) const noexcept {
+    const auto at = static_cast<std::size_t>(active_.index[i]);
+    return {points_[at], bounds_[at].n, active_.push[i]};
+  }
+
+ private:
+  /// Moves the head as far as the listed points reach. Returns true if it has not arrived yet.
+  bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
+                bool give) noexcept;
+
+  std::vector<StepBound> bounds_;      // of the last iteration
+  std::vector<std::uint32_t> points_;  // the points to which they belong
+  ActivePlanes active_;
+  bool led_out_ = false;
+};
 
 }  // namespace typodont::haptics::vertex

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "haptics/contact/looks.h"
 #include "haptics/contact/tool_check.h"
 
 namespace typodont::haptics::vertex {
@@ -80,6 +81,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 /// Collects the vertices within `margin` of a head; for faces larger than `edge`, also the vertices that refining would
 /// add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
+  ++t_looks.vertices;
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
@@ -275,14 +277,12 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  list_where_needed({in.X_WG.p, in.X_WT.R});
-  const dvec3 from = advance_free(points_, in.X_WG.p, in.X_WT.p, head().radius(), [&](const dvec3& p) {
-    list_where_needed({p, in.X_WT.R});
-  });
   // Without slack a rim could not re-enter the hole that it has cut. And tissue that a bur overlaps because the mesh
   // could not yield only prevents deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
-  out.p_WG = points_.empty() ? from : follower_.follow(head(), points_, from, in.X_WT, slack, in.cuts);
+  out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
+    list_where_needed({p, in.X_WT.R});
+  });
   out.leading_out = !points_.empty() && follower_.led_out();
   const dvec3 pull = in.X_WT.p - out.p_WG;
   const double depth = glm::length(pull);

@@ -16,8 +16,7 @@ class VoxelBody final : public offset::FieldBody {
   using FieldBody::FieldBody;
   void carve(const Cut& cut, bool) override {
     TissueVolume& volume = rasterize();
-    const VoxelBox cleared = volume.carve(VoxelStamp(tool(cut), cut.X_WB, volume.frame()));
-    if (!cleared.empty()) take_out_pieces(cut, cleared);
+    take_out_pieces(cut, volume.carve(VoxelStamp(tool(cut), cut.X_WB, volume.frame())));
   }
 };
 

@@ -11,12 +11,42 @@
 
 namespace typodont::haptics::voxel_penalty {
 
+namespace {
+
+/// The mean of the samples' depths is less than the head's depth: half of it for a ball, nearly all of it for a flat
+/// end. So the samples' springs are scaled such that a head pressed on a flat wall has the scene's stiffness on average
+/// over all sides of it, pressed in by a quarter of its width. `reach`: of the head, in the samples' unit.
+double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
+  constexpr double kPressed = 0.5;  // of the least distance from the head's centre to a sample
+  double width = reach;
+  for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
+  const double depth = kPressed * width;
+  double sum = 0;
+  for (const HeadSample& side : samples) {
+    const dvec3 in = side.n_T;  // into the wall
+    double lowest = -reach;
+    for (const HeadSample& s : samples) lowest = std::max(lowest, glm::dot(in, s.p_TQ));
+    double below = 0;
+    int count = 0;
+    for (const HeadSample& s : samples) {
+      // The depth along the sample's normal, projected onto the wall's: the depth below the wall.
+      const double h = depth - (lowest - glm::dot(in, s.p_TQ));
+      if (h > 0) below += h, ++count;
+    }
+    sum += below / std::max(count, shared_load) / depth;
+  }
+  return static_cast<double>(samples.size()) / sum;
+}
+
+}  // namespace
+
 VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters)
     : PatchModel(settings), parameters_(parameters) {
   refuse_tools_that_fill(tool_set(settings), kName);
   for (const Tool& tool : tool_set(settings)) {
     Head head{tool, sample_head(tool, parameters.samples), tool.reach() / voxel()};
     for (HeadSample& sample : head.samples) sample.p_TQ /= voxel();
+    head.spring_scale = spring_scale(head.samples, head.reach, parameters.shared_load);
     heads_.push_back(std::move(head));
   }
   touching_.resize(static_cast<std::size_t>(parameters.samples));
@@ -107,8 +137,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
 /// against the hand's approach only.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
-  const double per_sample = settings_.stiffness / static_cast<double>(std::max<std::size_t>(
-                                                      count_, static_cast<std::size_t>(parameters_.shared_load)));
+  const double per_sample =
+      head().spring_scale * settings_.stiffness /
+      static_cast<double>(std::max<std::size_t>(count_, static_cast<std::size_t>(parameters_.shared_load)));
   for (std::size_t i = 0; i < count_; ++i) {
     const Touching& t = touching_[i];
     const double k = per_sample * settings_.materials[static_cast<std::size_t>(t.tissue)].stiffness / 1000 * t.hardness;

@@ -28,6 +28,7 @@ class VoxelPenaltyModel final : public PatchModel {
     Tool tool;
     std::vector<HeadSample> samples;  // p_TQ in voxels
     double reach;
+    double spring_scale = 1;  // of the samples' springs, for the whole head to have the scene's stiffness
   };
   struct Touching {
     dvec3 x, n;       // where the sample is; unit, out of the head

@@ -1,0 +1,212 @@
+#include "engine/app/bench/stress_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "engine/base/error.h"
+#include "engine/base/file_kind.h"
+#include "engine/base/json.h"
+#include "engine/base/markup.h"
+
+namespace typodont {
+
+namespace {
+
+struct Name {
+  std::string campaign, model, measure;
+};
+/// "campaign, model: measure"; empty parts where it is none.
+Name name_of(const BenchRow& row) {
+  const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
+  if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};
+  return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
+}
+
+/// Measures of which any excess is a fall; others are flaws.
+constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
+
+struct Campaign {
+  std::string_view name, what;
+};
+constexpr Campaign kCampaigns[] = {
+    {"hostile hand",
+     "hands that wander with up to 0.2 m/s and 20 m/s² and turn in all directions, half of them drilling; the force is "
+     "limited to 8 N"},
+    {"nonsense",
+     "the same, with one tick of fifty spoiled: positions that are no numbers, infinite or far away, leaps, a clock "
+     "that "
+     "goes back or on by 3 s, strokes undone"},
+    {"carver stalls",
+     "a hand slides, drills and taps while the other thread stands still for 50 ms to 3 s: largest step of the force "
+     "beyond that of the same hand without a stall"},
+    {"uneven clock", "the same hands with ticks of ±20 and ±50 %, and one of a hundred five times as long"},
+    {"200 N", "a head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg, sliding and reaming; 60 N/mm"},
+    {"fast probe",
+     "the tip of an explorer, 0.25 mm, over a box's edges, a groove and the dental arch with 30, 60 and 120 mm/s, half "
+     "its "
+     "radius deep"},
+    {"thin wall",
+     "a ball of 1.2 mm through a sheet of 0.3 mm with 1 mm a tick: hands that no force holds back beyond it"}};
+
+/// Why a model does not survive a campaign, where that is known. Told only if it did not.
+struct Cause {
+  std::string_view campaign, model, why;
+};
+constexpr Cause kCauses[] = {
+    {"thin wall", "voxel_penalty",
+     "there is no proxy: nothing holds a hand that has passed the wall between two ticks"},
+    {"fast probe", "voxel_penalty",
+     "with fewer than ten samples in contact the springs are weaker, and a tip of a voxel's size has few"},
+    {"carver stalls", "voxel_penalty",
+     "it knows no tissue outside its patch, and has no last contact plane that could hold the hand there"},
+    {"carver stalls", "mesh_lod",
+     "a bur that goes on drilling for more than about 1.2 s without a fresh mesh passes what is left of the old one"},
+    {"fast probe", "packing",
+     "gaps between 10,000 spheres are as wide as the tip, which falls in; more spheres, or another model for "
+     "explorers"}};
+
+template <class T, class Member>
+std::vector<std::string> distinct(const std::vector<T>& all, Member member) {
+  std::vector<std::string> names;
+  for (const T& t : all)
+    if (std::ranges::find(names, t.*member) == names.end()) names.push_back(t.*member);
+  return names;
+}
+
+const SurvivalCell* cell_of(const std::vector<SurvivalCell>& cells, const std::string& campaign,
+                            const std::string& model) {
+  const auto at =
+      std::ranges::find_if(cells, [&](const SurvivalCell& c) { return c.campaign == campaign && c.model == model; });
+  return at == cells.end() ? nullptr : &*at;
+}
+
+std::string map_of(const std::vector<SurvivalCell>& cells) {
+  constexpr int kLeft = 130, kTop = 40, kWidth = 170, kHeight = 44;
+  const std::vector<std::string> campaigns = distinct(cells, &SurvivalCell::campaign),
+                                 models = distinct(cells, &SurvivalCell::model);
+  const int width = kLeft + kWidth * static_cast<int>(campaigns.size()) + 10,
+            height = kTop + kHeight * static_cast<int>(models.size()) + 10;
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
+      "font-family=\"sans-serif\" font-size=\"13\"><rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n",
+      width, height);
+  constexpr std::array kColors{"#d5ead6", "#fbe3b3", "#f3c2bc"};
+  constexpr std::array kWords{"survives", "flawed", "falls"};
+  for (std::size_t c = 0; c < campaigns.size(); ++c)
+    svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>\n",
+                       kLeft + kWidth * static_cast<int>(c) + kWidth / 2, kTop - 12, escaped(campaigns[c]));
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const int y = kTop + kHeight * static_cast<int>(m);
+    svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>\n", kLeft - 8, y + kHeight / 2 + 5,
+                       escaped(models[m]));
+    for (std::size_t c = 0; c < campaigns.size(); ++c) {
+      const SurvivalCell* const cell = cell_of(cells, campaigns[c], models[m]);
+      if (!cell) continue;
+      const int x = kLeft + kWidth * static_cast<int>(c), middle = x + kWidth / 2;
+      const auto kind = static_cast<std::size_t>(cell->survival);
+      svg += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>", x + 1, y + 1, kWidth - 2,
+                         kHeight - 2, kColors[kind]);
+      svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>", middle,
+                         y + (cell->worst.empty() ? 27 : 19), kWords[kind]);
+      if (!cell->worst.empty())
+        svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-size=\"11\">{}</text>", middle, y + 35,
+                           escaped(cell->worst));
+      svg += "\n";
+    }
+  }
+  return svg + "</svg>\n";
+}
+
+}  // namespace
+
+std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
+  std::vector<SurvivalCell> cells;
+  std::vector<double> worst;  // ratio, of each cell
+  for (const BenchRow& row : rows) {
+    const Name name = name_of(row);
+    if (name.model.empty() || !(row.ratio >= 0)) continue;
+    auto at = std::ranges::find_if(
+        cells, [&](const SurvivalCell& c) { return c.campaign == name.campaign && c.model == name.model; });
+    if (at == cells.end()) {
+      cells.push_back({name.campaign, name.model, Survival::kSurvived, {}});
+      worst.push_back(1);
+      at = cells.end() - 1;
+    }
+    if (row.ratio <= 1) continue;
+    const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
+    const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
+    double& most = worst[static_cast<std::size_t>(at - cells.begin())];
+    // A fall says more than any flaw.
+    if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
+    at->survival = survival, most = row.ratio;
+    at->worst =
+        fmt::format("{}: {:.3g} {}", name.measure, row.error, row.error_unit.substr(0, row.error_unit.find(' ')));
+  }
+  return cells;
+}
+
+void write_stress_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
+                       const std::string& machine) {
+  if (file.extension() != ".md") throw Error("--page", "", file.string(), "the name of a page (.md)");
+  const std::filesystem::path folder = std::filesystem::path(file).replace_extension();
+  std::filesystem::create_directories(folder);
+  const std::vector<SurvivalCell> cells = survival_of(rows);
+  write_file_atomically(folder / "map.svg", map_of(cells), FileKind::kDrawing);
+
+  std::string page = fmt::format(
+      "# What each contact model survives\n\n"
+      "Made by `./run bench stress` (`typodont bench stress --out docs/stress/rows.csv --page docs/stress.md`); not "
+      "typed by\nhand. Every figure is a row of [rows.csv]({0}/rows.csv). A short version runs in the tests.\n\n"
+      "**Measured on**: {1}.\n\n"
+      "![models in rows, campaigns in columns]({0}/map.svg)\n\n"
+      "- **survives**: every figure is within what passes.\n"
+      "- **flawed**: the force is finite, within its limit, and holds the hand; but it gives energy (more than 1 nJ), "
+      "steps (more\n  than 0.25 N in a tick beyond the hand's own way), or is off.\n"
+      "- **falls**: the force is not finite or beyond its limit, the hand comes through, or feels nothing in the "
+      "tissue.\n\n## The campaigns\n\n",
+      folder.filename().string(), machine);
+  for (const Campaign& campaign : kCampaigns) page += fmt::format("- **{}**: {}.\n", campaign.name, campaign.what);
+  std::string causes;
+  for (const Cause& cause : kCauses) {
+    const SurvivalCell* const cell = cell_of(cells, std::string(cause.campaign), std::string(cause.model));
+    if (cell && cell->survival != Survival::kSurvived)
+      causes += fmt::format("- `{}`, {}: {}.\n", cause.model, cause.campaign, cause.why);
+  }
+  if (!causes.empty()) page += "\n## Why some do not survive\n\n" + causes;
+  page += "\n## Figures\n\n| campaign | measure | passes |";
+  const std::vector<std::string> models = distinct(cells, &SurvivalCell::model);
+  for (const std::string& model : models) page += fmt::format(" `{}` |", model);
+  page += "\n|---|---|---|";
+  for (std::size_t i = 0; i < models.size(); ++i) page += "---|";
+  page += "\n";
+  std::vector<std::string> told;
+  for (const BenchRow& row : rows) {
+    const Name name = name_of(row);
+    const std::string key = name.campaign + ": " + name.measure;
+    if (name.model.empty() || std::ranges::find(told, key) != told.end()) continue;
+    told.push_back(key);
+    const std::size_t limit = row.baseline.rfind(", ");
+    const std::string passes = limit != std::string::npos      ? row.baseline.substr(limit + 2)
+                               : row.baseline == "none passes" ? "0"
+                                                               : "";
+    page += fmt::format("| {} | {}, {} | {} |", name.campaign, name.measure, row.error_unit, passes);
+    for (const std::string& model : models) {
+      const auto at = std::ranges::find_if(rows, [&](const BenchRow& other) {
+        return other.name == fmt::format("{}, {}: {}", name.campaign, model, name.measure);
+      });
+      if (at == rows.end()) {
+        page += " – |";
+      } else {
+        page += at->ratio <= 1 ? fmt::format(" {:.3g} |", at->error) : fmt::format(" **{:.3g}** |", at->error);
+      }
+    }
+    page += "\n";
+  }
+  write_file_atomically(file, page);
+}
+
+}  // namespace typodont

@@ -1,0 +1,247 @@
+// typodont experiment: two-alternative trials, with a person or with a simulated observer, and what they say.
+#include "engine/app/experiment/experiment.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/app/commands/command_line.h"
+#include "engine/app/commands/commands.h"
+#include "engine/app/experiment/live_subject.h"
+#include "engine/app/experiment/simulated_subject.h"
+#include "engine/app/experiment/trial_log.h"
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "engine/base/log.h"
+#include "engine/base/progress.h"
+#include "engine/base/units.h"
+#include "haptics/contact_method.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kMostDelay = 300;     // ms
+constexpr double kMostStiffness = 10;  // N/mm
+
+struct Options {
+  std::string input, out, page, hand, staircase = "2-down-1-up";
+  std::string question = "stiffness";
+  std::vector<std::string> models;
+  std::optional<double> reference, start, observer;
+  double bias = 0, lapse = 0, rate = 1000, seconds = 4;
+  int trials = 150, turns = 24;
+  std::uint64_t seed = 1;
+  WorkbenchOptions workbench;
+  bool json = false;
+};
+
+bool is_table(const std::string& file) {
+  return kind_of_name(file, std::array{FileKind::kTable}) == FileKind::kTable;
+}
+
+void show(const Options& options, const TrialLog& log, const std::string& file) {
+  const ExperimentResult result = result_of(log.plan, log.answered);
+  if (!options.page.empty()) {
+    const std::string title = fmt::format("Experiment: {}", name_of(log.plan.question));
+    write_file_atomically(options.page, page_of(log.plan, result, log.answered, title), FileKind::kPage);
+  }
+  fmt::print("{}\n", options.json ? json_of(result, file) : words_of(result));
+  if (options.json) return;
+  if (file != options.input) fmt::print("wrote {}\n", file);
+  if (!options.page.empty()) fmt::print("wrote {}\n", options.page);
+}
+
+StaircaseRule rule_of(const std::string& name) {
+  StaircaseRule rule;
+  if (name == "weighted") rule.kind = StaircaseRule::Kind::kWeighted;
+  if (name == "3-down-1-up") rule.down = 3;
+  return rule;
+}
+
+ExperimentPlan plan_of(const Options& options, const Scene& scene) {
+  ExperimentPlan plan;
+  const auto name = std::find(kQuestionNames.begin(), kQuestionNames.end(), options.question);
+  plan.question = static_cast<Question>(name - kQuestionNames.begin());
+  plan.trials = options.trials, plan.turns = options.turns, plan.seed = options.seed;
+  plan.scene_stiffness = scene.servo.stiffness;
+  if (plan.question == Question::kModel) {
+    if (options.models.size() != 2 || options.models[0] == options.models[1])
+      throw Error("--models", "", fmt::format("{} of them", options.models.size()), "two different contact models");
+    for (std::size_t i = 0; i < 2; ++i) {
+      Scene known = scene;
+      choose_model(known, options.models[i]);  // throws for an unknown one
+      plan.models[i] = options.models[i];
+    }
+    if (options.observer && options.hand.empty())
+      throw Error("--hand", "", "none", "a path for the simulated observer, who has to feel the models");
+    return plan;
+  }
+  if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
+  plan.rule = rule_of(options.staircase);
+  double most = 0;  // of the reference and what exceeds it
+  switch (plan.question) {
+    case Question::kStiffness:
+      plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);
+      most = kMostStiffness;
+      break;
+    case Question::kForce:
+      plan.reference = options.reference.value_or(50), most = 100;
+      break;
+    case Question::kDelay:
+      plan.reference = options.reference.value_or(0), most = kMostDelay;
+      break;
+    case Question::kModel:
+      break;
+  }
+  const bool delay = plan.question == Question::kDelay;
+  if (!(plan.reference >= 0 && plan.reference < most && (delay || plan.reference > 0)))
+    throw Error("--reference", "", fmt::format("{:g}", plan.reference),
+                fmt::format("{}, less than {:g}", delay ? "0 or more" : "more than 0", most));
+  plan.rule.most = delay ? most - plan.reference : 100 * (most / plan.reference - 1);
+  if (!delay) plan.rule.most = std::min(plan.rule.most, 400.0);
+  plan.rule.least = delay ? 1 : 0.1;
+  plan.rule.start = options.start.value_or(std::min(plan.rule.most, delay ? 100.0 : 50.0));
+  if (!(plan.rule.start >= plan.rule.least && plan.rule.start <= plan.rule.most))
+    throw Error("--start", "", fmt::format("{:g}", plan.rule.start),
+                fmt::format("{:g} to {:g} {}", plan.rule.least, plan.rule.most, unit_of(plan.question)));
+  return plan;
+}
+
+void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
+  const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
+  SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);  // not the sequence that the order has
+  std::optional<ScriptedTouch> touch;
+  if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);
+  Progress progress("experiment");
+  while (!experiment.over()) {
+    const Trial& trial = experiment.trial();
+    progress.at(static_cast<double>(trial.number - 1) / experiment.plan().trials);
+    const double difference =
+        touch ? touch->felt_difference(experiment.plan().question, trial) : meant_difference(trial);
+    experiment.answer(observer.judge(difference), 0);
+  }
+  progress.at(1);
+  log.answered = experiment.answered();
+  write_trial_log(options.out, log);
+}
+
+void run_live(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
+  LiveSubject::Options live;
+  live.workbench = options.workbench;
+  live.workbench.hand = options.hand;
+  live.workbench.rate = options.rate;
+  live.question = experiment.plan().question;
+  live.seconds = options.seconds;
+  if (live.question == Question::kDelay) live.most_delay = kMostDelay * 1e-3;
+  LiveSubject subject(scene, live);
+  while (!experiment.over()) {
+    const Trial& trial = experiment.trial();
+    const std::optional<LiveSubject::Given> given =
+        subject.ask(trial, fmt::format("{} of {}{}", trial.number, live.question == Question::kModel ? "" : "at most ",
+                                       experiment.plan().trials));
+    if (!given) break;
+    experiment.answer(given->answer, given->seconds);
+    log.answered = experiment.answered();
+    write_trial_log(options.out, log);
+  }
+  subject.stop();
+  if (!experiment.over())
+    throw RunFailure(fmt::format("the session ended after {} trials; {}", log.answered.size(),
+                                 log.answered.empty() ? "nothing was written" : options.out + " has them"));
+}
+
+void run(const Options& options) {
+  if (is_table(options.input)) return show(options, read_trial_log(options.input), options.input);
+  const Scene scene = read_scene(options.input);
+  const ExperimentPlan plan = plan_of(options, scene);
+  Experiment experiment(plan);
+  TrialLog log{plan, options.input, {}};
+  if (options.observer) {
+    run_simulated(options, scene, experiment, log);
+  } else {
+    run_live(options, scene, experiment, log);
+  }
+  show(options, log, options.out);
+}
+
+}  // namespace
+
+void add_experiment_command(cli::Command& app) {
+  auto options = std::make_shared<Options>();
+  Options& o = *options;
+  cli::Command* command = app.add_command(
+      "experiment", "Find what a hand can just tell apart: two stimuli a trial, and which was greater?");
+  command->footer(
+      "Examples:\n"
+      "  typodont experiment assets/scenes/explore-caries.json --question stiffness --out trials.csv --page "
+      "result.html\n"
+      "  typodont experiment assets/scenes/explore-caries.json --question model --models offset mesh_lod --trials 40 "
+      "--out trials.csv\n"
+      "  typodont experiment assets/scenes/explore-caries.json --question delay --observer 20 --out trials.csv\n"
+      "  typodont experiment trials.csv --page result.html");
+  command->add_option("input", o.input, "scene (.json) to feel, or the log (.csv) of earlier trials, to fit it again")
+      ->required();
+  command->add_option("--out", o.out, "log of the trials to write (.csv), whole after every trial")
+      ->check(cli::writes({FileKind::kTable}));
+  command->add_option("--page", o.page, "result to write as a page (.html)")->check(cli::writes({FileKind::kPage}));
+  command->add_option("--question", o.question, "what differs: stiffness, force, delay of the force, or the model")
+      ->check(cli::one_of({kQuestionNames.begin(), kQuestionNames.end()}))
+      ->show_default();
+  command->add_option("--models", o.models, "of --question model: two of " + haptics::known_contact_methods())
+      ->expected(2);
+  command->add_option("--reference", o.reference,
+                      "the lesser stimulus: N/mm (default: the scene's coupling), % of the force (50), ms (0)");
+  command->add_option("--start", o.start, "first difference, % or ms (50 %, 100 ms)");
+  command->add_option("--staircase", o.staircase, "rule by which the difference changes")
+      ->check(cli::one_of({"2-down-1-up", "3-down-1-up", "weighted"}))
+      ->show_default();
+  command->add_option("--trials", o.trials, "trials, at most; of models: exactly")
+      ->check(cli::range(1, 10000))
+      ->show_default();
+  command->add_option("--turns", o.turns, "turns of the staircase, after which it ends")
+      ->check(cli::range(2, 1000))
+      ->show_default();
+  command->add_option("--seed", o.seed, "of the random order, and of a simulated observer")->show_default();
+  command
+      ->add_option("--observer", o.observer,
+                   "instead of a person, a simulated observer with this just-noticeable difference, % or ms")
+      ->check(cli::more_than_zero());
+  command->add_option("--bias", o.bias, "the observer's: how much greater the second must be, % or ms")->show_default();
+  command->add_option("--lapse", o.lapse, "the observer's: share of trials answered by chance")
+      ->check(cli::range(0.0, 1.0))
+      ->show_default();
+  command->add_option("--hand", o.hand,
+                      "of a person: as of run; of an observer: HAND.csv or HAND.json that feels each stimulus");
+  command->add_option("--rate", o.rate, "servo rate of hands that leave the choice, Hz")
+      ->check(cli::range(10.0, 100000.0))
+      ->show_default();
+  command->add_option("--seconds", o.seconds, "that a person feels each stimulus")
+      ->check(cli::range(0.05, 600.0))
+      ->show_default();
+  WorkbenchOptions& w = o.workbench;
+  command->add_option("--rig", w.rig, "as of run");
+  command->add_option("--audio", w.audio, "as of run");
+  command->add_flag("--no-real-time", w.no_real_time, "as of run");
+  command->add_flag("--json", o.json, "print the result as JSON");
+  command->callback([options, command] {
+    const bool trials = !is_table(options->input);
+    if (trials && options->out.empty()) throw Error("--out", "", "none", "a file for the trials (.csv)");
+    command->refuse_without(
+        {"--out", "--question", "--models", "--reference", "--start", "--staircase", "--trials", "--turns", "--seed",
+         "--observer", "--hand", "--rate", "--seconds", "--rig", "--audio", "--no-real-time"},
+        trials, "a scene");
+    command->refuse_without({"--bias", "--lapse"}, options->observer.has_value(), "--observer");
+    command->refuse_without({"--seconds", "--rig", "--audio", "--no-real-time"}, !options->observer.has_value(),
+                            "a person");
+    run(*options);
+  });
+}
+
+}  // namespace typodont

@@ -1,0 +1,150 @@
+#include "engine/app/experiment/live_subject.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "engine/base/clock.h"
+#include "engine/base/log.h"
+#include "engine/display/keys.h"
+
+namespace typodont {
+
+namespace {
+
+constexpr double kFree = 0.3;  // s without contact before the next stimulus
+
+/// Lines that standard input has; never waits.
+class TypedAnswers {
+ public:
+  /// What was typed before it was asked for is no answer; what a program pipes in is.
+  void forget() {
+    if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
+  }
+  std::optional<Answer> next() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    char buffer[256];
+    while (!ended_ && text_.find_first_of("12") == std::string::npos && ::poll(&input, 1, 0) > 0) {
+      const ssize_t n = ::read(STDIN_FILENO, buffer, sizeof buffer);
+      if (n > 0) text_.append(buffer, static_cast<std::size_t>(n));
+      ended_ = n <= 0;
+    }
+    const std::size_t at = text_.find_first_of("12");
+    if (at == std::string::npos) {
+      text_.clear();
+      return std::nullopt;
+    }
+    const Answer answer = text_[at] == '1' ? Answer::kFirst : Answer::kSecond;
+    text_.erase(0, at + 1);
+    return answer;
+  }
+  bool ended() const { return ended_ && text_.empty(); }
+
+ private:
+  std::string text_;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+struct LiveSubject::Impl {
+  Scene scene;
+  Options options;
+  Scene shown;        // with the session's model: the session refers to it
+  std::string model;  // of the session
+  std::optional<Workbench> bench;
+  TypedAnswers typed;
+
+  Impl(const Scene& s, const Options& o) : scene(s), options(o) {
+    scene.servo.cutting = false;
+    options.workbench.steered = true;
+    options.workbench.most_delay = options.most_delay;
+  }
+
+  /// In the window and on the terminal.
+  void say(const std::string& line) {
+    bench->say(line);
+    log::info("{}", line);
+  }
+
+  void open(const std::string& wanted) {
+    if (bench && model == wanted) return;
+    if (bench) bench->stop(), bench.reset();
+    Scene with_model = scene;
+    choose_model(with_model, wanted);
+    shown = std::move(with_model);
+    model = wanted;
+    bench.emplace(shown, options.workbench);
+    bench->start();
+  }
+
+  /// Until the tool has touched nothing for a moment. False when the session is over.
+  bool wait_until_free() {
+    Nanos since = now();
+    bool told = false;
+    for (;;) {
+      if (!bench->step()) return false;
+      const ServoTick tick = bench->status().tick;
+      if (tick.depth > 0 || tick.f_T_W != dvec3(0)) {
+        since = now();
+        if (!told) say("lift the tool off the tissue");
+        told = true;
+      }
+      if (to_seconds(now() - since) >= kFree && tick.index > 0) return true;
+    }
+  }
+
+  bool show(const Stimulus& stimulus, const std::string& line) {
+    open(stimulus.model);
+    if (!wait_until_free()) return false;
+    SessionSettings settings = bench->settings();
+    settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_share);
+    settings.force_fraction = stimulus.force_fraction;
+    settings.force_delay = from_seconds(stimulus.delay);
+    bench->set(settings);
+    say(line);
+    const Nanos began = now();
+    while (to_seconds(now() - began) < options.seconds)
+      if (!bench->step()) return false;
+    return true;
+  }
+
+  std::optional<Given> wait_for_answer() {
+    typed.forget();
+    const Nanos asked = now();
+    while (bench->step()) {
+      std::optional<Answer> answer = typed.next();
+      for (const int key : bench->pressed()) {
+        if (key == display::keys::kLeft) answer = Answer::kFirst;
+        if (key == display::keys::kRight) answer = Answer::kSecond;
+      }
+      if (answer) return Given{*answer, to_seconds(now() - asked)};
+      if (typed.ended() && !bench->stage()) {
+        log::warn("standard input has ended, and there is no window: nobody can answer");
+        return std::nullopt;
+      }
+    }
+    return std::nullopt;
+  }
+};
+
+LiveSubject::LiveSubject(const Scene& scene, const Options& options) : impl_(std::make_unique<Impl>(scene, options)) {}
+LiveSubject::~LiveSubject() = default;
+
+std::optional<LiveSubject::Given> LiveSubject::ask(const Trial& trial, const std::string& of) {
+  constexpr std::array<const char*, 2> kPlaces{"FIRST", "SECOND"};
+  for (std::size_t i = 0; i < 2; ++i)
+    if (!impl_->show(trial.stimuli[i], fmt::format("Trial {}: feel the {}", of, kPlaces[i]))) return std::nullopt;
+  impl_->say(fmt::format("{}   left arrow, or 1 and Enter: the first   right arrow, or 2 and Enter: the second",
+                         words_of(impl_->options.question)));
+  return impl_->wait_for_answer();
+}
+
+void LiveSubject::stop() {
+  if (impl_->bench) impl_->bench->stop(), impl_->bench.reset();
+}
+
+}  // namespace typodont

@@ -1,0 +1,202 @@
+#include "engine/app/experiment/psychometric.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <vector>
+
+namespace typodont {
+
+namespace {
+
+constexpr double kUpperQuartile = 0.6744897501960817;  // of the normal distribution: Φ = 0.75
+constexpr double kChiSquare95 = 3.841458820694124;     // one degree of freedom
+constexpr double kLeastProbability = 1e-12;            // of an answer: an impossible one would hide all the others
+constexpr double kWidthRange = 50;  // widths from 1/50 of the least to 50 times the greatest difference
+
+double cumulative_gaussian(double x) {
+  return 0.5 * std::erfc(-x / std::sqrt(2.0));
+}
+
+/// Answers at one difference.
+struct Level {
+  double difference = 0, count = 0, second = 0;
+};
+
+/// The place of the greatest value of `f` between low and high: on a grid, then by golden section beside the best.
+double maximize(const std::function<double(double)>& f, double low, double high, int grid, int steps) {
+  int best = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  const double width = (high - low) / grid;
+  for (int i = 0; i <= grid; ++i) {
+    const double value = f(low + i * width);
+    if (value > most) most = value, best = i;
+  }
+  double a = low + std::max(best - 1, 0) * width, b = low + std::min(best + 1, grid) * width;
+  const double golden = 0.5 * (std::sqrt(5.0) - 1);
+  double c = b - golden * (b - a), d = a + golden * (b - a), fc = f(c), fd = f(d);
+  for (int i = 0; i < steps; ++i) {
+    if (fc > fd) {
+      b = d, d = c, fd = fc, c = b - golden * (b - a), fc = f(c);
+    } else {
+      a = c, c = d, fc = fd, d = a + golden * (b - a), fd = f(d);
+    }
+  }
+  return fc > fd ? c : d;
+}
+
+class Likelihood {
+ public:
+  explicit Likelihood(std::span<const Judgement> judgements) {
+    std::map<double, Level> levels;
+    for (const Judgement& j : judgements) {
+      Level& level = levels[j.difference];
+      level.difference = j.difference, level.count += 1, level.second += j.second;
+    }
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [difference, level] : levels) {
+      levels_.push_back(level);
+      greatest_ = std::max(greatest_, std::abs(difference));
+      if (difference != 0) least = std::min(least, std::abs(difference));
+    }
+    shares_.resize(levels_.size());
+    low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
+  }
+
+  /// The best lapse rate of this bias and width, and the logarithm of its likelihood, which is concave in the rate.
+  double best(double bias, double width, double& lapse) {
+    for (std::size_t i = 0; i < levels_.size(); ++i)
+      shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
+    double low = 0, high = kMostLapses;
+    if (slope(low) <= 0) {
+      high = low;
+    } else if (slope(high) >= 0) {
+      low = high;
+    }
+    for (int i = 0; i < 20 && low < high; ++i) {
+      const double middle = 0.5 * (low + high);
+      (slope(middle) > 0 ? low : high) = middle;
+    }
+    lapse = 0.5 * (low + high);
+    double sum = 0;
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      const double p = probability(i, lapse);
+      sum += levels_[i].second * std::log(p) + (levels_[i].count - levels_[i].second) * std::log(1 - p);
+    }
+    return sum;
+  }
+
+  double of_width(double log_width, double& bias) {
+    const double width = std::exp(log_width);
+    double lapse = 0;
+    bias = maximize([&](double b) { return best(b, width, lapse); }, -greatest_, greatest_, 16, 20);
+    return best(bias, width, lapse);
+  }
+  double of_bias(double bias) {
+    double lapse = 0;
+    const double width = maximize([&](double w) { return best(bias, std::exp(w), lapse); }, low_, high_, 24, 20);
+    return best(bias, std::exp(width), lapse);
+  }
+
+  PsychometricFit fit() {
+    PsychometricFit fit;
+    double bias = 0;
+    const double log_width = maximize([&](double w) { return of_width(w, bias); }, low_, high_, 24, 24);
+    of_width(log_width, bias);
+    fit.function.bias = bias, fit.function.width = std::exp(log_width);
+    fit.log_likelihood = best(bias, fit.function.width, fit.function.lapse);
+
+    const double least = fit.log_likelihood - 0.5 * kChiSquare95;
+    const auto width_inside = [&](double w) { return of_width(w, bias) >= least; };
+    const auto bias_inside = [&](double b) { return of_bias(b) >= least; };
+    fit.jnd.value = fit.function.jnd();
+    fit.jnd.low = width_inside(low_) ? 0 : kUpperQuartile * std::exp(border(width_inside, log_width, low_));
+    fit.jnd.high = width_inside(high_) ? std::numeric_limits<double>::infinity()
+                                       : kUpperQuartile * std::exp(border(width_inside, log_width, high_));
+    const double found = fit.function.bias;
+    fit.bias.value = found;
+    fit.bias.low = bias_inside(-greatest_) ? -greatest_ : border(bias_inside, found, -greatest_);
+    fit.bias.high = bias_inside(greatest_) ? greatest_ : border(bias_inside, found, greatest_);
+    return fit;
+  }
+
+ private:
+  double probability(std::size_t i, double lapse) const {
+    return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
+  }
+  /// Derivative of the log-likelihood by the lapse rate.
+  double slope(double lapse) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      const double p = probability(i, lapse), k = levels_[i].second, n = levels_[i].count;
+      sum += (k / p - (n - k) / (1 - p)) * (0.5 - shares_[i]);
+    }
+    return sum;
+  }
+  /// Where `inside` ends between a place inside and one outside.
+  static double border(const std::function<bool(double)>& inside, double in, double out) {
+    for (int i = 0; i < 24; ++i) {
+      const double middle = 0.5 * (in + out);
+      (inside(middle) ? in : out) = middle;
+    }
+    return 0.5 * (in + out);
+  }
+
+  std::vector<Level> levels_;
+  std::vector<double> shares_;  // Φ of each level, of the bias and width that are being looked at
+  double greatest_ = 0;         // difference
+  double low_ = 0, high_ = 0;   // logarithms of the widths that are considered
+};
+
+/// Probability of exactly k of n at probability p of each.
+double binomial(int k, int n, double p) {
+  if (p <= 0) return k == 0;
+  if (p >= 1) return k == n;
+  return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) + k * std::log(p) +
+                  (n - k) * std::log1p(-p));
+}
+double at_least(int k, int n, double p) {
+  double sum = 0;
+  for (int i = k; i <= n; ++i) sum += binomial(i, n, p);
+  return std::min(sum, 1.0);
+}
+
+}  // namespace
+
+double Psychometric::second(double difference) const noexcept {
+  return 0.5 * lapse + (1 - lapse) * cumulative_gaussian((difference - bias) / width);
+}
+double Psychometric::jnd() const noexcept {
+  return kUpperQuartile * width;
+}
+double Psychometric::width_of_jnd(double jnd) noexcept {
+  return jnd / kUpperQuartile;
+}
+
+PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
+  return Likelihood(judgements).fit();
+}
+
+Estimate share_of(int chosen, int count) {
+  constexpr double kTail = 0.025;
+  const auto solve = [&](const std::function<bool(double)>& below) {
+    double low = 0, high = 1;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (below(middle) ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
+  };
+  Estimate share{static_cast<double>(chosen) / count, 0, 1};
+  if (chosen > 0) share.low = solve([&](double p) { return at_least(chosen, count, p) < kTail; });
+  if (chosen < count) share.high = solve([&](double p) { return 1 - at_least(chosen + 1, count, p) > kTail; });
+  return share;
+}
+
+double chance_of(int chosen, int count) {
+  return std::min(1.0, 2 * at_least(std::max(chosen, count - chosen), count, 0.5));
+}
+
+}  // namespace typodont

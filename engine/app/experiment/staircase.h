@@ -1,0 +1,66 @@
+// Adaptive staircases: which difference the next trial shows. State in, state out; any thread.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+namespace typodont {
+
+/// Levels change by ratios, so a level never reaches 0.
+struct StaircaseRule {
+  enum class Kind {
+    kTransformed,  // `down` right answers in a row: smaller; a wrong one: greater (Levitt 1971)
+    kWeighted      // each right answer: smaller; a wrong one: greater by more (Kaernbach 1991)
+  };
+  Kind kind = Kind::kTransformed;
+  int down = 2;               // of kTransformed: settles where 0.5^(1/down) of the answers are right
+  double weighted_at = 0.75;  // of kWeighted: settles where this share of the answers is right
+  double start = 50;          // first level, in the experiment's unit
+  double least = 1e-3, most = 100;
+  double first_step = 1.6;  // ratio between levels, until the staircase has turned `coarse` times
+  double step = 1.2;        // ratio afterwards
+  int coarse = 3;           // turns
+
+  /// Share of right answers at the level where it settles.
+  double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
+};
+
+class Staircase {
+ public:
+  explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
+
+  /// Of the next trial.
+  double level() const { return level_; }
+  /// The answer to the trial at level().
+  void answer(bool right) {
+    if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
+    in_a_row_ = 0;
+    const int way = right ? -1 : 1;
+    if (way_ != 0 && way != way_) turns_.push_back(level_);
+    way_ = way;
+    double step = std::log(static_cast<int>(turns_.size()) < rule_.coarse ? rule_.first_step : rule_.step);
+    if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
+    level_ = clamped(level_ * std::exp(way * step));
+  }
+  /// How often it has turned from greater to smaller levels or back.
+  int turns() const { return static_cast<int>(turns_.size()); }
+  /// The geometric mean of the levels at the turns after the coarse ones, an even number of them; 0: too few yet.
+  double settled_level() const {
+    const int usable = (turns() - rule_.coarse) / 2 * 2;
+    if (usable < 2) return 0;
+    double sum = 0;
+    for (int i = turns() - usable; i < turns(); ++i) sum += std::log(turns_[static_cast<std::size_t>(i)]);
+    return std::exp(sum / usable);
+  }
+
+ private:
+  double clamped(double level) const { return std::min(std::max(level, rule_.least), rule_.most); }
+
+  StaircaseRule rule_;
+  double level_;
+  int in_a_row_ = 0;  // right answers since the level last changed
+  int way_ = 0;       // of the last change: 1 greater, -1 smaller, 0 none yet
+  std::vector<double> turns_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,121 @@
+// What a tick costs in all: the servo's own time beside the time of everything that a tick makes the process do.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "haptics/bench/rows.h"
+#include "haptics/bench/timing.h"
+
+namespace typodont::haptics::bench {
+
+namespace {
+
+constexpr int kApproach = 200;  // ticks before anything is measured: first patch, ramp of the force, first contact
+
+/// One hand with one tool. `hand(i, last, dt)`: the tool's pose in tick i, after the tick `last`.
+struct ProcessCase {
+  std::string name;
+  Tool tool;
+  double pedal;
+  std::string_view solids;
+  std::function<std::function<Pose(int, const ServoTick&, double)>()> hand;
+};
+
+/// A hand that slides around a ball at 30 mm/s, 0.4 mm deep, on a great circle aslant to the voxels.
+Pose slide(int tick, const Tool& tool, double dt) {
+  constexpr double kSpeed = 0.03;  // m/s
+  const double radius = kBallRadius + tool.radius(), angle = kSpeed * dt * tick / radius + 0.3;
+  const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
+  return {(radius - 4e-4) * (std::cos(angle) * u + std::sin(angle) * v)};
+}
+
+ProcessCase drilling(std::string name, const Tool& tool) {
+  return {std::move(name), tool, 1, kBlock, [tool] {
+            return [hand = DrillingHand(tool)](int, const ServoTick& last, double dt) mutable {
+              return hand.next(last.f_T_W, dt);
+            };
+          }};
+}
+
+std::vector<ProcessCase> cases() {
+  const Tool round = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
+  ProcessCase sliding{"sliding at 30 mm/s, round 1.2 mm", round, 0, kBall,
+                      [round] { return [round](int i, const ServoTick&, double dt) { return slide(i, round, dt); }; }};
+  return {std::move(sliding), drilling("drilling, round 1.2 mm", round),
+          drilling("drilling, round 4 mm", head(HeadShape::kSphere, 4e-3, 4e-3)),
+          drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
+}
+
+/// Servo, carver and hand-over in one thread, so that the thread's time is the process's.
+struct ProcessTime {
+  double all = std::numeric_limits<double>::infinity();  // ns per tick, the mean
+  std::vector<double> servo;                             // ns, tick by tick
+};
+ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
+  ServoSettings settings;
+  settings.tool = c.tool;
+  settings.method = options.method;
+  settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
+  ProcessTime time;
+  time.servo = least_of([&] {
+    Scene scene(dense, settings);
+    const auto hand = c.hand();
+    std::vector<double> servo;
+    Nanos start = 0;
+    for (int i = 0; i < kApproach + options.ticks; ++i) {
+      if (i == kApproach) start = thread_cpu_time();
+      const Pose X_WT = hand(i, scene.last, settings.tick);
+      scene.t += from_seconds(settings.tick);
+      scene.steps.tick({scene.t, X_WT, c.pedal}, scene.last, scene.cut);
+      if (i >= kApproach) servo.push_back(static_cast<double>(scene.last.cpu_time));
+    }
+    time.all = std::min(time.all, static_cast<double>(thread_cpu_time() - start) / options.ticks);
+    return servo;
+  });
+  return time;
+}
+
+/// The share of ticks in each octave of time, 1 to 2 µs, 2 to 4 µs …
+void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
+                    std::vector<BenchRow>& rows) {
+  const auto octave = [](double ns) { return std::max(static_cast<int>(std::floor(std::log2(ns / 1000))), -1); };
+  std::map<int, int> count;
+  for (const double ns : ticks) ++count[octave(ns)];
+  for (const auto& [bin, in_bin] : count) {
+    rows.push_back({"servo's tick, histogram, " + name,
+                    fmt::format("{}, {:g} to {:g} µs", knob, bin < 0 ? 0 : std::exp2(bin), std::exp2(bin + 1)),
+                    static_cast<double>(in_bin) / static_cast<double>(ticks.size()), "of the ticks",
+                    1000 * std::exp2(bin + 1), "tick"});
+  }
+}
+
+}  // namespace
+
+void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
+  for (const double voxel_mm : options.voxels_mm) {
+    for (const ProcessCase& c : cases()) {
+      const ProcessTime time = measure(c, tissue(c.solids, voxel_mm), options);
+      const std::string knob = fmt::format("voxel {:g} mm", voxel_mm), of = ", " + c.name;
+      const double mean = std::accumulate(time.servo.begin(), time.servo.end(), 0.0) / options.ticks;
+      const double median = quantile(time.servo, 0.5);
+      rows.push_back({"process time, servo alone" + of, knob, BenchRow::kNone, "", mean, "tick"});
+      rows.push_back({"process time, servo, carver and hand-over" + of, knob, BenchRow::kNone, "", time.all, "tick",
+                      "the servo alone", time.all / mean});
+      for (const double share : {0.5, 0.99, 0.999}) {
+        const double ns = quantile(time.servo, share);
+        rows.push_back({fmt::format("servo's tick, {:g} %{}", 100 * share, of), knob, BenchRow::kNone, "", ns, "tick",
+                        "its median", ns / median});
+      }
+      histogram_rows(c.name, knob, time.servo, rows);
+    }
+  }
+}
+
+}  // namespace typodont::haptics::bench

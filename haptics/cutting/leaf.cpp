@@ -1,0 +1,88 @@
+// Sweeps of a ball through one leaf of the tissue.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "haptics/cutting/lane_ops.h"
+#include "haptics/cutting/listed.h"
+#include "haptics/sweep.h"
+
+namespace typodont::haptics {
+
+// Compiled for each width of lanes and chosen at run time, as listed.cpp is: every processor computes the same bits.
+namespace halves {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+// Uses the one above.
+#include "haptics/cutting/leaf_kernel.h"
+
+Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
+  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
+}
+
+}  // namespace
+}  // namespace halves
+
+#ifdef TYPODONT_SIXTEEN_LANES
+namespace eight {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+// Uses the one above.
+#include "haptics/cutting/leaf_kernel.h"
+
+__attribute__((target("avx2"))) Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo,
+                                                     float* distance) {
+  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
+}
+
+}  // namespace
+}  // namespace eight
+
+#pragma GCC push_options
+#pragma GCC target("arch=x86-64-v4")
+namespace sixteen {
+namespace {
+
+#include "haptics/cutting/cut_kernel.h"
+// Uses the one above.
+#include "haptics/cutting/leaf_kernel.h"
+
+Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
+  return capsule ? carve_leaf<true>(c, lo, distance) : carve_leaf<false>(c, lo, distance);
+}
+
+}  // namespace
+}  // namespace sixteen
+#pragma GCC pop_options
+#endif
+
+namespace {
+
+Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
+#ifdef TYPODONT_SIXTEEN_LANES
+  static const bool sixteen_lanes = __builtin_cpu_supports("x86-64-v4"), eight_lanes = __builtin_cpu_supports("avx2");
+  if (sixteen_lanes) return sixteen::carve(capsule, c, lo, distance);
+  if (eight_lanes) return eight::carve(capsule, c, lo, distance);
+#endif
+  return halves::carve(capsule, c, lo, distance);
+}
+
+}  // namespace
+
+Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
+  const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
+  const glm::ivec3 from = lo - base_;
+  constexpr float kHalf = 6.1f;  // |(3.5, 3.5, 3.5)|, and a little more: from a leaf's centre to its corners
+  const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;  // by which a depth may be off by rounding
+  const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
+  // The head at B is farther from all samples than the sweep is long: it came nowhere near them.
+  if (away > glm::length(ab_)) return {false, false, away};
+  LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
+  cut.slack -= slip;
+  return cut;
+}
+
+}  // namespace typodont::haptics

@@ -1,0 +1,57 @@
+// Text of a kernel, included once within each namespace of lanes (lane_ops.h), after cut_kernel.h: raises the samples
+// of one leaf of the tissue to their depth in a ball.
+
+/// What the samples of a plane of constant x have in common, whichever plane; y, then z.
+struct LeafPlane {
+  alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
+};
+
+/// Of a ball that moves less than a step counts (Sweep::is_ball) only its end is taken, as depth_of_eight() does.
+template <bool capsule>
+TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
+  constexpr int n = Sweep::kLeaf;
+  static_assert(n * n == 64 && n * n % kLanes == 0);
+  LeafPlane plane;
+  for (int y = 0; y < n; ++y) {
+    const float py = static_cast<float>(lo.y + y) - c.ay, qy = py - c.aby;
+    for (int z = 0; z < n; ++z) {
+      const float height = static_cast<float>(lo.z + z) - c.az, off = height - c.abz;
+      plane.along_y[n * y + z] = py * c.aby;
+      plane.along_z[n * y + z] = height * c.abz;
+      plane.apart_y[n * y + z] = capsule ? py : qy * qy;
+      plane.apart_z[n * y + z] = capsule ? height : off * off;
+    }
+  }
+  const Floats from = all(c.continues ? 0.0f : -1e30f), radius = all(c.radius), zero = all(0.0f);
+  const Floats inner = all(Sweep::kInner), never = all(1e9f);
+  Floats least_slack = never;
+  Mask raised = nowhere(), emptied = nowhere();
+  for (int x = 0; x < n; ++x) {
+    const float px = static_cast<float>(lo.x + x) - c.ax, qx = px - c.abx;
+    const Floats along_x = all(px * c.abx), apart_x = all(capsule ? px : qx * qx);
+    for (int i = 0; i < n * n; i += kLanes, distance += kLanes) {
+      const Floats dot = (along_x + load(plane.along_y + i)) + load(plane.along_z + i);
+      Floats d2;
+      if constexpr (capsule) {
+        const Floats s = lesser(greater(dot * all(c.inverse_length2), zero), all(1.0f));
+        const Floats dx = apart_x - s * all(c.abx), dy = load(plane.apart_y + i) - s * all(c.aby),
+                     dz = load(plane.apart_z + i) - s * all(c.abz);
+        d2 = dx * dx + dy * dy + dz * dz;
+      } else {
+        d2 = (apart_x + load(plane.apart_y + i)) + load(plane.apart_z + i);
+      }
+      const Floats old = load(distance), depth = lesser(radius - root(d2), inner);
+      Floats least;
+      Mask rises;
+      const Floats now = raised_to(old, depth, more(dot, from), least, rises);
+      store(distance, now);
+      raised |= rises;
+      emptied |= more(zero, old) & no_less(now, zero);
+      // Where the head was at its deepest nothing changes any more.
+      least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
+    }
+  }
+  alignas(64) float slack[kLanes];
+  store(slack, least_slack);
+  return {any(raised), any(emptied), *std::min_element(slack, slack + kLanes)};
+}

@@ -1,0 +1,536 @@
+#include "haptics/import/blocks.h"
+
+#include <cmath>
+
+namespace typodont::haptics::importing {
+
+namespace {
+
+constexpr int kEdge = BlockSet::kEdge;
+
+// The samples lo .. lo + n − 1 in each direction, z fastest; beyond the box the values at its walls.
+template <class T>
+void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
+  for (int x = lo.x; x < lo.x + n; ++x) {
+    for (int y = lo.y; y < lo.y + n; ++y) {
+      const T* row = &g.v[g.index(std::clamp(x, 0, g.size.x - 1), std::clamp(y, 0, g.size.y - 1), 0)];
+      for (int z = lo.z; z < lo.z + n; ++z) *to++ = row[std::clamp(z, 0, g.size.z - 1)];
+    }
+  }
+}
+
+template <class T>
+void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
+  const glm::ivec3 top = g.set->size - 1;
+  for (int x = lo.x; x < lo.x + n; ++x) {
+    for (int y = lo.y; y < lo.y + n; ++y) {
+      glm::ivec3 p(std::clamp(x, 0, top.x), std::clamp(y, 0, top.y), 0);
+      for (int z = lo.z; z < lo.z + n;) {
+        p.z = std::clamp(z, 0, top.z);
+        const std::ptrdiff_t i = g.index(p);
+        // As far as the block goes, or one sample beyond the box.
+        const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
+        if (i >= 0) {
+          std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
+        } else {
+          std::fill_n(to, run, i == BlockSet::kOutside ? g.outside : g.inside);
+        }
+        to += run;
+        z += run;
+      }
+    }
+  }
+}
+
+struct Kernel {
+  int reach;
+  std::vector<float> weight;  // of the middle and of each distance from it
+  explicit Kernel(double sigma) : reach(std::max(1, static_cast<int>(std::ceil(3.5 * sigma)))) {
+    double sum = 0;
+    for (int k = -reach; k <= reach; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
+    for (int k = 0; k <= reach; ++k)
+      weight.push_back(static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum));
+  }
+};
+
+// Smooths one block. `a` and `b` are scratch that keeps its memory from block to block.
+template <class From>
+void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
+                  std::vector<float>& b, float* out) {
+  const int r = kernel.reach, n = kEdge + 2 * r;
+  const auto row = static_cast<std::size_t>(n), plane = row * row;
+  a.resize(plane * row);
+  b.resize(plane * row);
+  gather(g, first - r, n, a.data());
+  const float* w = kernel.weight.data();
+  // Sums of samples `stride` apart, for `length` samples side by side.
+  const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
+    for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
+    for (int m = 1; m <= r; ++m) {
+      const float* up = from + static_cast<std::size_t>(m) * stride;
+      const float* down = from - static_cast<std::size_t>(m) * stride;
+      const float weight = w[m];
+      for (std::size_t k = 0; k < length; ++k) to[k] += weight * (up[k] + down[k]);
+    }
+  };
+  for (std::size_t x = 0; x < kEdge; ++x)
+    line(&a[(x + static_cast<std::size_t>(r)) * plane], plane, plane, &b[x * plane]);
+  for (std::size_t x = 0; x < kEdge; ++x)
+    line(&b[x * plane + static_cast<std::size_t>(r) * row], row, kEdge * row, &a[x * plane]);
+  for (std::size_t x = 0; x < kEdge; ++x) {
+    for (std::size_t y = 0; y < kEdge; ++y)
+      line(&a[x * plane + y * row + static_cast<std::size_t>(r)], 1, kEdge, out + (x * kEdge + y) * kEdge);
+  }
+}
+
+template <class From>
+void smooth_blocks(const From& g, double sigma, Sparse<float>& out) {
+  const Kernel kernel(sigma);
+  tbb::parallel_for(std::size_t{0}, out.set->first.size(), [&](std::size_t k) {
+    thread_local std::vector<float> a, b;
+    smooth_block(g, out.set->first[k], kernel, a, b, &out.v[k * BlockSet::kSamples]);
+  });
+}
+
+double sharpening(double sigma, double blur) {
+  return std::min(1 + blur * blur / (sigma * sigma), 3.0);
+}
+
+template <class Better>
+Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMask& wanted, Better better) {
+  const int r = static_cast<int>(radius), n = kEdge + 2 * r;
+  std::vector<std::ptrdiff_t> ball;
+  for (int x = -r; x <= r; ++x) {
+    for (int y = -r; y <= r; ++y) {
+      for (int z = -r; z <= r; ++z) {
+        if (x * x + y * y + z * z <= radius * radius) ball.push_back((x * n + y) * n + z);
+      }
+    }
+  }
+  Sparse<float> out = g;
+  tbb::parallel_for(std::size_t{0}, g.set->first.size(), [&](std::size_t k) {
+    const std::uint8_t* want = &wanted.v[k * BlockSet::kSamples];
+    if (std::none_of(want, want + BlockSet::kSamples, [](std::uint8_t w) { return w != 0; })) return;
+    thread_local std::vector<float> box;
+    box.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n));
+    gather(g, g.set->first[k] - r, n, box.data());
+    for (std::size_t i = 0; i < BlockSet::kSamples; ++i) {
+      if (!want[i]) continue;
+      const auto x = static_cast<int>(i >> 8), y = static_cast<int>(i >> 4 & 15), z = static_cast<int>(i & 15);
+      const float* middle = &box[static_cast<std::size_t>(((x + r) * n + y + r) * n + z + r)];
+      float best = *middle;
+      for (const std::ptrdiff_t d : ball) {
+        if (better(middle[d], best)) best = middle[d];
+      }
+      out.v[k * BlockSet::kSamples + i] = best;
+    }
+  });
+  return out;
+}
+
+// Goes from sample to sample, and at once through whole blocks: those that are not kept, and, where samples hang
+// together over faces, those that lie in the mask with all their samples. An entry of the stack is the number of a
+// sample, or −1 − the place of a block.
+template <class Label>
+class Spread {
+ public:
+  Spread(const SparseMask& mask, bool corners, Sparse<Label>& label, std::vector<Label>& block_label)
+      : mask_(mask), set_(*mask.set), label_(label), block_label_(block_label), whole_(set_.first.size(), 0) {
+    if (!corners) {
+      tbb::parallel_for(std::size_t{0}, set_.first.size(), [&](std::size_t b) {
+        const std::uint8_t* of_block = &mask.v[b * BlockSet::kSamples];
+        whole_[b] = set_.holds(set_.first[b] + (kEdge - 1)) &&
+                    std::all_of(of_block, of_block + BlockSet::kSamples, [](std::uint8_t m) { return m != 0; });
+      });
+    }
+    for (int x = -1; x <= 1; ++x) {
+      for (int y = -1; y <= 1; ++y) {
+        for (int z = -1; z <= 1; ++z) {
+          const int steps = std::abs(x) + std::abs(y) + std::abs(z);
+          if (steps == 1 || (corners && steps > 1)) steps_.push_back({x, y, z});
+        }
+      }
+    }
+  }
+
+  /// A sample, or the block around it where that is not kept.
+  void visit(const glm::ivec3& p, Label id) {
+    const std::ptrdiff_t i = label_.index(p);
+    if (i >= 0) {
+      const auto k = static_cast<std::size_t>(i);
+      if (!mask_.v[k] || label_.v[k]) return;
+      if (const std::size_t slot = k / BlockSet::kSamples; whole_[slot]) {
+        std::fill_n(&label_.v[slot * BlockSet::kSamples], BlockSet::kSamples, id);
+        stack_.push_back(-1 - static_cast<std::ptrdiff_t>(set_.block(p)));
+        return;
+      }
+      label_.v[k] = id;
+      stack_.push_back(i);
+    } else {
+      const std::size_t b = set_.block(p);
+      if (!(i == BlockSet::kOutside ? mask_.outside : mask_.inside) || block_label_[b]) return;
+      block_label_[b] = id;
+      stack_.push_back(-1 - static_cast<std::ptrdiff_t>(b));
+    }
+  }
+
+  /// Everything that hangs together with what was visited. Returns how many samples it went through.
+  std::size_t run(Label id) {
+    std::size_t count = 0;
+    while (!stack_.empty()) {
+      const std::ptrdiff_t i = stack_.back();
+      stack_.pop_back();
+      if (i < 0) {
+        count += leave_block(static_cast<std::size_t>(-1 - i), id);
+        continue;
+      }
+      ++count;
+      const glm::ivec3 p = set_.place(static_cast<std::size_t>(i));
+      for (const glm::ivec3& step : steps_) {
+        if (set_.holds(p + step)) visit(p + step, id);
+      }
+    }
+    return count;
+  }
+
+ private:
+  std::size_t leave_block(std::size_t b, Label id) {
+    const auto cz = static_cast<std::size_t>(set_.count.z), cy = static_cast<std::size_t>(set_.count.y);
+    const glm::ivec3 lo =
+        kEdge * glm::ivec3(static_cast<int>(b / (cz * cy)), static_cast<int>(b / cz % cy), static_cast<int>(b % cz));
+    const glm::ivec3 hi = glm::min(lo + kEdge, set_.size);
+    for (int a = 0; a < 3; ++a) {
+      const int u = (a + 1) % 3, v = (a + 2) % 3;
+      for (const int at : {lo[a] - 1, hi[a]}) {
+        if (at < 0 || at >= set_.size[a]) continue;
+        glm::ivec3 p;
+        p[a] = at;
+        for (p[u] = lo[u]; p[u] < hi[u]; ++p[u]) {
+          for (p[v] = lo[v]; p[v] < hi[v]; ++p[v]) visit(p, id);
+        }
+      }
+    }
+    return Grid<char>::count(hi - lo);
+  }
+
+  const SparseMask& mask_;
+  const BlockSet& set_;
+  Sparse<Label>& label_;
+  std::vector<Label>& block_label_;
+  std::vector<std::uint8_t> whole_;  // of the blocks kept
+  std::vector<glm::ivec3> steps_;
+  std::vector<std::ptrdiff_t> stack_;
+};
+
+template <class G>
+Jet cubic(const G& g, const glm::ivec3& size, const glm::dvec3& p) {
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(size - 1));
+  const glm::ivec3 i(q);
+  double w[3][4], dw[3][4];
+  for (int a = 0; a < 3; ++a) {
+    const double t = q[a] - i[a], t2 = t * t, t3 = t2 * t;
+    w[a][0] = 0.5 * (-t3 + 2 * t2 - t);
+    w[a][1] = 0.5 * (3 * t3 - 5 * t2 + 2);
+    w[a][2] = 0.5 * (-3 * t3 + 4 * t2 + t);
+    w[a][3] = 0.5 * (t3 - t2);
+    dw[a][0] = 0.5 * (-3 * t2 + 4 * t - 1);
+    dw[a][1] = 0.5 * (9 * t2 - 10 * t);
+    dw[a][2] = 0.5 * (-9 * t2 + 8 * t + 1);
+    dw[a][3] = 0.5 * (3 * t2 - 2 * t);
+  }
+  float values[64];
+  gather(g, i - 1, 4, values);
+  Jet jet{0, glm::dvec3(0)};
+  for (int x = 0; x < 4; ++x) {
+    double sy = 0, sdy = 0, sdz = 0;
+    for (int y = 0; y < 4; ++y) {
+      const float* row = &values[16 * x + 4 * y];
+      double s = 0, sd = 0;
+      for (int z = 0; z < 4; ++z) {
+        s += w[2][z] * static_cast<double>(row[z]);
+        sd += dw[2][z] * static_cast<double>(row[z]);
+      }
+      sy += w[1][y] * s;
+      sdy += dw[1][y] * s;
+      sdz += w[1][y] * sd;
+    }
+    jet.value += w[0][x] * sy;
+    jet.gradient.x += dw[0][x] * sy;
+    jet.gradient.y += w[0][x] * sdy;
+    jet.gradient.z += w[0][x] * sdz;
+  }
+  return jet;
+}
+
+}  // namespace
+
+BlockSet::BlockSet(const glm::ivec3& box, const std::vector<std::uint8_t>& wanted)
+    : size(box), count(blocks_of(box)), slot(wanted.size(), kOutside) {
+  std::size_t b = 0;
+  for (int x = 0; x < count.x; ++x) {
+    for (int y = 0; y < count.y; ++y) {
+      for (int z = 0; z < count.z; ++z, ++b) {
+        if (!wanted[b]) continue;
+        slot[b] = static_cast<std::int32_t>(first.size());
+        first.push_back(kEdge * glm::ivec3(x, y, z));
+      }
+    }
+  }
+}
+
+std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count) {
+  Grid<std::uint8_t> near(count);
+  near.v = blocks;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Grid<std::uint8_t> before = near;
+    for (std::size_t i = 0; i < near.v.size(); ++i) {
+      if (before.v[i]) continue;
+      const glm::ivec3 p = before.place(i);
+      for (const int step : {-1, 1}) {
+        glm::ivec3 q = p;
+        q[axis] += step;
+        if (before.holds(q) && before[q]) near.v[i] = 1;
+      }
+    }
+  }
+  return near.v;
+}
+
+float sample(const Sparse<float>& g, const glm::dvec3& p) {
+  const glm::ivec3& size = g.set->size;
+  const glm::dvec3 q = glm::clamp(p, glm::dvec3(0.0), glm::dvec3(size - 1));
+  const glm::ivec3 i = glm::min(glm::ivec3(q), glm::max(size - 2, glm::ivec3(0)));
+  const glm::vec3 t(q - glm::dvec3(i));
+  float c[8];
+  gather(g, i, 2, c);
+  const auto mix = [](float a, float b, float share) { return a + share * (b - a); };
+  const float e = mix(mix(c[0], c[1], t.z), mix(c[2], c[3], t.z), t.y),
+              f = mix(mix(c[4], c[5], t.z), mix(c[6], c[7], t.z), t.y);
+  return mix(e, f, t.x);
+}
+
+Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p) {
+  return cubic(g, g.set->size, p);
+}
+
+Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p) {
+  return cubic(g, g.size, p);
+}
+
+Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
+                       float inside) {
+  Sparse<float> out(set, outside, inside);
+  smooth_blocks(g, sigma, out);
+  return out;
+}
+
+Sparse<float> gaussian(const Sparse<float>& g, double sigma) {
+  Sparse<float> out(g.set, g.outside, g.inside);
+  smooth_blocks(g, sigma, out);
+  return out;
+}
+
+Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
+  const auto c = static_cast<float>(sharpening(sigma, blur));
+  Sparse<float> once = gaussian(g, sigma);
+  g = {};
+  const Sparse<float> twice = gaussian(once, sigma);
+  for_each_sample(*once.set,
+                  [&](const glm::ivec3&, std::size_t i) { once.v[i] = (1 + c) * once.v[i] - c * twice.v[i]; });
+  return once;
+}
+
+double noise_left(double sigma, double blur) {
+  const double c = sharpening(sigma, blur);
+  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^−3/2.
+  const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
+  return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
+}
+
+std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound) {
+  const glm::ivec3 count = BlockSet::blocks_of(g.size);
+  std::vector<std::uint8_t> above(Grid<char>::count(count), 0);
+  const Kernel kernel(sigma);
+  Grid<char> places;
+  places.size = count;
+  tbb::parallel_for(std::size_t{0}, above.size(), [&](std::size_t b) {
+    thread_local std::vector<float> first, second;
+    float smooth[BlockSet::kSamples];
+    const glm::ivec3 lo = kEdge * places.place(b), n = glm::min(g.size - lo, glm::ivec3(kEdge));
+    smooth_block(g, lo, kernel, first, second, smooth);
+    for (int x = 0; x < n.x && !above[b]; ++x) {
+      for (int y = 0; y < n.y; ++y) {
+        const float* row = smooth + (x * kEdge + y) * kEdge;
+        above[b] |= std::any_of(row, row + n.z, [&](float value) { return value > bound; });
+      }
+    }
+  });
+  return above;
+}
+
+Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted) {
+  return ball_extreme(g, radius, wanted, [](float a, float b) { return a < b; });
+}
+Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted) {
+  return ball_extreme(g, radius, wanted, [](float a, float b) { return a > b; });
+}
+
+Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
+  constexpr float kHuge = 1e12F;
+  Sparse<float> d(mask.set, mask.outside ? 0 : kHuge, mask.inside ? 0 : kHuge);
+  const int n = kEdge + 2 * reach;
+  const auto row = static_cast<std::size_t>(n), plane = row * row;
+  tbb::parallel_for(std::size_t{0}, mask.set->first.size(), [&](std::size_t k) {
+    thread_local std::vector<std::uint8_t> box;
+    thread_local std::vector<float> a, b;
+    box.resize(plane * row);
+    gather(mask, mask.set->first[k] - reach, n, box.data());
+    float* out = &d.v[k * BlockSet::kSamples];
+    if (std::none_of(box.begin(), box.end(), [](std::uint8_t m) { return m != 0; })) {
+      std::fill_n(out, BlockSet::kSamples, kHuge);
+      return;
+    }
+    a.resize(plane * row);
+    b.resize(plane * row);
+    for (std::size_t i = 0; i < a.size(); ++i) a[i] = box[i] ? 0 : kHuge;
+    const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
+      std::copy_n(from, length, to);
+      for (int m = 1; m <= reach; ++m) {
+        const float* up = from + static_cast<std::size_t>(m) * stride;
+        const float* down = from - static_cast<std::size_t>(m) * stride;
+        const auto far = static_cast<float>(m * m);
+        for (std::size_t j = 0; j < length; ++j) to[j] = std::min(to[j], std::min(up[j], down[j]) + far);
+      }
+    };
+    const auto r = static_cast<std::size_t>(reach);
+    for (std::size_t x = 0; x < kEdge; ++x) line(&a[(x + r) * plane], plane, plane, &b[x * plane]);
+    for (std::size_t x = 0; x < kEdge; ++x) line(&b[x * plane + r * row], row, kEdge * row, &a[x * plane]);
+    for (std::size_t x = 0; x < kEdge; ++x) {
+      for (std::size_t y = 0; y < kEdge; ++y)
+        line(&a[x * plane + y * row + r], 1, kEdge, out + (x * kEdge + y) * kEdge);
+    }
+  });
+  return d;
+}
+
+Bodies find_bodies(const Mask& mask) {
+  // Runs of voxels along z, joined where they touch in a neighbouring row (union–find).
+  struct Run {
+    int x, y, begin, end;
+  };
+  std::vector<Run> runs;
+  std::vector<std::uint32_t> parent;
+  const auto root = [&](std::uint32_t r) {
+    while (parent[r] != r) r = parent[r] = parent[parent[r]];
+    return r;
+  };
+  const glm::ivec3& size = mask.size;
+  std::vector<std::size_t> row_begin(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) + 1, 0);
+  const auto join_row = [&](std::size_t row, std::size_t first) {
+    std::size_t a = row_begin[row], b = first;
+    while (a < row_begin[row + 1] && b < runs.size()) {
+      if (runs[a].begin < runs[b].end && runs[b].begin < runs[a].end) {
+        const std::uint32_t ra = root(static_cast<std::uint32_t>(a)), rb = root(static_cast<std::uint32_t>(b));
+        parent[std::max(ra, rb)] = std::min(ra, rb);
+      }
+      ++(runs[a].end < runs[b].end ? a : b);
+    }
+  };
+  for (int x = 0; x < size.x; ++x) {
+    for (int y = 0; y < size.y; ++y) {
+      const std::size_t row = static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
+                              static_cast<std::size_t>(y),
+                        first = runs.size();
+      row_begin[row] = first;
+      const std::uint8_t *begin = &mask(x, y, 0), *end = begin + size.z, *p = begin;
+      while ((p = std::find_if(p, end, [](std::uint8_t m) { return m != 0; })) != end) {
+        const std::uint8_t* stop = std::find(p, end, std::uint8_t{0});
+        parent.push_back(static_cast<std::uint32_t>(runs.size()));
+        runs.push_back({x, y, static_cast<int>(p - begin), static_cast<int>(stop - begin)});
+        p = stop;
+      }
+      row_begin[row + 1] = runs.size();
+      if (y > 0) join_row(row - 1, first);
+      if (x > 0) join_row(row - static_cast<std::size_t>(size.y), first);
+    }
+  }
+  std::vector<std::size_t> of_root(runs.size(), 0);
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    of_root[root(static_cast<std::uint32_t>(r))] += static_cast<std::size_t>(runs[r].end - runs[r].begin);
+  Bodies bodies;
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(of_root) - of_root.begin());
+  for (const std::size_t voxels : of_root) {
+    if (voxels > 0) bodies.voxels.push_back(voxels);
+  }
+  if (bodies.voxels.empty()) return bodies;
+  bodies.lo = size, bodies.hi = glm::ivec3(-1);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    if (root(static_cast<std::uint32_t>(r)) != largest) continue;
+    bodies.lo = glm::min(bodies.lo, glm::ivec3(runs[r].x, runs[r].y, runs[r].begin));
+    bodies.hi = glm::max(bodies.hi, glm::ivec3(runs[r].x, runs[r].y, runs[r].end - 1));
+  }
+  return bodies;
+}
+
+double share_near(const Mask& mask) {
+  const glm::ivec3 count = BlockSet::blocks_of(mask.size);
+  Grid<std::uint8_t> holds(count, 0);
+  for_each_slab(count.x, [&](int block) {
+    for (int x = kEdge * block; x < std::min(kEdge * (block + 1), mask.size.x); ++x) {
+      for (int y = 0; y < mask.size.y; ++y) {
+        for (int z = 0; z < mask.size.z; ++z) {
+          if (mask(x, y, z)) holds(block, y / kEdge, z / kEdge) = 1;
+        }
+      }
+    }
+  });
+  const std::vector<std::uint8_t> near = with_neighbours(holds.v, count);
+  const double samples = static_cast<double>(std::ranges::count(near, 1)) * BlockSet::kSamples;
+  return std::min(1.0, samples / static_cast<double>(mask.v.size()));
+}
+
+std::int32_t SparseComponents::largest() const {
+  if (voxels.size() < 2) return 0;
+  return static_cast<std::int32_t>(std::max_element(voxels.begin() + 1, voxels.end()) - voxels.begin());
+}
+
+SparseComponents components(const SparseMask& mask, bool corners) {
+  SparseComponents c{Sparse<std::int32_t>(mask.set, 0, 0), {0}};
+  std::vector<std::int32_t> blocks(mask.set->slot.size(), 0);
+  Spread<std::int32_t> spread(mask, corners, c.label, blocks);
+  for (std::size_t b = 0; b < mask.set->first.size(); ++b) {
+    const glm::ivec3 lo = mask.set->first[b], hi = glm::min(lo + kEdge, mask.set->size);
+    for (int x = lo.x; x < hi.x; ++x) {
+      for (int y = lo.y; y < hi.y; ++y) {
+        std::size_t i = b * BlockSet::kSamples + BlockSet::within({x, y, lo.z});
+        for (int z = lo.z; z < hi.z; ++z, ++i) {
+          if (!mask.v[i] || c.label.v[i]) continue;
+          const auto id = static_cast<std::int32_t>(c.voxels.size());
+          spread.visit({x, y, z}, id);
+          c.voxels.push_back(spread.run(id));
+        }
+      }
+    }
+  }
+  return c;
+}
+
+Reached reached_from_walls(const SparseMask& open) {
+  Reached reached{SparseMask(open.set, 0, 0), std::vector<std::uint8_t>(open.set->slot.size(), 0)};
+  Spread<std::uint8_t> spread(open, false, reached.samples, reached.blocks);
+  const glm::ivec3& size = open.set->size;
+  for (int a = 0; a < 3; ++a) {
+    const int u = (a + 1) % 3, v = (a + 2) % 3;
+    for (const int wall : {0, size[a] - 1}) {
+      glm::ivec3 p;
+      p[a] = wall;
+      for (p[u] = 0; p[u] < size[u]; ++p[u]) {
+        for (p[v] = 0; p[v] < size[v]; ++p[v]) spread.visit(p, 1);
+      }
+    }
+  }
+  spread.run(1);
+  return reached;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,466 @@
+#include "haptics/import/jaw.h"
+
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/units.h"
+
+namespace typodont::haptics::importing {
+
+namespace {
+
+const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
+                                          {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
+
+double cubed(double x) {
+  return x * x * x;
+}
+
+// Components of at least so many samples.
+SparseMask large_parts(const SparseMask& mask, double samples) {
+  const SparseComponents parts = components(mask);
+  SparseMask large(mask.set, 0, 0);
+  for_each_sample(*mask.set, [&](const glm::ivec3&, std::size_t i) {
+    const auto id = static_cast<std::size_t>(parts.label.v[i]);
+    large.v[i] = id > 0 && static_cast<double>(parts.voxels[id]) >= samples;
+  });
+  return large;
+}
+
+// Random walker (Grady 2006, "Random walks for image segmentation"): for every bright sample the probability that a
+// walk from it meets a tooth's crown before it meets bone. Steps through dim samples (the ligament, where the blur
+// leaves it bright enough to count at all) are improbable. Solved by conjugate gradients.
+Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
+                                const SparseMask& bone, const JawGreys& greys,
+                                const std::function<void(double)>& progress) {
+  const BlockSet& set = *grey.set;
+  std::vector<std::size_t> sample_of;  // of the unknowns
+  Sparse<std::int32_t> unknown(grey.set, -1, -1);
+  for (std::size_t i = 0; i < bright.v.size(); ++i) {
+    if (!bright.v[i] || crown.v[i] || bone.v[i] || !set.holds(set.place(i))) continue;
+    unknown.v[i] = static_cast<std::int32_t>(sample_of.size());
+    sample_of.push_back(i);
+  }
+  struct Row {
+    std::array<std::int32_t, 6> to;
+    std::array<float, 6> weight;
+  };
+  const std::size_t n = sample_of.size();
+  std::vector<Row> rows(n);
+  std::vector<double> diagonal(n), b(n), x(n, 0.0);
+  constexpr double kLeast = 1e-4;  // of a step through the dimmest of the bright samples
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
+    const std::size_t i = sample_of[k];
+    const glm::ivec3 p = set.place(i);
+    double sum = 1e-9, known = 0;
+    for (std::size_t f = 0; f < 6; ++f) {
+      rows[k].to[f] = -1, rows[k].weight[f] = 0;
+      const glm::ivec3 q = p + kFaces[f];
+      if (!set.holds(q)) continue;
+      const std::ptrdiff_t j = grey.index(q);
+      if (j < 0 || !bright.v[static_cast<std::size_t>(j)]) continue;
+      const auto other = static_cast<std::size_t>(j);
+      const double least = static_cast<double>(std::min(grey.v[i], grey.v[other]));
+      const double share = std::clamp((least - greys.bright()) / (greys.hard - greys.bright()), 0.0, 1.0);
+      const double weight = kLeast + share * share * share * share;
+      sum += weight;
+      if (crown.v[other]) known += weight;
+      rows[k].to[f] = unknown.v[other];
+      rows[k].weight[f] = static_cast<float>(weight);
+    }
+    diagonal[k] = sum;
+    b[k] = known;
+  });
+  const auto times = [&](const std::vector<double>& v, std::vector<double>& out) {
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
+      double sum = diagonal[k] * v[k];
+      for (std::size_t f = 0; f < 6; ++f) {
+        if (rows[k].to[f] >= 0)
+          sum -= static_cast<double>(rows[k].weight[f]) * v[static_cast<std::size_t>(rows[k].to[f])];
+      }
+      out[k] = sum;
+    });
+  };
+  std::vector<double> r = b, z(n), d(n), ad(n);
+  const auto precondition = [&] {
+    for (std::size_t k = 0; k < n; ++k) z[k] = r[k] / diagonal[k];
+  };
+  precondition();
+  d = z;
+  double rz = std::inner_product(r.begin(), r.end(), z.begin(), 0.0);
+  const double enough = 1e-10 * rz;
+  constexpr int kMostSteps = 2000;
+  for (int step = 0; step < kMostSteps && rz > enough; ++step) {
+    constexpr int kToldEvery = 16, kUsualSteps = 400;
+    if (step % kToldEvery == 0) progress(std::min(1.0, static_cast<double>(step) / kUsualSteps));
+    times(d, ad);
+    const double alpha = rz / std::inner_product(d.begin(), d.end(), ad.begin(), 0.0);
+    for (std::size_t k = 0; k < n; ++k) x[k] += alpha * d[k], r[k] -= alpha * ad[k];
+    precondition();
+    const double next = std::inner_product(r.begin(), r.end(), z.begin(), 0.0);
+    for (std::size_t k = 0; k < n; ++k) d[k] = z[k] + next / rz * d[k];
+    rz = next;
+  }
+  Sparse<float> probability(grey.set, 0, 0);
+  for (std::size_t i = 0; i < crown.v.size(); ++i) probability.v[i] = crown.v[i] ? 1 : 0;
+  for (std::size_t k = 0; k < n; ++k) probability.v[sample_of[k]] = static_cast<float>(std::clamp(x[k], 0.0, 1.0));
+  return probability;
+}
+
+// Eigenvalues of a symmetric matrix, rising (Smith 1961).
+glm::dvec3 eigenvalues(const glm::dmat3& a) {
+  const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
+  const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
+  const glm::dvec3 d = glm::dvec3(a[0][0], a[1][1], a[2][2]) - mean;
+  const double p = std::sqrt((glm::dot(d, d) + 2 * off) / 6);
+  if (!(p > 1e-12)) return glm::dvec3(mean);
+  const double half = std::clamp(0.5 * glm::determinant((a - glm::dmat3(mean)) / p), -1.0, 1.0);
+  const double angle = std::acos(half) / 3;
+  const double most = mean + 2 * p * std::cos(angle), least = mean + 2 * p * std::cos(angle + 2 * kPi / 3);
+  return {least, 3 * mean - most - least, most};
+}
+
+// At the walls of the box, where nothing of a body lies, zero.
+glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
+  glm::dmat3 h(0);
+  if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
+  const auto at = [&](int x, int y, int z) { return static_cast<double>(g[p + glm::ivec3(x, y, z)]); };
+  const double middle = at(0, 0, 0);
+  h[0][0] = at(1, 0, 0) + at(-1, 0, 0) - 2 * middle;
+  h[1][1] = at(0, 1, 0) + at(0, -1, 0) - 2 * middle;
+  h[2][2] = at(0, 0, 1) + at(0, 0, -1) - 2 * middle;
+  h[0][1] = h[1][0] = 0.25 * (at(1, 1, 0) + at(-1, -1, 0) - at(1, -1, 0) - at(-1, 1, 0));
+  h[0][2] = h[2][0] = 0.25 * (at(1, 0, 1) + at(-1, 0, -1) - at(1, 0, -1) - at(-1, 0, 1));
+  h[1][2] = h[2][1] = 0.25 * (at(0, 1, 1) + at(0, -1, -1) - at(0, 1, -1) - at(0, -1, 1));
+  return h;
+}
+
+// The greys without the dim outer edge, but with the mouths of the sockets: there, in a valley between two bright
+// sides, the scan's own grey stands and not the brightest on the way inwards.
+Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
+  constexpr double kSmooth = 0.8;  // voxels
+  constexpr double kValley = 0.1;  // of the contrast, per voxel²: a third of what a ligament of one voxel gives
+  const std::shared_ptr<const BlockSet>& set = s.grey.set;
+  const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
+  Sparse<float> grey = s.grey;
+  for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
+    if (!(s.surface.distance[p] < 0)) return;
+    if (eigenvalues(second_derivatives(smooth, p)).z > kValley * (greys.hard - greys.soft))
+      grey.v[i] = std::min(grey.v[i], scan[p]);
+  });
+  return grey;
+}
+
+// Where a thin dark layer between bright ones (or a bright one between dark ones) ends, when a Gaussian blur has filled
+// it to a depth of `dip` (0..1 of the contrast): with the layer's width w and the blur's σ, dip = erf(w / (2√2 σ)), and
+// the grey at its ends has sunk by erf(w / (√2 σ)) / 2.
+class LayerBound {
+ public:
+  LayerBound() {
+    std::size_t next = 0;
+    for (double ratio = 0; next < sunk_.size(); ratio += 1e-3) {
+      while (next < sunk_.size() && (std::erf(ratio) >= static_cast<double>(next) / kSteps || ratio > 3))
+        sunk_[next++] = 0.5 * std::erf(2 * ratio);
+    }
+  }
+  double operator()(double dip) const { return sunk_[static_cast<std::size_t>(std::clamp(dip, 0.0, 1.0) * kSteps)]; }
+
+ private:
+  static constexpr int kSteps = 200;
+  std::array<double, kSteps + 1> sunk_{};
+};
+
+// Dark tubes about 2.5 mm wide in cancellous bone, after Frangi 1998: across them the grey rises steeply in both
+// directions, along them hardly.
+void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
+                 SparseMask& canal, std::vector<JawCanal>& found) {
+  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;  // m
+  constexpr double kLeastTube = 0.15;  // of the contrast; a tube of kRadius gives about a third
+  const double sigma = 0.6 * kRadius / voxel;
+  Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
+  for_each_sample(*grey.set, [&](const glm::ivec3&, std::size_t i) {
+    if (bone.v[i])
+      field.v[i] = std::clamp(grey.v[i], static_cast<float>(greys.soft), static_cast<float>(greys.cancellous));
+  });
+  field = gaussian(field, sigma);
+  const double contrast = greys.cancellous - greys.soft;
+  Sparse<float> tube(grey.set, 0, 0);
+  for_each_sample(*grey.set, [&](const glm::ivec3& p, std::size_t i) {
+    if (!bone.v[i]) return;
+    const glm::dvec3 e = eigenvalues(second_derivatives(field, p) * (sigma * sigma / contrast));
+    if (e.y > 0) tube.v[i] = static_cast<float>(std::sqrt(e.y * e.z) - std::abs(e.x));
+  });
+  const SparseMask likely = where(grey.set, false, false, [&](std::size_t i, const glm::ivec3&) {
+    return tube.v[i] > static_cast<float>(kLeastTube);
+  });
+  const SparseComponents parts = components(likely, true);
+  for (std::size_t id = 1; id < parts.voxels.size(); ++id) {
+    if (static_cast<double>(parts.voxels[id]) * voxel < kLeastLength) continue;
+    std::vector<std::size_t> samples;
+    glm::dvec3 mean(0);
+    for (std::size_t i = 0; i < likely.v.size(); ++i) {
+      if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
+    }
+    mean /= static_cast<double>(samples.size());
+    // The longest direction, by power iteration.
+    glm::dmat3 spread(0);
+    for (const std::size_t i : samples) {
+      const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
+      spread += glm::outerProduct(r, r);
+    }
+    glm::dvec3 axis(1, 0.7, 0.4);
+    for (int k = 0; k < 60; ++k) axis = glm::normalize(spread * axis);
+    double lo = 1e300, hi = -1e300;
+    for (const std::size_t i : samples) {
+      const double t = glm::dot(glm::dvec3(likely.place(i)) - mean, axis);
+      lo = std::min(lo, t), hi = std::max(hi, t);
+    }
+    if ((hi - lo) * voxel < kLeastLength) continue;
+    // Centres of slices across that direction, weighted by how much of a tube each sample is.
+    const double every = kEvery / voxel;
+    const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
+    std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
+    std::vector<double> weight(slices, 0);
+    for (const std::size_t i : samples) {
+      const glm::dvec3 q(likely.place(i));
+      const auto k = static_cast<std::size_t>((glm::dot(q - mean, axis) - lo) / every);
+      const auto w = static_cast<double>(tube.v[i]);
+      centre[k] += w * q, weight[k] += w;
+    }
+    JawCanal line;
+    for (std::size_t k = 0; k < slices; ++k) {
+      if (weight[k] > 0) line.centre.push_back(centre[k] / weight[k]);
+    }
+    double rough = 0;
+    for (std::size_t k = 1; k + 1 < line.centre.size(); ++k) {
+      const glm::dvec3 bend = line.centre[k] - 0.5 * (line.centre[k - 1] + line.centre[k + 1]);
+      rough += glm::dot(bend, bend) / 1.5;
+    }
+    line.doubt = voxel * std::sqrt(rough / static_cast<double>(std::max<std::size_t>(line.centre.size(), 3) - 2));
+    found.push_back(std::move(line));
+    for (const std::size_t i : samples) canal.v[i] = 1;
+  }
+}
+
+}  // namespace
+
+JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
+  constexpr int kBins = 300;
+  constexpr double kBrightest = 3600;  // Hounsfield units: enamel; beyond is metal
+  const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
+  std::array<double, kBins> count{};
+  for (int x = 1; x + 1 < smoothed.size.x; ++x) {
+    for (int y = 1; y + 1 < smoothed.size.y; ++y) {
+      for (int z = 1; z + 1 < smoothed.size.z; ++z) {
+        const auto g = static_cast<double>(smoothed(x, y, z));
+        if (!(g >= lo) || !(g < lo + kBins * width)) continue;
+        const glm::dvec3 slope(smoothed(x + 1, y, z) - smoothed(x - 1, y, z),
+                               smoothed(x, y + 1, z) - smoothed(x, y - 1, z),
+                               smoothed(x, y, z + 1) - smoothed(x, y, z - 1));
+        if (glm::length(slope) < 2 * steepest) count[static_cast<std::size_t>((g - lo) / width)] += 1;
+      }
+    }
+  }
+  // Otsu 1979: the two thresholds that leave the least variance within the classes.
+  std::array<double, kBins + 1> mass{}, moment{};
+  for (std::size_t i = 0; i < kBins; ++i) {
+    mass[i + 1] = mass[i] + count[i];
+    moment[i + 1] = moment[i] + count[i] * (static_cast<double>(i) + 0.5);
+  }
+  const auto between = [&](std::size_t from, std::size_t to) {
+    const double m = mass[to] - mass[from], s = moment[to] - moment[from];
+    return m > 0 ? s * s / m : 0;
+  };
+  std::size_t first = 1, second = 2;
+  double best = -1;
+  for (std::size_t a = 1; a < kBins; ++a) {
+    for (std::size_t b = a + 1; b < kBins; ++b) {
+      const double variance = between(0, a) + between(a, b) + between(b, kBins);
+      if (variance > best) best = variance, first = a, second = b;
+    }
+  }
+  // Of each class the grey with most voxels around it.
+  const auto mode = [&](std::size_t from, std::size_t to) {
+    constexpr std::size_t kHalf = 6;  // bins
+    double most = -1, at = 0;
+    for (std::size_t i = from; i < to; ++i) {
+      const double near = mass[std::min(i + kHalf + 1, to)] - mass[i > from + kHalf ? i - kHalf : from];
+      if (near > most) most = near, at = static_cast<double>(i) + 0.5;
+    }
+    return lo + width * at;
+  };
+  JawGreys greys;
+  greys.soft = offset;
+  greys.cancellous = mode(0, first);
+  greys.hard = mode(first, second);
+  greys.enamel = mode(second, kBins);
+  // Enamel is a good deal denser than dentin and cortical bone.
+  constexpr double kDenser = 1.3;
+  // Metal is brighter by far than enamel.
+  const double least_metal = 2 * greys.enamel - greys.hard;
+  std::vector<float> metal;
+  for (const float g : smoothed.v) {
+    if (static_cast<double>(g) > least_metal) metal.push_back(g);
+  }
+  constexpr std::size_t kLeastMetal = 40;  // voxels
+  if (metal.size() >= kLeastMetal) {
+    const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);  // most of the rest is border
+    std::nth_element(metal.begin(), k, metal.end());
+    greys.metal = static_cast<double>(*k);
+  }
+  greys.has_enamel = greys.enamel - offset > kDenser * (greys.hard - offset);
+  return greys;
+}
+
+double noise_of(const Grid<float>& scan) {
+  constexpr std::size_t kApart = 3, kEnough = 1'000'000;
+  std::vector<float> differences;
+  for (std::size_t i = 0; i + kApart < scan.v.size(); i += 1 + scan.v.size() / kEnough)
+    differences.push_back(std::abs(scan.v[i + kApart] - scan.v[i]));
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  return 1.4826 / std::sqrt(2.0) * static_cast<double>(*middle);
+}
+
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
+                    const std::function<void(double)>& progress) {
+  const std::shared_ptr<const BlockSet>& set = s.grey.set;
+  // Less noise, and thin layers (pulp, ligament, the wall of a canal) as wide as they were before the blur.
+  constexpr double kSmooth = 0.8;  // voxels
+  const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
+  const double mm3 = 1e-9 / cubed(voxel);  // samples
+  JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
+  const auto mask = [&](auto test) { return where(set, false, false, test); };
+  const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
+  SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
+
+  // What is surely crown, and what surely bone: bright samples next to the middle of cancellous bone.
+  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³
+  const SparseMask bright =
+      mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
+  SparseMask crown(set, 0, 0);
+  if (greys.has_enamel)
+    crown = large_parts(mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.crown()); }),
+                        kLeastCrown * mm3);
+  const SparseMask marrow_rim = mask([&](std::size_t i, const glm::ivec3& p) {
+    return !(brighter(i, greys.canal()) && !brighter(i, greys.bright()) && s.surface.distance[p] < -1);
+  });
+  SparseMask outside_marrow = marrow_rim;
+  outside_marrow.outside = 1;
+  const Sparse<float> to_rim = distance_squared_to(outside_marrow, 2);
+  const SparseMask marrow =
+      large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kLeastMarrow * mm3);
+  const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
+  const SparseMask bone_seed =
+      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && !crown.v[i] && to_marrow.v[i] <= 6.25F; });
+  const Sparse<float> probability =
+      tooth_probability(grey, bright, crown, bone_seed, greys, [&](double done) { progress(0.2 + 0.5 * done); });
+
+  // Teeth with their cavities: what the surround reaches only through gaps of a sample is inside.
+  const SparseMask tooth =
+      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
+  const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
+  SparseMask roomy = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] > 1; });
+  SparseMask reached = reached_from_walls(roomy).samples;
+  reached.outside = reached.inside = 1;
+  const Sparse<float> to_reached = distance_squared_to(reached, 2);
+  const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
+
+  // Canals in the bone that is left.
+  progress(0.8);
+  const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
+    return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
+  });
+  SparseMask canal(set, 0, 0);
+  find_canals(grey, cancellous, greys, voxel, canal, out.report.canals);
+  constexpr int kCanalReach = 5;  // voxels from the middle of a canal
+  const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
+
+  // A canal ends half way up to the bone around it; where it has a thin bright wall, that the blur dims, higher up.
+  const LayerBound layer_bound;
+  const Sparse<float> brightest = ball_max(grey, 2, cancellous);
+  const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
+    return cancellous.v[i] && to_canal.v[i] <= static_cast<float>(kCanalReach * kCanalReach) &&
+           !brighter(i, greys.canal());
+  });
+  const Sparse<float> to_core = distance_squared_to(canal_core, 2);
+  const auto in_canal = [&](std::size_t i) {
+    constexpr double kWall = 0.25;  // of the way from cancellous to cortical bone: brighter is a wall
+    const auto wall = static_cast<double>(brightest.v[i]);
+    const double rise = greys.hard - greys.soft;
+    const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)
+                             ? greys.soft + rise * layer_bound((wall - greys.soft) / rise)
+                             : greys.canal();
+    return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
+  };
+
+  // Dentin ends half way down to soft tissue; where what is soft is so thin that the blur fills it, higher up.
+  const SparseMask near_tooth =
+      mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
+  const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
+  const auto is_hard = [&](std::size_t i) {
+    const double dip = (greys.hard - static_cast<double>(darkest.v[i])) / (greys.hard - greys.soft);
+    return brighter(i, greys.hard - layer_bound(dip) * (greys.hard - greys.soft));
+  };
+
+  // The blur between metal and dentin is as bright as enamel.
+  const SparseMask metal = mask([&](std::size_t i, const glm::ivec3&) {
+    return greys.metal && brighter(i, 0.5 * (greys.enamel + *greys.metal));
+  });
+  const Sparse<float> to_metal = distance_squared_to(metal, 3);
+
+  constexpr double kLigament = 0.5e-3;  // m, at most
+  const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
+  for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
+    if (!body.v[i]) return;
+    Tissue& t = out.tissue.v[i];
+    if (metal.v[i]) {
+      t = Tissue::kAmalgam;
+    } else if (crown.v[i] && to_metal.v[i] > 6.25F) {
+      t = Tissue::kEnamel;
+    } else if (in_tooth(i) || (to_tooth.v[i] <= 1 && is_hard(i))) {
+      const bool at_wall = tooth.v[i] && to_reached.v[i] <= 4;
+      t = is_hard(i) ? Tissue::kDentin : at_wall ? Tissue::kGingiva : Tissue::kPulp;
+    } else if (brighter(i, greys.bright())) {
+      t = Tissue::kCorticalBone;
+    } else if (to_tooth.v[i] <= ligament && !is_hard(i)) {
+      t = Tissue::kGingiva;
+    } else if (in_canal(i)) {
+      t = Tissue::kPulp;
+    } else {
+      t = Tissue::kCancellousBone;
+    }
+  });
+
+  // Doubts: how far noise and the greys' own uncertainty move a border, times its area; for teeth and bone also what
+  // the random walker is not sure of.
+  constexpr double kBorder = 0.1;  // voxels: what was measured without noise
+  const double rise = greys.hard - greys.soft;
+  out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
+  std::vector<PerTissue> area(set->first.size());
+  double unsure = 0;
+  for (std::size_t i = 0; i < out.tissue.v.size(); ++i) {
+    const glm::ivec3 p = set->place(i);
+    if (!set->holds(p) || !(s.surface.distance[p] < 0)) continue;
+    const Tissue t = out.tissue.v[i];
+    for (const glm::ivec3& f : kFaces) {
+      if (set->holds(p + f) && (out.tissue[p + f] != t || s.surface.distance[p + f] >= 0))
+        area[i / BlockSet::kSamples][static_cast<std::size_t>(t)] += 1;
+    }
+    if (bright.v[i]) unsure += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
+  }
+  constexpr double kFacesPerArea = 1.5;  // of a surface that lies at any angle to the axes
+  for (const PerTissue& of_block : area) {
+    for (std::size_t t = 0; t < of_block.size(); ++t)
+      out.report.volume_doubt[t] += of_block[t] / kFacesPerArea * voxel * voxel * out.report.border;
+  }
+  out.report.unsure = unsure * cubed(voxel);
+  for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
+    out.report.volume_doubt[static_cast<std::size_t>(t)] += out.report.unsure;
+  const SparseComponents crowns = components(crown);
+  out.report.crowns = static_cast<int>(crowns.voxels.size()) - 1;
+  return out;
+}
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,41 @@
+// Labels of a jaw in a cone beam CT: bone, teeth, nerve canal, metal.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "haptics/import/import.h"
+#include "haptics/import/segment.h"
+
+namespace typodont::haptics::importing {
+
+/// Greys of what a jaw is made of. Dentin and cortical bone are about equally bright.
+struct JawGreys {
+  double soft = 0, cancellous = 0, hard = 0, enamel = 0;
+  bool has_enamel = false;      // else no crown stands out, and `enamel` is a guess
+  std::optional<double> metal;  // where there is any
+
+  double bright() const { return 0.5 * (cancellous + hard); }  // from here on dentin or cortical bone
+  double crown() const { return 0.5 * (hard + enamel); }       // from here on enamel
+  double hole() const { return 0.5 * (soft + hard); }          // below: pulp or ligament beside dentin
+  double canal() const { return 0.5 * (soft + cancellous); }   // below: a canal in cancellous bone
+};
+
+/// By Otsu's method with two thresholds, over plateaus brighter than `surface`; `offset`: the grey of 0 Hounsfield
+/// units.
+JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
+
+/// Standard deviation of the greys, from the differences between voxels three apart: whatever most of the scan shows.
+double noise_of(const Grid<float>& scan);
+
+struct JawLabels {
+  Sparse<Tissue> tissue;  // in the body and two samples around it
+  JawReport report;       // canals in samples of the grid
+};
+
+/// `scan`: the greys that were segmented. `noise`: their standard deviation. `voxel`: m.
+/// `progress`: 0..1, may throw.
+JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
+                    const std::function<void(double)>& progress);
+
+}  // namespace typodont::haptics::importing

@@ -1,0 +1,117 @@
+// An array that can begin anywhere in a ring of memory: a window that moves keeps the samples that stay in it where
+// they are. The ring is mapped twice in a row, so that the array is contiguous wherever it begins.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+namespace typodont::haptics {
+
+/// Owns its memory; copies are deep. Set-up functions allocate, and throw std::bad_alloc.
+template <class T>
+class SlidingBuffer {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  SlidingBuffer() = default;
+  SlidingBuffer(const SlidingBuffer& other) { *this = other; }
+  SlidingBuffer(SlidingBuffer&& other) noexcept { swap(other); }
+  SlidingBuffer& operator=(const SlidingBuffer& other) {
+    if (this == &other) return *this;
+    allocate(other.count_);
+    std::copy_n(other.data(), count_, data());
+    return *this;
+  }
+  SlidingBuffer& operator=(SlidingBuffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~SlidingBuffer() { release(); }
+
+  /// All elements become `value`.
+  void assign(std::size_t count, T value) {
+    allocate(count);
+    std::fill_n(data(), count_, value);
+  }
+  /// Keeps the elements where the count stays, else all become T{}.
+  void resize(std::size_t count) {
+    if (count != count_) assign(count, T{});
+  }
+
+  /// Begins `by` elements later, or earlier where it is negative. Element i was element i + by before, where there was
+  /// one; the others hold anything. Moves no memory.
+  void slide(std::ptrdiff_t by) noexcept {
+    if (ring_ == 0) return;
+    const auto ring = static_cast<std::ptrdiff_t>(ring_);
+    first_ = static_cast<std::size_t>(((static_cast<std::ptrdiff_t>(first_) + by) % ring + ring) % ring);
+  }
+
+  T* data() noexcept { return memory_ + first_; }
+  const T* data() const noexcept { return memory_ + first_; }
+  T& operator[](std::size_t i) noexcept { return data()[i]; }
+  const T& operator[](std::size_t i) const noexcept { return data()[i]; }
+  T* begin() noexcept { return data(); }
+  T* end() noexcept { return data() + count_; }
+  const T* begin() const noexcept { return data(); }
+  const T* end() const noexcept { return data() + count_; }
+  std::size_t size() const noexcept { return count_; }
+  bool empty() const noexcept { return count_ == 0; }
+  bool operator==(const SlidingBuffer& other) const noexcept {
+    return count_ == other.count_ && std::equal(begin(), end(), other.begin());
+  }
+  void swap(SlidingBuffer& other) noexcept {
+    std::swap(memory_, other.memory_);
+    std::swap(count_, other.count_);
+    std::swap(ring_, other.ring_);
+    std::swap(first_, other.first_);
+  }
+
+ private:
+  std::size_t bytes() const noexcept { return ring_ * sizeof(T); }
+
+  void release() noexcept {
+    if (memory_) munmap(memory_, 2 * bytes());
+    memory_ = nullptr;
+    count_ = ring_ = first_ = 0;
+  }
+
+  void allocate(std::size_t count) {
+    if (count == count_) return;
+    release();
+    if (count == 0) return;
+    const std::size_t page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t size = (count * sizeof(T) + page - 1) / page * page;
+    const int file = memfd_create("typodont patch", MFD_CLOEXEC);
+    if (file < 0) throw std::bad_alloc();
+    void* both = MAP_FAILED;
+    if (ftruncate(file, static_cast<off_t>(size)) == 0) {
+      both = mmap(nullptr, 2 * size, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    }
+    bool mapped = both != MAP_FAILED;
+    for (std::size_t half = 0; mapped && half < 2; ++half) {
+      mapped = mmap(static_cast<char*>(both) + half * size, size, PROT_READ | PROT_WRITE,
+                    MAP_SHARED | MAP_FIXED | MAP_POPULATE, file, 0) != MAP_FAILED;
+    }
+    close(file);
+    if (!mapped) {
+      if (both != MAP_FAILED) munmap(both, 2 * size);
+      throw std::bad_alloc();
+    }
+    memory_ = static_cast<T*>(both);
+    count_ = count;
+    ring_ = size / sizeof(T);
+  }
+
+  T* memory_ = nullptr;
+  std::size_t count_ = 0;  // elements
+  std::size_t ring_ = 0;   // elements after which the memory repeats
+  std::size_t first_ = 0;  // where the array begins in the ring
+};
+
+}  // namespace typodont::haptics

@@ -1,0 +1,186 @@
+// A jaw whose truth is known (synthetic, tests/support/jaw_phantom.h), imported: what is told from what, how exactly,
+// and whether the report says so.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/import.h"
+#include "tests/support/jaw_phantom.h"
+
+namespace typodont {
+namespace {
+
+using haptics::import_tissue;
+using haptics::Imported;
+using test::JawArtefacts;
+using test::JawPhantom;
+
+Imported imported(const JawPhantom& jaw, double scale = 1) {
+  haptics::ImportOptions options;
+  options.preset = haptics::ImportPreset::kJaw;
+  std::vector<double> greys = jaw.scan();
+  for (double& g : greys) g *= scale;
+  return import_tissue(test::write_nrrd("jaw.nrrd", jaw.phantom(), test::bytes_as<float>(greys), "float"), options);
+}
+
+/// A jaw as CBCTs of today show it, and what becomes of it.
+const JawPhantom& usual_jaw() {
+  static const JawPhantom jaw{JawArtefacts{}};
+  return jaw;
+}
+const Imported& usual() {
+  static const Imported i = imported(usual_jaw());
+  return i;
+}
+
+double relative_error(const Imported& i, const PerTissue& truth_mm3, Tissue t) {
+  const auto k = static_cast<std::size_t>(t);
+  return i.report.volume[k] / kCubicMillimetre / truth_mm3[k] - 1;
+}
+const PerTissue& usual_truth() {
+  static const PerTissue truth = usual_jaw().volumes();
+  return truth;
+}
+
+/// The nearest sample's label; air outside the surface.
+Tissue label_at(const Imported& i, const dvec3& mm) {
+  const haptics::DenseTissue& t = i.tissue;
+  const glm::ivec3 p = glm::clamp(glm::ivec3(glm::round((mm * kMillimetre - t.frame.origin) / t.frame.voxel)),
+                                  glm::ivec3(0), t.size - 1);
+  const std::size_t k = t.at(p.x, p.y, p.z);
+  return t.distance[k] < 0 ? t.tissue[k] : Tissue::kAir;
+}
+
+/// Distance field at a place, mm, in voxels; trilinear.
+double distance_at(const Imported& i, const dvec3& mm) {
+  const haptics::DenseTissue& t = i.tissue;
+  const dvec3 q = (mm * kMillimetre - t.frame.origin) / t.frame.voxel;
+  const glm::ivec3 lo = glm::clamp(glm::ivec3(glm::floor(q)), glm::ivec3(0), t.size - 2);
+  const dvec3 s = q - dvec3(lo);
+  double sum = 0;
+  for (int c = 0; c < 8; ++c) {
+    const glm::ivec3 o(c & 1, c >> 1 & 1, c >> 2);
+    const dvec3 w = glm::mix(1.0 - s, s, dvec3(o));
+    sum += w.x * w.y * w.z * static_cast<double>(t.distance[t.at(lo.x + o.x, lo.y + o.y, lo.z + o.z)]);
+  }
+  return sum / t.frame.voxel;
+}
+
+struct Spread {
+  double median, most_of;  // 95 %
+};
+Spread spread_of(std::vector<double> errors) {
+  std::ranges::sort(errors);
+  return {errors[errors.size() / 2], errors[errors.size() * 95 / 100]};
+}
+
+TEST(ImportJaw, HardTissuesHaveTheirVolumesWithinThreePercent) {
+  for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kCorticalBone, Tissue::kCancellousBone})
+    EXPECT_NEAR(relative_error(usual(), usual_truth(), t), 0, 0.03) << name_of(t);
+  EXPECT_EQ(usual().report.jaw->crowns, 2);
+  EXPECT_EQ(usual().report.volume[static_cast<std::size_t>(Tissue::kAmalgam)], 0);
+}
+
+TEST(ImportJaw, PulpAndNerveAreThreeVoxelsWideAndKeepNineTenthsOfTheirVolume) {
+  EXPECT_NEAR(relative_error(usual(), usual_truth(), Tissue::kPulp), 0, 0.1);
+}
+
+TEST(ImportJaw, TheOuterSurfaceLiesWithinHalfAVoxel) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(3, 22);
+  std::vector<double> errors;
+  const auto solid = [](const dvec3& q) { return usual_jaw().tissue(q) != Tissue::kAir; };
+  while (errors.size() < 2000) {
+    // From above down to the first solid, then to the border itself.
+    const dvec3 start(place(random) * 1.2, place(random), 32.5);
+    dvec3 q = start;
+    while (q.z > 2 && !solid(q)) q.z -= 0.1;
+    if (q.z <= 2) continue;
+    double in = q.z, out = q.z + 0.1;
+    for (int k = 0; k < 30; ++k) (solid({q.x, q.y, 0.5 * (in + out)}) ? in : out) = 0.5 * (in + out);
+    errors.push_back(std::abs(distance_at(usual(), {q.x, q.y, in})));
+  }
+  const Spread s = spread_of(errors);
+  EXPECT_LT(s.median, 0.5);
+  EXPECT_LT(s.most_of, 1);
+}
+
+TEST(ImportJaw, ARootEndsInItsLigamentWithinHalfAVoxel) {
+  std::vector<double> errors;
+  for (const double x : JawPhantom::kTeeth) {
+    for (double z = JawPhantom::kApex + 1; z < JawPhantom::kNeck - 0.5; z += 0.25) {
+      for (double angle = 0; angle < 2 * kPi; angle += 0.2) {
+        const dvec3 out(std::cos(angle), std::sin(angle), 0);
+        double r = 0;
+        const auto in_tooth = [&] {
+          const Tissue t = label_at(usual(), dvec3(x, JawPhantom::kY, z) + r * out);
+          return t == Tissue::kDentin || t == Tissue::kPulp || t == Tissue::kEnamel;
+        };
+        while (r < 6 && in_tooth()) r += 0.02;
+        errors.push_back(std::abs(r - JawPhantom::root_radius(z)) / JawPhantom::kVoxel);
+      }
+    }
+  }
+  const Spread s = spread_of(errors);
+  EXPECT_LT(s.median, 0.5);
+  EXPECT_LT(s.most_of, 1);
+}
+
+TEST(ImportJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
+  ASSERT_EQ(usual().report.jaw->canals.size(), 1U);
+  double lo = 1e9, hi = -1e9;
+  for (const dvec3& p : usual().report.jaw->canals[0].centre) {
+    double nearest = 1e9;
+    for (double x = 0; x < 30; x += 0.02)
+      nearest = std::min(nearest, glm::length(p / kMillimetre - JawPhantom::canal_centre(x)));
+    EXPECT_LT(nearest, 0.5);
+    lo = std::min(lo, p.x / kMillimetre), hi = std::max(hi, p.x / kMillimetre);
+  }
+  EXPECT_LT(lo, 6);  // it runs from 3.8 to 25.7
+  EXPECT_GT(hi, 24);
+}
+
+TEST(ImportJaw, MetalIsToldFromEnamelAndItsStreaksLeaveTheTeethWithinFivePercent) {
+  JawArtefacts artefacts;
+  artefacts.metal = true;
+  artefacts.streaks = 200;
+  const JawPhantom jaw(artefacts);
+  const Imported i = imported(jaw);
+  const PerTissue truth = jaw.volumes();
+  for (const Tissue t : {Tissue::kEnamel, Tissue::kDentin, Tissue::kAmalgam})
+    EXPECT_NEAR(relative_error(i, truth, t), 0, 0.05) << name_of(t);
+}
+
+TEST(ImportJaw, VolumesAreWrongByNoMoreThanTwiceWhatTheReportSays) {
+  JawArtefacts artefacts;
+  artefacts.blur = 0.3;
+  artefacts.noise = 100;
+  const JawPhantom poor(artefacts);
+  const Imported of_poor = imported(poor);
+  const auto check = [](const Imported& i) {
+    const PerTissue& truth = usual_truth();
+    for (const Tissue t :
+         {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone}) {
+      const auto k = static_cast<std::size_t>(t);
+      EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre, truth[k], 2 * i.report.jaw->volume_doubt[k] / kCubicMillimetre)
+          << name_of(t);
+    }
+  };
+  check(usual());
+  check(of_poor);
+  EXPECT_GT(of_poor.report.jaw->border, 1.5 * usual().report.jaw->border);
+}
+
+TEST(ImportJaw, GreysWithoutAKnownScaleAreRefused) {
+  try {
+    imported(usual_jaw(), 0.3);
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("--hounsfield"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace typodont

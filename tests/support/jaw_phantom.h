@@ -1,0 +1,151 @@
+// A piece of lower jaw that is known exactly, as a cone beam CT sees it. Synthetic: two teeth in their sockets, a nerve
+// canal below them, in Hounsfield units.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+
+#include "engine/contract/tissue.h"
+#include "tests/support/import_phantom.h"
+
+namespace typodont::test {
+
+/// What the scanner adds.
+struct JawArtefacts {
+  double blur = 0.2;    // mm, standard deviation
+  double noise = 50;    // Hounsfield units
+  double streaks = 0;   // Hounsfield units beside the metal crown, falling off over 10 mm
+  double motion = 0;    // mm: the scan is the mean of two that lie so far apart along y
+  bool metal = false;   // the second tooth has a crown of metal
+  double texture = 60;  // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
+};
+
+class JawPhantom {
+ public:
+  static constexpr double kVoxel = 0.3;  // mm
+  static constexpr std::array<double, 2> kTeeth{9.5, 20};
+  static constexpr double kY = 12, kApex = 12, kNeck = 23.5, kTop = 31;
+
+  explicit JawPhantom(const JawArtefacts& artefacts) : a_(artefacts) {}
+
+  /// Air stands for all soft tissue but pulp and the nerve.
+  Tissue tissue(const glm::dvec3& q) const {
+    for (std::size_t k = 0; k < kTeeth.size(); ++k) {
+      const glm::dvec3 r = q - glm::dvec3(kTeeth[k], kY, 0);
+      const double out = std::hypot(r.x, r.y);
+      if (q.z >= kNeck) {
+        if (!inside_ellipsoid(out, r.z - 26.5, 4, 4.5)) continue;
+        if (inside_ellipsoid(out, r.z - 25.5, 1.2, 2) || (out < 0.5 && r.z < 25)) return Tissue::kPulp;
+        if (inside_ellipsoid(out, r.z - 26, 2.7, 3.4)) return Tissue::kDentin;
+        return a_.metal && k == 1 ? Tissue::kAmalgam : Tissue::kEnamel;
+      }
+      if (out < root_radius(q.z)) return (out < 0.5 && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
+    }
+    if (!inside_bone(q, 0)) return Tissue::kAir;
+    for (const double x : kTeeth) {
+      const double out = std::hypot(q.x - x, q.y - kY);
+      if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
+      if (out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
+    }
+    const double from_canal = glm::length(q - canal_centre(q.x));
+    if (inside_bone(q, kShell)) {
+      if (from_canal < kCanal) return Tissue::kPulp;
+      if (from_canal < kCanal + 0.5) return Tissue::kCorticalBone;
+      return Tissue::kCancellousBone;
+    }
+    return Tissue::kCorticalBone;
+  }
+
+  static glm::dvec3 canal_centre(double x) { return {x, 13, 8.5 + 0.6 * std::sin(x / 6)}; }
+  static double root_radius(double z) {
+    return z <= kApex ? -1 : 2.7 * std::sqrt(std::min(1.0, (z - kApex) / (kNeck - kApex)));
+  }
+
+  double hounsfield(const glm::dvec3& q) const {
+    switch (tissue(q)) {
+      case Tissue::kEnamel:
+        return 2800;
+      case Tissue::kDentin:
+        return 1650;
+      case Tissue::kAmalgam:
+        return 7000;
+      case Tissue::kCorticalBone:
+        return 1500;
+      case Tissue::kCancellousBone:
+        return 450;
+      case Tissue::kPulp:
+        return 60;
+      default:
+        return q.z < kNeck + 1 ? 50 : -1000;
+    }
+  }
+
+  Phantom phantom() const {
+    Phantom p;
+    p.size = {100, 80, 112};
+    p.spacing = glm::dvec3(kVoxel);
+    p.blur = a_.blur;
+    p.noise = a_.noise;
+    p.fine = 4;
+    p.grey = [this](const glm::dvec3& q) {
+      if (a_.motion == 0) return hounsfield(q);
+      return 0.5 *
+             (hounsfield(q - glm::dvec3(0, 0.5 * a_.motion, 0)) + hounsfield(q + glm::dvec3(0, 0.5 * a_.motion, 0)));
+    };
+    return p;
+  }
+
+  /// The greys of phantom(), with texture and streaks.
+  std::vector<double> scan() const {
+    const Phantom p = phantom();
+    std::vector<double> greys = p.scan();
+    std::size_t i = 0;
+    for (int z = 0; z < p.size.z; ++z) {
+      for (int y = 0; y < p.size.y; ++y) {
+        for (int x = 0; x < p.size.x; ++x, ++i) {
+          const glm::dvec3 q = glm::dvec3(x, y, z) * kVoxel;
+          if (tissue(q) == Tissue::kCancellousBone) {
+            const glm::dvec3 w = q * (2 * M_PI / 3);
+            greys[i] += a_.texture * std::sin(w.x) * std::sin(w.y + 1) * std::sin(w.z + 2);
+          }
+          if (a_.streaks > 0 && q.z > kNeck && q.z < kTop) {
+            const double dx = q.x - kTeeth[1], dy = q.y - kY, r = std::hypot(dx, dy);
+            greys[i] += a_.streaks * std::cos(8 * std::atan2(dy, dx)) * std::exp(-r / 10);
+          }
+        }
+      }
+    }
+    return greys;
+  }
+
+  /// mm³ of each tissue; of air nothing.
+  PerTissue volumes() const {
+    constexpr double kStep = 0.125;
+    PerTissue v{};
+    for (double x = kStep / 2; x < 30; x += kStep) {
+      for (double y = kStep / 2; y < 24; y += kStep) {
+        for (double z = kStep / 2; z < 33; z += kStep)
+          v[static_cast<std::size_t>(tissue({x, y, z}))] += kStep * kStep * kStep;
+      }
+    }
+    v[0] = 0;
+    return v;
+  }
+
+ private:
+  static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2, kCanal = 1.3;  // mm
+
+  static bool inside_ellipsoid(double out, double up, double radius, double half) {
+    return out * out / (radius * radius) + up * up / (half * half) < 1;
+  }
+  static bool inside_bone(const glm::dvec3& q, double shell) {
+    const glm::dvec3 r = (q - glm::dvec3(14.75, 12, 12.5)) / (glm::dvec3(13, 8, 10.5) - shell);
+    return std::pow(std::abs(r.x), 4) + r.y * r.y * r.y * r.y + std::pow(std::abs(r.z), 4) < 1;
+  }
+
+  JawArtefacts a_;
+};
+
+}  // namespace typodont::test
