@@ -16,33 +16,35 @@ namespace typodont::haptics {
 
 namespace {
 
-/// A block and the head beside it.
+/// A block, and the head relative to it.
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // of its first sample, inside the array or not
-  int from[3], to[3];                     // the part of it that is meant
-  glm::ivec3 first;                       // its first sample, from the pose's base
-  // No sample is deeper than this plane says: the distance from a convex head is convex.
+  std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
+  int from[3], to[3];                     // the part of the block to process
+  glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
+  // This plane bounds the depth of every sample, because the distance from a convex head is convex.
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
-  int kind;     // the piece that is the closest one to all samples, between its ends; or kManyPieces + a set of pieces
-  bool beside;  // some samples may have been deeper on the way …
-  float slowest;  // … by less than the head comes nearer less than this, voxels
+  int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
+  bool beside;    // true if some samples may have been deeper during the motion
+  float slowest;  // voxels, smallest approach of the head to a sample of the block during the motion
 };
 
-/// What a look at a block found besides.
+/// Further results of carve_head_block().
 struct BlockSlack {
-  float ahead = 0;                // given: samples with less slack than this are live
-  float slack = kNoEnd;           // how far the head may come nearer before anything changes, in the part that is meant
-  std::uint64_t* live = nullptr;  // given, or not: of each row, y fastest, a bit for each sample …
-  int shift = 0;                  // … from this one on
-  bool emptied = false;           // a sample turned to air
+  float ahead = 0;       // input: samples with less slack than this are marked in `live`
+  float slack = kNoEnd;  // voxels, motion of the head after which a sample of the processed part may change
+  // output if not null: for each row, y fastest, one bit per sample, true if it may change
+  std::uint64_t* live = nullptr;
+  int shift = 0;         // position of the row's first bit in `live`
+  bool emptied = false;  // a sample became air
 };
 
 }  // namespace
 
-// Eight samples of a row side by side, in masks as wide as they are, or of a bit each where the processor has those.
+// Eight samples of a row, one per lane. Masks have the lanes' width, or one bit per lane on processors with mask
+// registers.
 namespace eight {
 namespace {
 
@@ -50,7 +52,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the four above.
+// This header uses the four headers above.
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -72,7 +74,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// Uses the four above.
+// This header uses the four headers above.
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
@@ -393,7 +395,7 @@ int kind_of(int a, int b) {
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed, LeafCut* leaf) const noexcept {
   bool changed = false;
-  const float slip = 1e-3f + 2e-6f * static_cast<float>(reach_);  // by which a depth may be off by rounding
+  const float slip = 1e-3f + 2e-6f * static_cast<float>(reach_);  // voxels, largest rounding error of a depth
   float least_slack = kNoEnd;
   bool emptied = false;
   const HeadTarget target{
@@ -416,7 +418,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (raise || (leaf && work == HeadPass::Work::kLook)) {
           changed |= carve_head_block(pass.pose(), block, raise, tops, removed, found);
           emptied |= found.emptied;
-          block_slack = clipped ? 0 : found.slack;  // nothing is known of the part that was left out
+          block_slack = clipped ? 0 : found.slack;  // nothing is known about the part outside `from` .. `to`
         }
         if (k > 0) least_slack = std::min(least_slack, block_slack);
       }

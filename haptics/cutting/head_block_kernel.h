@@ -1,8 +1,9 @@
-// Text of a kernel, included within namespaces of eight lanes (lane_ops.h), after cut_kernel.h, depth_kernel.h,
-// row_kernel.h and way_kernel.h: raises the samples of one block to their depth in a head.
+// Kernel text, included within namespaces of eight lanes (lane_ops.h), after cut_kernel.h, depth_kernel.h, row_kernel.h
+// and way_kernel.h: raises the samples of one block to their depth in a head.
 
-/// new = max(old, min(depth, kInner)), depths below -kMargin not counted. Returns whether anything changed. `may_raise`
-/// false: only looks. What may have been deeper on the way comes to `tops`.
+/// new = max(old, min(depth, kInner)); depths below -kMargin do not count. Returns true if a sample changed. With
+/// `may_raise` false the function changes nothing and only computes `found`. Samples that may have been deeper on the
+/// path are added to `tops`.
 TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, Tops& tops,
                                       PerTissue* removed, BlockSlack& found) {
   static_assert(kLanes == kDeep);
@@ -32,7 +33,7 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
       const float bound_here = static_cast<float>(ix) * block.bound_x + static_cast<float>(iy) * block.bound_y;
       const Floats most = lesser(bound + all(bound_here), inner);
       const Floats least = greater(old, all(-Sweep::kMargin));
-      const Mask full = no_less(old, inner);  // nothing more can come of these
+      const Mask full = no_less(old, inner);  // these samples have reached the largest value
       Floats room = pick(full, no_end, least - most);
       if (any(more(all(looked_at), room))) {
         const float vx = static_cast<float>(block.first.x + ix) - pose.p[0];
@@ -75,7 +76,7 @@ TYPODONT_KERNEL bool carve_head_block(const HeadPose& pose, const HeadBlock& blo
         room = pick(raised, zero, least - depth);
         room = pick(full | no_less(depth, inner), no_end, room);
         if (found.live) {
-          __builtin_prefetch(block.tissue + (row - block.distance));  // listed soon
+          __builtin_prefetch(block.tissue + (row - block.distance));  // the list needs these labels soon
           found.live[ix * kRows + iy] |= static_cast<std::uint64_t>(bits(more(all(near), room))) << found.shift;
         }
         if (may_raise && any(raised)) {

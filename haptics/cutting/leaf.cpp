@@ -10,12 +10,12 @@
 
 namespace typodont::haptics {
 
-// Compiled for each width of lanes and chosen at run time, as listed.cpp is: every processor computes the same bits.
+// Compiled for each number of lanes and selected at run time, as in listed.cpp; every processor computes the same bits.
 namespace halves {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Uses the one above.
+// This header uses the header above.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -30,7 +30,7 @@ namespace eight {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Uses the one above.
+// This header uses the header above.
 #include "haptics/cutting/leaf_kernel.h"
 
 __attribute__((target("avx2"))) Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo,
@@ -47,7 +47,7 @@ namespace sixteen {
 namespace {
 
 #include "haptics/cutting/cut_kernel.h"
-// Uses the one above.
+// This header uses the header above.
 #include "haptics/cutting/leaf_kernel.h"
 
 Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
@@ -75,10 +75,11 @@ Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm
 Sweep::LeafCut Sweep::carve_leaf_ball(const glm::ivec3& lo, float* distance) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  constexpr float kHalf = 6.1f;  // |(3.5, 3.5, 3.5)|, and a little more: from a leaf's centre to its corners
-  const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;  // by which a depth may be off by rounding
+  constexpr float kHalf = 6.1f;  // voxels, distance from a leaf's centre to its corners, |(3.5, 3.5, 3.5)|, rounded up
+  // slip: voxels, largest rounding error of a depth
+  const float outer = radius_ + kMargin, slip = 1e-3f + 2e-6f * outer;
   const float away = glm::length(glm::vec3(from) + 3.5f - a_ - ab_) - (kHalf + outer + slip);
-  // The head at B is farther from all samples than the sweep is long: it came nowhere near them.
+  // The distance from the head at B to all samples exceeds the sweep's length, so the head did not come near them.
   if (away > glm::length(ab_)) return {false, false, away};
   LeafCut cut = carve_on_this_processor(!is_ball(), capsule, from, distance);
   cut.slack -= slip;

@@ -1,12 +1,13 @@
-// Text of a kernel, included once within each namespace of lanes (lane_ops.h), after cut_kernel.h: raises the samples
-// of one leaf of the tissue to their depth in a ball.
+// Kernel text, included once within each namespace of lanes (lane_ops.h), after cut_kernel.h: raises the samples of one
+// leaf of the tissue to their depth in a ball.
 
-/// What the samples of a plane of constant x have in common, whichever plane; y, then z.
+/// Terms of the samples' distance that are the same in every plane of constant x; index y, then z.
 struct LeafPlane {
   alignas(64) float along_y[64], along_z[64], apart_y[64], apart_z[64];
 };
 
-/// Of a ball that moves less than a step counts (Sweep::is_ball) only its end is taken, as depth_of_eight() does.
+/// For a ball that moves less than the smallest considered step (Sweep::is_ball), only its end position counts, as in
+/// depth_of_eight().
 template <bool capsule>
 TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo, float* distance) {
   constexpr int n = Sweep::kLeaf;
@@ -47,7 +48,7 @@ TYPODONT_KERNEL Sweep::LeafCut carve_leaf(const Capsule& c, const glm::ivec3& lo
       store(distance, now);
       raised |= rises;
       emptied |= more(zero, old) & no_less(now, zero);
-      // Where the head was at its deepest nothing changes any more.
+      // A sample cannot change any more after the head has been at its deepest position there.
       least_slack = lesser(least_slack, pick(no_less(now, inner), never, greater(now, least) - depth));
     }
   }
