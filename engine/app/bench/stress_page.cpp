@@ -56,7 +56,17 @@ constexpr Campaign kCampaigns[] = {
 struct Cause {
   std::string_view campaign, model, why;
 };
+constexpr std::string_view kUnpaidLeap =
+    "the tool stays above the sheet, but a hand that leapt so deep has not paid for the force, and the energy ledger "
+    "takes it away while the hand rests";
+constexpr std::string_view kFissures =
+    "seen on the arch only, with forces of 0.06 N: a hand that is led along whatever it feels changes its way at the "
+    "fissures faster than the ledger foresees";
 constexpr Cause kCauses[] = {
+    {"thin wall", "offset", kUnpaidLeap},
+    {"thin wall", "implant", kUnpaidLeap},
+    {"fast probe", "offset", kFissures},
+    {"fast probe", "implant", kFissures},
     {"thin wall", "voxel_penalty",
      "there is no proxy: nothing holds a hand that has passed the wall between two ticks"},
     {"fast probe", "voxel_penalty",
