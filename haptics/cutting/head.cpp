@@ -151,11 +151,14 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
   seen->x = x, seen->y = y, seen->z = z, seen->rho = rho;
 }
 
+#ifdef TYPODONT_SIXTEEN_LANES
+const bool kMasked = __builtin_cpu_supports("x86-64-v4") != 0;
+#endif
+
 bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, Tops& tops, PerTissue* removed,
                       BlockSlack& found) {
 #ifdef TYPODONT_SIXTEEN_LANES
-  static const bool masked = __builtin_cpu_supports("x86-64-v4");
-  if (masked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
+  if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
   return eight::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 }

@@ -61,11 +61,14 @@ Sweep::LeafCut carve(bool capsule, const Capsule& c, const glm::ivec3& lo, float
 
 namespace {
 
+#ifdef TYPODONT_SIXTEEN_LANES
+const bool kSixteenLanes = __builtin_cpu_supports("x86-64-v4") != 0, kEightLanes = __builtin_cpu_supports("avx2") != 0;
+#endif
+
 Sweep::LeafCut carve_on_this_processor(bool capsule, const Capsule& c, const glm::ivec3& lo, float* distance) {
 #ifdef TYPODONT_SIXTEEN_LANES
-  static const bool sixteen_lanes = __builtin_cpu_supports("x86-64-v4"), eight_lanes = __builtin_cpu_supports("avx2");
-  if (sixteen_lanes) return sixteen::carve(capsule, c, lo, distance);
-  if (eight_lanes) return eight::carve(capsule, c, lo, distance);
+  if (kSixteenLanes) return sixteen::carve(capsule, c, lo, distance);
+  if (kEightLanes) return eight::carve(capsule, c, lo, distance);
 #endif
   return halves::carve(capsule, c, lo, distance);
 }

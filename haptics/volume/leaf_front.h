@@ -47,8 +47,8 @@ class LeafFront {
   }
 
  private:
-  static constexpr int kRoom = 2;           // leaves around what a sweep reaches, so that the window rarely moves
-  static constexpr double kLongest = 4096;  // voxels of path after which counting starts anew: floats keep 5e-4
+  static constexpr int kRoom = 2;          // leaves around what a sweep reaches, so that the window rarely moves
+  static constexpr double kLongest = 512;  // voxels of path after which counting starts anew: floats keep 6e-5
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 

@@ -261,6 +261,42 @@ TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverThe
   }
 }
 
+TEST(Carving, LeavesThatTheVolumeSkipsWouldNotHaveChanged) {
+  // Against a copy that is made before each sweep, and so knows of no leaf when it is due.
+  constexpr const char* kSmall =
+      R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [2.4, 2.4, 1.8]}}}]})";
+  const haptics::DenseTissue block = haptics::read_solids(Json::parse(kSmall, "tissue"));
+  for (const haptics::HeadShape head : haptics::head_shapes()) {
+    haptics::Tool tool;
+    tool.shape = head;
+    tool.diameter = 1.1_mm;
+    tool.length = head == haptics::HeadShape::kSphere ? 1.1_mm : 2.3_mm;
+    haptics::TissueVolume kept(block), anew = kept.clone();
+    const std::uint64_t uncut = kept.hash();
+    Pose X{{0, 0, 0.91_mm + tool.length / 2}, glm::normalize(dquat(1, 0.1, 0.2, 0))};
+    for (int i = 0; i < 120; ++i) {
+      const auto wobble = [&](double rate) { return std::sin(rate * i + static_cast<int>(head)); };
+      // Into the block and out of it again, creeping and leaping, continuing or not, with the other head in between.
+      const double step = i / 20 % 4 == 3 ? 40.0_um : i / 20 % 4 == 2 ? 0.1_um : 4.0_um;
+      const dvec3 v = glm::normalize(dvec3(wobble(1.3), wobble(2.1), (i < 90 ? -2 : 2) + wobble(3.7)));
+      const dquat turn(1, 1e-3 * wobble(0.7), 1e-3 * wobble(1.9), 1e-3 * wobble(2.9));
+      const Pose Y{X.p + step * v, i / 30 % 2 ? glm::normalize(X.R * turn) : X.R};
+      haptics::Tool with = tool;
+      if (i % 53 == 52) with.diameter = 0.8_mm;
+      const Sweep sweep(with, X, Y, block.frame, i % 37 != 0 && i % 53 != 52 && i % 53 != 0);
+      anew = anew.clone();
+      const haptics::TissueVolume::Carved a = kept.carve(sweep), b = anew.carve(sweep);
+      ASSERT_EQ(a.box.lo, b.box.lo) << static_cast<int>(head) << ", sweep " << i;
+      ASSERT_EQ(a.box.hi, b.box.hi) << static_cast<int>(head) << ", sweep " << i;
+      if (i % 5 == 4) {
+        ASSERT_EQ(kept.hash(), anew.hash()) << static_cast<int>(head) << ", sweep " << i;
+      }
+      X = Y;
+    }
+    EXPECT_NE(kept.hash(), uncut);
+  }
+}
+
 TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
   // Creeping, sliding and leaping, turned and not, continuing or not, taken up elsewhere in between, in two patches.
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
