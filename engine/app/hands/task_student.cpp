@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "engine/base/units.h"
 #include "haptics/sweep.h"
 
 namespace typodont {
@@ -19,7 +20,8 @@ constexpr double kGrid = 0.1e-3;          // m between the places that are evalu
 constexpr double kLayer = 0.5;            // diameters between two layers of the bulk
 constexpr double kRow = 0.6;              // diameters between two rows of a layer
 constexpr double kSameLevel = 10e-6;      // m; heights that differ by less belong to one floor
-constexpr double kLeastFlat = 0.1e-6;     // m², smallest floor whose walls get a pass
+constexpr double kLeastFlat = 0.1e-6;     // m², smallest floor whose walls get a pass, …
+constexpr double kFlatShare = 0.02;       // … and its least share of the cross-section of a wide head
 constexpr double kFromWall = 0.45;        // diameters from the end of a row to a wall; the wall has a pass of its own
 constexpr double kFromAround = 0.015e-3;  // m between the head and neighbours or gum
 constexpr double kLeastTaken = 0.05;      // voxels; thinner tissue gets no pass
@@ -33,14 +35,17 @@ constexpr double kAlongShank = 6e-3;      // m of the shank, from the head on, t
 constexpr double kDown = 0.1e-3;          // m, step down a column
 constexpr double kFloorOfColumn = 1e-6;   // m, resolution of the lowest place of a column
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr int kHalvings = 7;  // bisections between two places of the grid
+constexpr double kSurely = 1;          // voxels by which the distance field may be wrong far from the surface
+constexpr std::size_t kTogether = 12;  // points that are looked at one by one where the ideal is near
+constexpr int kHalvings = 7;           // bisections between two places of the grid
 
 /// Places of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                const SurroundingsShape* around)
-      : in_(in),
+                const SurroundingsShape* around, double size)
+      : size_(size),
+        in_(in),
         tool_(tool),
         around_(around),
         ideal_(session::redistanced(in.ideal)),
@@ -52,12 +57,15 @@ class StrokePlanner {
     const double h = in.frame.voxel;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
       head_.push_back(R_WT_ * s.p_TQ / h);
-    if (const auto shank = haptics::shank_of(tool)) {
-      for (const haptics::HeadSample& s : haptics::sample_head(shank->shape, kShankPoints)) {
-        const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, shank->z);
-        if (p_TQ.z < tool.half() + kAlongShank) shank_.push_back(R_WT_ * p_TQ / h);
+    std::vector<dvec3> shank;
+    if (const auto part = haptics::shank_of(tool)) {
+      for (const haptics::HeadSample& s : haptics::sample_head(part->shape, kShankPoints)) {
+        const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, part->z);
+        if (p_TQ.z < tool.half() + kAlongShank) shank.push_back(R_WT_ * p_TQ / h);
       }
     }
+    head_groups_ = grouped(head_);
+    shank_groups_ = grouped(std::move(shank));
   }
 
   std::vector<Stroke> plan(bool finish) {
@@ -85,16 +93,46 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // cells of the grid that the head reaches from above
   };
 
+  /// Points that lie close together, and a ball around them; voxels.
+  struct Points {
+    dvec3 center{0};
+    double radius = 0;
+    std::vector<dvec3> points;
+  };
+  /// Halves the points across their longest side until few are together.
+  static std::vector<Points> grouped(std::vector<dvec3> points) {
+    if (points.empty()) return {};
+    dvec3 lo = points.front(), hi = lo;
+    for (const dvec3& p : points) lo = glm::min(lo, p), hi = glm::max(hi, p);
+    if (points.size() <= kTogether) {
+      Points group{0.5 * (lo + hi), 0, std::move(points)};
+      for (const dvec3& p : group.points) group.radius = std::max(group.radius, glm::distance(p, group.center));
+      return {std::move(group)};
+    }
+    const dvec3 side = hi - lo;
+    const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
+    const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+    std::nth_element(points.begin(), middle, points.end(),
+                     [&](const dvec3& a, const dvec3& b) { return a[axis] < b[axis]; });
+    std::vector<Points> groups = grouped({points.begin(), middle});
+    for (Points& group : grouped({middle, points.end()})) groups.push_back(std::move(group));
+    return groups;
+  }
+
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
   /// Whether a head at p leaves the ideal whole.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
-    const auto keeps = [&](const std::vector<dvec3>& points, double into) {
-      return std::all_of(points.begin(), points.end(), [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
+    const auto keeps = [&](const std::vector<Points>& groups, double into) {
+      return std::all_of(groups.begin(), groups.end(), [&](const Points& group) {
+        return ideal_.sample(q + group.center) > group.radius + kSurely ||
+               std::all_of(group.points.begin(), group.points.end(),
+                           [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
+      });
     };
-    return keeps(head_, allowed_) && keeps(shank_, 0) && (!around_ || spares_around(world(p)));
+    return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || spares_around(world(p)));
   }
   /// Whether a head at p touches neither neighbour nor gum. Gum inside the tooth does not count.
   bool spares_around(const dvec3& p_W) const {
@@ -109,7 +147,7 @@ class StrokePlanner {
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
-                       [&](const dvec3& d) { return left_.sample(q + d) < -kLeastTaken && ideal_.sample(q + d) > 0; });
+                       [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
   }
 
   /// Finds the box around all tissue to be removed, widened by the head. False when there is none.
@@ -127,17 +165,17 @@ class StrokePlanner {
       }
     }
     if (lo.x > hi.x) return false;
-    lo_ = {lo.x - tool_.radius() - kGrid, lo.y - tool_.radius() - kGrid};
-    top_ = hi.z + tool_.half() + kDown;
+    lo_ = {lo.x - tool_.radius() - grid_, lo.y - tool_.radius() - grid_};
+    top_ = hi.z + tool_.half() + down_;
     bottom_ = lo.z - tool_.half();
     for (int k = 0; k < 2; ++k)
-      count_[k] = static_cast<int>(std::ceil((hi[k] + tool_.radius() + kGrid - lo_[k]) / kGrid)) + 1;
+      count_[k] = static_cast<int>(std::ceil((hi[k] + tool_.radius() + grid_ - lo_[k]) / grid_)) + 1;
     return true;
   }
   std::size_t cell(int i, int j) const {
     return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j);
   }
-  dvec3 place(int i, int j, double height) const { return {lo_.x + i * kGrid, lo_.y + j * kGrid, height}; }
+  dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
   /// The cells that the head reaches at this height, from the layer above.
   Layer layer_at(double height, const Layer* above) const {
@@ -196,7 +234,7 @@ class StrokePlanner {
   }
 
   /// The chain without points that lie on the line between their neighbours.
-  static Chain straightened(const Chain& chain) {
+  Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
     while (from + 1 < chain.size()) {
@@ -208,7 +246,7 @@ class StrokePlanner {
         for (std::size_t k = from + 1; k < end; ++k) {
           const dvec3 d = chain[k] - chain[from];
           const double along = glm::dot(d, way) / length;
-          if (along < 0 || glm::length(d - along / length * way) > kOnLine) return false;
+          if (along < 0 || glm::length(d - along / length * way) > on_line_) return false;
         }
         return true;
       };
@@ -230,9 +268,9 @@ class StrokePlanner {
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
-    if (glm::length(to - from) < kOnLine) return;
-    if (glm::length(to - from) < kStraight && clear_along(from, to)) return add(from, to, true);
-    for (double height = std::max(from.z, to.z) + kDown; height < top_; height += kHop) {
+    if (glm::length(to - from) < on_line_) return;
+    if (glm::length(to - from) < straight_ && clear_along(from, to)) return add(from, to, true);
+    for (double height = std::max(from.z, to.z) + down_; height < top_; height += hop_) {
       const dvec3 up(from.x, from.y, height), over(to.x, to.y, height);
       if (!clear_along(up, over)) continue;
       if (!clear_along(from, up) || !clear_along(over, to)) return;
@@ -242,7 +280,7 @@ class StrokePlanner {
     }
   }
   bool clear_along(const dvec3& from, const dvec3& to) const {
-    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / kGrid));
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     for (int k = 1; k < looks; ++k)
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
@@ -283,7 +321,7 @@ class StrokePlanner {
       }
       std::size_t last = k;
       double idle = 0;
-      for (std::size_t m = k + 1; m < chain.size() && idle < kBridged; ++m) {
+      for (std::size_t m = k + 1; m < chain.size() && idle < bridged_; ++m) {
         idle = has[m] ? 0 : idle + glm::length(chain[m] - chain[m - 1]);
         if (has[m]) last = m;
       }
@@ -296,7 +334,7 @@ class StrokePlanner {
 
   /// Adds strokes for the bulk of one layer: rows along its longer side, at a distance from the walls.
   void rows(const Layer& layer) {
-    const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / kGrid));
+    const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
     glm::ivec2 lo = count_, hi(-1);
     for (int i = 0; i < count_.x; ++i) {
@@ -308,7 +346,7 @@ class StrokePlanner {
     if (hi.x < 0) return;
     const bool along_x = hi.x - lo.x >= hi.y - lo.y;
     const int a = along_x ? 0 : 1, b = 1 - a;
-    const auto apart = std::max(1, static_cast<int>(kRow * tool_.diameter / kGrid));
+    const auto apart = std::max(1, static_cast<int>(kRow * tool_.diameter / grid_));
     bool back = false;
     for (int row = lo[b];; row = std::min(row + apart, hi[b])) {
       std::vector<Chain> pieces;
@@ -335,10 +373,10 @@ class StrokePlanner {
 
   /// Adds a ramp down along a row from the layer above it: the end of a bur cuts badly.
   void enter(const Chain& row) {
-    if (row.size() < 2 || glm::length(row.back() - row.front()) < kRamp) return;
+    if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
     const dvec3 above = row.front() + dvec3(0, 0, kLayer * tool_.diameter);
-    if (above.z > top_ + kDown || !clear(above) || !clear_along(above, row.back())) return;
+    if (above.z > top_ + down_ || !clear(above) || !clear_along(above, row.back())) return;
     stroke({above, row.back(), row.front()});
   }
 
@@ -430,18 +468,18 @@ class StrokePlanner {
 
   /// The lowest height that the head reaches in a column.
   std::optional<double> lowest(double a, double b) const {
-    const int i = static_cast<int>(std::lround((a - lo_.x) / kGrid)),
-              j = static_cast<int>(std::lround((b - lo_.y) / kGrid));
+    const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
+              j = static_cast<int>(std::lround((b - lo_.y) / grid_));
     if (i < 0 || j < 0 || i >= count_.x || j >= count_.y) return std::nullopt;
     const Layer* from = nullptr;
     for (const Layer& layer : layers_)
       if (layer.in[cell(i, j)]) from = &layer;
     if (!from || !clear({a, b, from->height})) return std::nullopt;
     double height = from->height;
-    while (height > bottom_ && clear({a, b, height - kDown})) height -= kDown;
+    while (height > bottom_ && clear({a, b, height - down_})) height -= down_;
     if (height <= bottom_) return std::nullopt;
-    double below = height - kDown;
-    while (height - below > kFloorOfColumn) {
+    double below = height - down_;
+    while (height - below > floor_of_column_) {
       const double middle = 0.5 * (height + below);
       (clear({a, b, middle}) ? height : below) = middle;
     }
@@ -453,19 +491,19 @@ class StrokePlanner {
     std::map<long, int> columns;  // by height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
-    const double length = (along_x ? extent.x : extent.y) * kGrid, across = (along_x ? extent.y : extent.x) * kGrid;
+    const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
     bool back = false;
     for (double b = 0.5 * step_; b < across; b += step_) {
       std::vector<Chain> pieces(1);
-      for (double a = 0; a <= length; a += kGrid) {
+      for (double a = 0; a <= length; a += grid_) {
         const double x = lo_.x + (along_x ? a : b), y = lo_.y + (along_x ? b : a);
         const auto height = lowest(x, y);
         Chain& piece = pieces.back();
-        const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * kGrid);
+        const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * grid_);
         if (!joins && !piece.empty()) pieces.emplace_back();
         if (!height) continue;
         pieces.back().push_back({x, y, *height});
-        ++columns[std::lround(*height / kSameLevel)];
+        ++columns[std::lround(*height / same_level_)];
       }
       if (back) {
         std::reverse(pieces.begin(), pieces.end());
@@ -477,21 +515,34 @@ class StrokePlanner {
     }
     std::vector<double> flat;
     for (const auto& [level, count] : columns)
-      if (count * kGrid * step_ > kLeastFlat) flat.push_back(static_cast<double>(level) * kSameLevel + kOnLine);
+      if (count * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+        flat.push_back(static_cast<double>(level) * same_level_ + on_line_);
     return flat;
   }
 
+  const double size_;  // of the work, relative to that on a tooth
+  const double grid_ = size_ * kGrid;
+  const double down_ = size_ * kDown;
+  const double hop_ = size_ * kHop;
+  const double straight_ = size_ * kStraight;
+  const double bridged_ = size_ * kBridged;
+  const double ramp_ = size_ * kRamp;
+  const double on_line_ = size_ * kOnLine;
+  const double same_level_ = size_ * kSameLevel;
+  const double floor_of_column_ = size_ * kFloorOfColumn;
+  const double least_taken_ = kLeastTaken / size_;  // voxels: as thin where voxels are large
   const session::Preparation& in_;
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
   session::DenseField left_;  // tissue that the strokes so far leave
   dquat R_WT_;
-  glm::dmat3 axes_;                  // columns u, v, w
-  double step_;                      // m
-  double allowed_;                   // voxels
-  std::vector<dvec3> head_, shank_;  // voxels, points on head and shank relative to the head's centre
-  glm::dvec2 lo_{0};                 // m along u and v, origin of the grid
+  glm::dmat3 axes_;          // columns u, v, w
+  double step_;              // m
+  double allowed_;           // voxels
+  std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
+  std::vector<Points> head_groups_, shank_groups_;
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 count_{0};
   double top_ = 0, bottom_ = 0;  // m along w
   std::vector<Layer> layers_;
@@ -511,8 +562,8 @@ dquat toward(const dvec3& axis_W) {
 }
 
 std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                                 const SurroundingsShape* around, bool finish) {
-  return StrokePlanner(in, tool, step, into, around).plan(finish);
+                                 const SurroundingsShape* around, bool finish, double size) {
+  return StrokePlanner(in, tool, step, into, around, size).plan(finish);
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {

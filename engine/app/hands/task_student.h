@@ -25,8 +25,10 @@ dquat toward(const dvec3& axis_W);
 /// then, with `finish`, the floor and the walls. The head reaches at most `into` (m) into the ideal, the shank does not
 /// touch it. Strokes that would remove nothing are left out. The shank points along the preparation's axis. `step`: m
 /// between the passes along floor and walls. `around`: neighbours and gum, which the head does not touch; null: none.
+/// `size`: by which the work is larger than that on a tooth: distances between places and tolerances grow by it.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
-                                 double into = 0, const SurroundingsShape* around = nullptr, bool finish = true);
+                                 double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
+                                 double size = 1);
 
 /// Cuts the strokes out of the tissue, without a servo: the result of a tool that follows them exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
