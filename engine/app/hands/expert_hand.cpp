@@ -71,7 +71,7 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
   for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
   }
-  grip.lead = grip.force / scene.servo.stiffness;
+  if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
   return grip;
 }
 
