@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/app/assets.h"
 #include "engine/app/hands/expert_hand.h"
@@ -18,6 +19,8 @@
 
 namespace typodont {
 namespace {
+
+using namespace literals;
 
 /// Removed, mm³, by an edge that goes to and fro over a block of this tissue, pressed by so many millimetres.
 double scraped(const std::string& tissue, double press_mm, double reach_mm,
@@ -80,7 +83,7 @@ Worked work(const std::string& name) {
   const haptics::TissueVolume start = load_tissue(scene);
   const TaskJudge judge(scene, start);
   Expert expert(scene, start);
-  ExpertHand hand(expert.plan(start), 1000);
+  ExpertHand hand(expert.plan(start), 1000, expert.grip());
   HapticLoop loop(scene, load_tissue(scene), 1000);
   session::HandMeter meter(1000);
   std::optional<DamageMeter> damage = damage_meter(scene);
@@ -174,6 +177,33 @@ TEST(ExpertHand, ItsRecordingIsReplayedBitForBit) {
   EXPECT_GT(Json::parse(ran.out, "servo")["cuts"].number(), 500);
   const test::Ran replay = folder.run(fmt::format("replay {}/out.h5 --check", folder.path().string()));
   EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
+}
+
+/// A cup of 16 mm in a block of bone, with voxels of 0.8 mm, as a hip is reamed.
+TEST(ExpertHand, InLargeVoxelsItEndsAndPressesAsHardAsTheTaskAsks) {
+  const test::ProgramFolder folder(TYPODONT_PROGRAM);
+  folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.8, "band_mm": 4, "solids": [
+      {"tissue": "cancellous_bone", "solid": {"box": {"center_mm": [0, 0, -7], "size_mm": [24, 24, 14]}}}]},
+      "tools": [{"name": "reamer 14 mm", "shape": "sphere", "diameter_mm": 14}], "spindle_krpm": 0.3,
+      "coupling": {"stiffness_N_per_mm": 60, "damping_Ns_per_mm": 0.02}, "force_limit_N": 250, "parts": ["haptics"],
+      "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0, 0, 0], "radius_mm": 8}}]},
+        "rules": [{"name": "over_cut_mm3", "target": 0, "tolerance": 400, "weight": 50},
+                  {"name": "force_mean_N", "target": 60, "tolerance": 60, "weight": 0}]}})");
+  const Scene scene = read_scene(folder.path() / "scene.json");
+  const haptics::TissueVolume start = load_tissue(scene);
+  Expert expert(scene, start);
+  ExpertHand hand(expert.plan(start), 1000, expert.grip());
+  HapticLoop loop(scene, load_tissue(scene), 1000);
+  double greatest = 0;  // N
+  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) {
+    if (to_seconds(tick.t) > 300) throw RunFailure("the expert does not end");
+    greatest = std::max(greatest, glm::length(tick.f_T_W));
+  });
+  const double whole = 2.0 / 3 * kPi * std::pow(8.0_mm, 3),
+               left = total(loop.carver().volume().volumes()) - (total(start.volumes()) - whole);
+  EXPECT_LT(std::abs(left), 0.06 * whole);
+  EXPECT_GT(greatest, 60);
+  EXPECT_LT(greatest, 250);
 }
 
 TEST(ExpertHand, NeedsAnIdealAndAToolThatServes) {

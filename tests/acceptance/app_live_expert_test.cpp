@@ -52,7 +52,7 @@ double points(const Scene& scene, const haptics::TissueVolume& start, const hapt
 
 double points_in_lock_step(const Scene& scene, const haptics::TissueVolume& start) {
   Expert expert(scene, start);
-  ExpertHand hand(expert.plan(start), 1000);
+  ExpertHand hand(expert.plan(start), 1000, expert.grip());
   HapticLoop loop(scene, load_tissue(scene), 1000);
   session::HandMeter meter(1000);
   run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) { meter.add({&tick, 1}); });

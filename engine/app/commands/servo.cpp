@@ -111,7 +111,7 @@ void run(const Options& options) {
     hand = open_offline_hand(scene, options.hand, options.rate);
   }
   HapticLoop loop(scene, load_tissue(scene), hand ? hand->info() : ExpertHand::info_for(options.rate));
-  if (expert) hand = std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate);
+  if (expert) hand = std::make_unique<ExpertHand>(expert->plan(loop.carver().volume()), options.rate, expert->grip());
 
   loop.stall_carver(options.stall_ms * 1e-3);
   const std::optional<double> length = length_of(options, scene);

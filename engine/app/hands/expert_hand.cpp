@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
+#include "engine/session/task.h"
 #include "haptics/fill.h"
 #include "haptics/scripted_hand.h"
 
@@ -17,18 +18,18 @@ namespace typodont {
 
 namespace {
 
-/// Motion of the hand along a leg.
+/// Motion of the hand along a leg. Tolerances, leads and forces are those of work on a tooth (ExpertGrip).
 struct Lead {
   static constexpr double travel_pace = 60e-3;  // m/s through the air
   static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
   static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
-  static constexpr double slowing_time = 0.06;  // s before the end of a cut
+  static constexpr double slowing_time = 0.04;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
   // Tolerances between the tool and the wanted place.
-  static constexpr double ahead = 0.05e-3;   // m, largest distance at which the wanted place of a cut moves on
-  static constexpr double beside = 0.02e-3;  // m, largest distance from the line at which it moves on
-  static constexpr double there = 0.01e-3;   // m from the stroke's end at which a cut is finished
+  static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted place of a cut moves on
+  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which it moves on
+  static constexpr double there = 0.01e-3;    // m from the stroke's end at which a cut is finished
   static constexpr double near_line =
       0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
   static constexpr int most_times = 3;   // passes back along a run of an edge
@@ -40,18 +41,19 @@ struct Lead {
   static constexpr double scrape_gain = 30;   // of an edge in soft filling
   static constexpr double most_scrape_lead = 1.2e-3;  // m
   // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
-  static constexpr double bulk_force = 1.8, finishing_force = 1.4;     // N
-  static constexpr double lead_per_force = 15e-3;                      // m/s, change of the limit per N of force error
-  static constexpr double least_most_lead = 0.6e-3, most_lead = 4e-3;  // m, bounds of the limit
+  // Forces are fractions of the task's mean force, lengths are fractions of the lead for that force.
+  static constexpr double bulk_force = 1.8, finishing_force = 1.4;
+  static constexpr double lead_per_force = 15;                   // 1/s, change of the limit for the force's error
+  static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
 
 /// Joins strokes to legs.
 struct Joining {
   static constexpr double straight_on = 0.9,
                           turn = 0.3;  // cosines between two strokes: above the first, full pace
-  static constexpr double aside_pace = 5e-3, turn_pace = 1.5e-3;  // m/s between the cosines; below both
-  static constexpr double no_gap = 1e-6;                          // m; strokes with a smaller gap meet
-  static constexpr double longest_run = 3e-3;                     // m, longest run of an edge
+  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;  // m/s between the cosines; below both
+  static constexpr double no_gap = 1e-6;                        // m; strokes with a smaller gap meet
+  static constexpr double longest_run = 3e-3;                   // m, longest run of an edge
   static constexpr double joined = 0.6e-3;        // m; strokes with a smaller gap are joined without lifting
   static constexpr double hop = 0.5e-3;           // m above the highest obstacle between two strokes
   static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must clear obstacles too
@@ -59,6 +61,19 @@ struct Joining {
   static constexpr double above = 1.0e-3;         // m above all tissue, for travel
   static constexpr double run_up = 0.6;           // s until the drill has its speed
 };
+
+/// m, about that of the CT of a tooth: a task with larger voxels is larger than work on a tooth.
+constexpr double kVoxelOfATooth = 0.15e-3;
+
+ExpertGrip grip_of(const Scene& scene, double voxel) {
+  ExpertGrip grip;
+  grip.size = std::max(1.0, voxel / kVoxelOfATooth);
+  for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
+    if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
+  }
+  if (scene.servo.stiffness > 0) grip.lead = grip.force / scene.servo.stiffness;
+  return grip;
+}
 
 /// Choice and order of the cutting tools.
 struct ToolChoice {
@@ -221,9 +236,10 @@ class Terrain {
 class Plan {
  public:
   /// `filled`: places of all portions so far; the plan adds its own.
-  Plan(const Scene& scene, const haptics::TissueVolume& now, const TaskJudge& judge, const SurroundingsShape* around,
-       double whole, std::vector<FilledSpot>& filled)
-      : whole_(whole),
+  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskJudge& judge,
+       const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
+      : grip_(grip),
+        whole_(whole),
         filled_(filled),
         around_(around),
         tools_(haptics::tool_set(scene.servo)),
@@ -306,9 +322,10 @@ class Plan {
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
                            bool finish) const {
-    return plan_strokes(now, tool,
-                        std::clamp(ToolChoice::pass * tool.diameter, ToolChoice::least_pass, ToolChoice::most_pass),
-                        by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance, around_, finish);
+    const double step = std::clamp(ToolChoice::pass * tool.diameter, grip_.size * ToolChoice::least_pass,
+                                   grip_.size * ToolChoice::most_pass);
+    return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
+                        around_, finish, grip_.size);
   }
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
     double run = 0;  // m, length of an edge's run
@@ -316,7 +333,7 @@ class Plan {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = s.bulk ? Lead::bulk_force : Lead::finishing_force;
+      force_ = grip_.force * (s.bulk ? Lead::bulk_force : Lead::finishing_force);
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
@@ -716,6 +733,7 @@ class Plan {
     return top;
   }
 
+  const ExpertGrip grip_;
   double whole_;  // m³
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
@@ -734,7 +752,11 @@ class Plan {
 }  // namespace
 
 Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
-    : scene_(scene), judge_(scene, start), around_(surroundings_shape(scene.surroundings)), whole_(0) {
+    : scene_(scene),
+      grip_(grip_of(scene, start.frame().voxel)),
+      judge_(scene, start),
+      around_(surroundings_shape(scene.surroundings)),
+      whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
@@ -742,7 +764,7 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
-  Plan plan(scene_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
+  Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // An instrument with a longer reach fills what the finer one could not reach.
   const double missing = missing_in(judge_.preparation(now));
   vain_ = missing > missing_ - Rounds::least_layer ? vain_ + 1 : 0;
@@ -814,13 +836,14 @@ haptics::DeviceInfo ExpertHand::info_for(double rate) {
   return info;
 }
 
-ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate)
+ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip)
     : info_(info_for(rate)),
+      grip_(grip),
       legs_(std::move(legs)),
       dt_(1 / rate),
       from_(legs_.front().to),
       free_(from_),
-      most_lead_(Lead::least_most_lead) {
+      most_lead_(grip.lead * Lead::least_most_lead) {
   seen_.X_WG = seen_.X_WT = from_;
 }
 
@@ -841,7 +864,7 @@ void ExpertHand::end_scraping() noexcept {
   along_ = waited_ = 0;
   if (!back_ && legs_[leg_].end_pace > 0) {
     from_ = legs_[leg_++].to;
-  } else if (!back_ && worst_ > Lead::near_line && times_ < Lead::most_times) {
+  } else if (!back_ && worst_ > grip_.size * Lead::near_line && times_ < Lead::most_times) {
     back_ = true;
     worst_ = 0;
   } else if (!back_) {
@@ -897,13 +920,14 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : Lead::scrape_pace;
-    const bool may = leg.kind != Kind::kCut || (off < Lead::ahead && beside < Lead::beside);
+    const bool may = leg.kind != Kind::kCut || (off < grip_.size * Lead::ahead && beside < grip_.size * Lead::beside);
     if (may && along_ < length) {
       along_ = std::min(length, along_ + pace * dt_);
       waited_ = 0;
     }
     if (leg.kind == Kind::kScrape) worst_ = std::max(worst_, beside);
-    done = along_ >= length && (leg.kind != Kind::kCut || off < (leg.end_pace > 0 ? Lead::beside : Lead::there));
+    done = along_ >= length &&
+           (leg.kind != Kind::kCut || off < grip_.size * (leg.end_pace > 0 ? Lead::beside : Lead::there));
     stuck = !done && waited_ > Lead::patience;
     done = done || stuck;
   }
@@ -919,7 +943,8 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
   const double too_little = leg.force - glm::length(seen_.f_T_W);  // N
   if (leg.kind == Kind::kCut && (size > most || too_little < 0))
     most_lead_ =
-        std::clamp(most_lead_ + dt_ * Lead::lead_per_force * too_little, Lead::least_most_lead, Lead::most_lead);
+        grip_.lead * std::clamp(most_lead_ / grip_.lead + dt_ * Lead::lead_per_force * too_little / grip_.force,
+                                Lead::least_most_lead, Lead::most_lead);
   lead_ += std::min(1.0, dt_ / Lead::reaction_time) * (wanted - lead_);
   const double share = length > 0 ? along_ / length : 1;
   sample.t = from_seconds(static_cast<double>(ticks_++) * dt_);

@@ -36,6 +36,13 @@ struct ExpertLeg {
   double force = 0;     // N, push of a cut
 };
 
+/// Sizes and forces of a task, relative to work on a tooth.
+struct ExpertGrip {
+  double size = 1;     // by which lengths are larger: distances between places, clearances, tolerances
+  double force = 1;    // N, the mean force that the task asks for
+  double lead = 1e-3;  // m by which a hand leads its tool for that force
+};
+
 /// Where a portion of filling was put down: m along the two axes perpendicular to the preparation's axis. The
 /// instrument leaves a hole there, and fits into it only at this place.
 struct FilledSpot {
@@ -53,11 +60,13 @@ class Expert {
   /// Plans from the present tissue: one layer of filling, or all cutting and carving. Empty when no further plan would
   /// improve the result. Throws Error when no tool of the scene can begin the task.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
+  const ExpertGrip& grip() const { return grip_; }
   /// The tissue that the last plan would leave if the tool followed it exactly.
   const haptics::TissueVolume& planned() const { return *planned_; }
 
  private:
   const Scene& scene_;
+  const ExpertGrip grip_;
   TaskJudge judge_;
   std::optional<SurroundingsShape> around_;
   double whole_;  // m³ by which the tissue differs from the ideal at the start
@@ -73,7 +82,7 @@ class Expert {
 
 class ExpertHand final : public haptics::HapticDevice {
  public:
-  ExpertHand(std::vector<ExpertLeg> legs, double rate);
+  ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
   /// The hand's info(). Like a scripted hand it holds every orientation, whatever the torque.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
@@ -95,6 +104,7 @@ class ExpertHand final : public haptics::HapticDevice {
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
+  ExpertGrip grip_;
   std::vector<ExpertLeg> legs_;
   double dt_;
   ServoTick seen_;

@@ -29,7 +29,10 @@ constexpr auto kLook = 2ms;  // period at which the planner checks for requests 
 class LiveExpert final : public haptics::HapticDevice {
  public:
   LiveExpert(const Scene& scene, const haptics::TissueVolume& start, Wiring& wiring, double rate, bool paced)
-      : wiring_(wiring), paced_(paced), expert_(scene, load_untouched(scene)), hand_(expert_.plan(start), rate) {
+      : wiring_(wiring),
+        paced_(paced),
+        expert_(scene, load_untouched(scene)),
+        hand_(expert_.plan(start), rate, expert_.grip()) {
     planner_ = std::jthread([this](std::stop_token stop) { plan_when_asked(stop); });
   }
   ~LiveExpert() override {

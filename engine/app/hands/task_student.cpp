@@ -8,6 +8,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "engine/base/units.h"
 #include "haptics/sweep.h"
 
 namespace typodont {
@@ -20,6 +21,7 @@ constexpr double kLayer = 0.5;         // distance between two layers of the bul
 constexpr double kRow = 0.6;           // distance between two rows of a layer, in diameters
 constexpr double kSameLevel = 10e-6;   // m; heights that differ by less belong to one floor
 constexpr double kLeastFlat = 0.1e-6;  // m², area of the smallest floor whose walls get a pass
+constexpr double kFlatShare = 0.02;    // smallest ratio of that area to the cross-section of a wide head
 // distance between the end of a row and a wall, in diameters; the wall has a pass of its own
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
@@ -34,14 +36,17 @@ constexpr double kAlongShank = 6e-3;      // m of the shank, from the head, that
 constexpr double kDown = 0.1e-3;          // m, step of the search down a column
 constexpr double kFloorOfColumn = 1e-6;   // m, resolution of a column's lowest position
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr int kHalvings = 7;  // bisection steps between two grid positions
+constexpr double kSurely = 1;          // voxels, error limit of the distance field far from the surface
+constexpr std::size_t kTogether = 12;  // size of a group of points that are tested one by one near the ideal
+constexpr int kHalvings = 7;           // bisection steps between two grid positions
 
 /// Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                const SurroundingsShape* around)
-      : in_(in),
+                const SurroundingsShape* around, double size)
+      : size_(size),
+        in_(in),
         tool_(tool),
         around_(around),
         ideal_(session::redistanced(in.ideal)),
@@ -53,12 +58,15 @@ class StrokePlanner {
     const double h = in.frame.voxel;
     for (const haptics::HeadSample& s : haptics::sample_head(tool, kHeadPoints, 0.4))
       head_.push_back(R_WT_ * s.p_TQ / h);
-    if (const auto shank = haptics::shank_of(tool)) {
-      for (const haptics::HeadSample& s : haptics::sample_head(shank->shape, kShankPoints)) {
-        const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, shank->z);
-        if (p_TQ.z < tool.half() + kAlongShank) shank_.push_back(R_WT_ * p_TQ / h);
+    std::vector<dvec3> shank;
+    if (const auto part = haptics::shank_of(tool)) {
+      for (const haptics::HeadSample& s : haptics::sample_head(part->shape, kShankPoints)) {
+        const dvec3 p_TQ = s.p_TQ + dvec3(0, 0, part->z);
+        if (p_TQ.z < tool.half() + kAlongShank) shank.push_back(R_WT_ * p_TQ / h);
       }
     }
+    head_groups_ = grouped(head_);
+    shank_groups_ = grouped(std::move(shank));
   }
 
   std::vector<Stroke> plan(bool finish) {
@@ -87,16 +95,46 @@ class StrokePlanner {
     std::vector<std::uint8_t> in;  // marks the grid cells that the head can reach from above
   };
 
+  /// Points that lie close together, and a ball around them; voxels.
+  struct Points {
+    dvec3 center{0};
+    double radius = 0;
+    std::vector<dvec3> points;
+  };
+  /// Halves the points across their longest side until few are together.
+  static std::vector<Points> grouped(std::vector<dvec3> points) {
+    if (points.empty()) return {};
+    dvec3 lo = points.front(), hi = lo;
+    for (const dvec3& p : points) lo = glm::min(lo, p), hi = glm::max(hi, p);
+    if (points.size() <= kTogether) {
+      Points group{0.5 * (lo + hi), 0, std::move(points)};
+      for (const dvec3& p : group.points) group.radius = std::max(group.radius, glm::distance(p, group.center));
+      return {std::move(group)};
+    }
+    const dvec3 side = hi - lo;
+    const int axis = side.x >= side.y && side.x >= side.z ? 0 : side.y >= side.z ? 1 : 2;
+    const auto middle = points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2);
+    std::nth_element(points.begin(), middle, points.end(),
+                     [&](const dvec3& a, const dvec3& b) { return a[axis] < b[axis]; });
+    std::vector<Points> groups = grouped({points.begin(), middle});
+    for (Points& group : grouped({middle, points.end()})) groups.push_back(std::move(group));
+    return groups;
+  }
+
   dvec3 world(const dvec3& p) const { return axes_ * p; }
   dvec3 voxels(const dvec3& p) const { return in_.frame.to_voxels(world(p)); }
 
   /// True if a head at p does not touch the ideal.
   bool clear(const dvec3& p) const {
     const dvec3 q = voxels(p);
-    const auto keeps = [&](const std::vector<dvec3>& points, double into) {
-      return std::all_of(points.begin(), points.end(), [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
+    const auto keeps = [&](const std::vector<Points>& groups, double into) {
+      return std::all_of(groups.begin(), groups.end(), [&](const Points& group) {
+        return ideal_.sample(q + group.center) > group.radius + kSurely ||
+               std::all_of(group.points.begin(), group.points.end(),
+                           [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
+      });
     };
-    return keeps(head_, allowed_) && keeps(shank_, 0) && (!around_ || spares_around(world(p)));
+    return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || spares_around(world(p)));
   }
   /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
   bool spares_around(const dvec3& p_W) const {
@@ -111,7 +149,7 @@ class StrokePlanner {
   bool useful(const dvec3& p) const {
     const dvec3 q = voxels(p);
     return std::any_of(head_.begin(), head_.end(),
-                       [&](const dvec3& d) { return left_.sample(q + d) < -kLeastTaken && ideal_.sample(q + d) > 0; });
+                       [&](const dvec3& d) { return left_.sample(q + d) < -least_taken_ && ideal_.sample(q + d) > 0; });
   }
 
   /// Finds the bounding box of the tissue to remove, enlarged by the head. False if there is none.
@@ -129,17 +167,17 @@ class StrokePlanner {
       }
     }
     if (lo.x > hi.x) return false;
-    lo_ = {lo.x - tool_.radius() - kGrid, lo.y - tool_.radius() - kGrid};
-    top_ = hi.z + tool_.half() + kDown;
+    lo_ = {lo.x - tool_.radius() - grid_, lo.y - tool_.radius() - grid_};
+    top_ = hi.z + tool_.half() + down_;
     bottom_ = lo.z - tool_.half();
     for (int k = 0; k < 2; ++k)
-      count_[k] = static_cast<int>(std::ceil((hi[k] + tool_.radius() + kGrid - lo_[k]) / kGrid)) + 1;
+      count_[k] = static_cast<int>(std::ceil((hi[k] + tool_.radius() + grid_ - lo_[k]) / grid_)) + 1;
     return true;
   }
   std::size_t cell(int i, int j) const {
     return static_cast<std::size_t>(i) * static_cast<std::size_t>(count_.y) + static_cast<std::size_t>(j);
   }
-  dvec3 place(int i, int j, double height) const { return {lo_.x + i * kGrid, lo_.y + j * kGrid, height}; }
+  dvec3 place(int i, int j, double height) const { return {lo_.x + i * grid_, lo_.y + j * grid_, height}; }
 
   /// The cells that the head can reach at this height, from the layer above.
   Layer layer_at(double height, const Layer* above) const {
@@ -198,7 +236,7 @@ class StrokePlanner {
   }
 
   /// The chain without points that lie on the line between their neighbours.
-  static Chain straightened(const Chain& chain) {
+  Chain straightened(const Chain& chain) const {
     Chain result{chain.front()};
     std::size_t from = 0;
     while (from + 1 < chain.size()) {
@@ -210,7 +248,7 @@ class StrokePlanner {
         for (std::size_t k = from + 1; k < end; ++k) {
           const dvec3 d = chain[k] - chain[from];
           const double along = glm::dot(d, way) / length;
-          if (along < 0 || glm::length(d - along / length * way) > kOnLine) return false;
+          if (along < 0 || glm::length(d - along / length * way) > on_line_) return false;
         }
         return true;
       };
@@ -232,9 +270,9 @@ class StrokePlanner {
   void go_to(const dvec3& to) {
     if (!last_) return;
     const dvec3 from = *last_;
-    if (glm::length(to - from) < kOnLine) return;
-    if (glm::length(to - from) < kStraight && clear_along(from, to)) return add(from, to, true);
-    for (double height = std::max(from.z, to.z) + kDown; height < top_; height += kHop) {
+    if (glm::length(to - from) < on_line_) return;
+    if (glm::length(to - from) < straight_ && clear_along(from, to)) return add(from, to, true);
+    for (double height = std::max(from.z, to.z) + down_; height < top_; height += hop_) {
       const dvec3 up(from.x, from.y, height), over(to.x, to.y, height);
       if (!clear_along(up, over)) continue;
       if (!clear_along(from, up) || !clear_along(over, to)) return;
@@ -244,7 +282,7 @@ class StrokePlanner {
     }
   }
   bool clear_along(const dvec3& from, const dvec3& to) const {
-    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / kGrid));
+    const int looks = static_cast<int>(std::ceil(glm::length(to - from) / grid_));
     for (int k = 1; k < looks; ++k)
       if (!clear(from + static_cast<double>(k) / looks * (to - from))) return false;
     return true;
@@ -285,7 +323,7 @@ class StrokePlanner {
       }
       std::size_t last = k;
       double idle = 0;
-      for (std::size_t m = k + 1; m < chain.size() && idle < kBridged; ++m) {
+      for (std::size_t m = k + 1; m < chain.size() && idle < bridged_; ++m) {
         idle = has[m] ? 0 : idle + glm::length(chain[m] - chain[m - 1]);
         if (has[m]) last = m;
       }
@@ -298,7 +336,7 @@ class StrokePlanner {
 
   /// Adds strokes for the bulk of one layer: rows along its longer side, at a distance from the walls.
   void rows(const Layer& layer) {
-    const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / kGrid));
+    const auto from_wall = static_cast<int>(std::ceil(kFromWall * tool_.diameter / grid_));
     const std::vector<std::uint8_t> in = inner(layer.in, from_wall);
     glm::ivec2 lo = count_, hi(-1);
     for (int i = 0; i < count_.x; ++i) {
@@ -310,7 +348,7 @@ class StrokePlanner {
     if (hi.x < 0) return;
     const bool along_x = hi.x - lo.x >= hi.y - lo.y;
     const int a = along_x ? 0 : 1, b = 1 - a;
-    const auto apart = std::max(1, static_cast<int>(kRow * tool_.diameter / kGrid));
+    const auto apart = std::max(1, static_cast<int>(kRow * tool_.diameter / grid_));
     bool back = false;
     for (int row = lo[b];; row = std::min(row + apart, hi[b])) {
       std::vector<Chain> pieces;
@@ -337,10 +375,10 @@ class StrokePlanner {
 
   /// Adds a ramp down along a row from the layer above, because the end of a bur cuts badly.
   void enter(const Chain& row) {
-    if (row.size() < 2 || glm::length(row.back() - row.front()) < kRamp) return;
+    if (row.size() < 2 || glm::length(row.back() - row.front()) < ramp_) return;
     if (std::none_of(row.begin(), row.end(), [&](const dvec3& p) { return useful(p); })) return;
     const dvec3 above = row.front() + dvec3(0, 0, kLayer * tool_.diameter);
-    if (above.z > top_ + kDown || !clear(above) || !clear_along(above, row.back())) return;
+    if (above.z > top_ + down_ || !clear(above) || !clear_along(above, row.back())) return;
     stroke({above, row.back(), row.front()});
   }
 
@@ -432,18 +470,18 @@ class StrokePlanner {
 
   /// The lowest height that the head can reach in a column.
   std::optional<double> lowest(double a, double b) const {
-    const int i = static_cast<int>(std::lround((a - lo_.x) / kGrid)),
-              j = static_cast<int>(std::lround((b - lo_.y) / kGrid));
+    const int i = static_cast<int>(std::lround((a - lo_.x) / grid_)),
+              j = static_cast<int>(std::lround((b - lo_.y) / grid_));
     if (i < 0 || j < 0 || i >= count_.x || j >= count_.y) return std::nullopt;
     const Layer* from = nullptr;
     for (const Layer& layer : layers_)
       if (layer.in[cell(i, j)]) from = &layer;
     if (!from || !clear({a, b, from->height})) return std::nullopt;
     double height = from->height;
-    while (height > bottom_ && clear({a, b, height - kDown})) height -= kDown;
+    while (height > bottom_ && clear({a, b, height - down_})) height -= down_;
     if (height <= bottom_) return std::nullopt;
-    double below = height - kDown;
-    while (height - below > kFloorOfColumn) {
+    double below = height - down_;
+    while (height - below > floor_of_column_) {
       const double middle = 0.5 * (height + below);
       (clear({a, b, middle}) ? height : below) = middle;
     }
@@ -455,19 +493,19 @@ class StrokePlanner {
     std::map<long, int> columns;  // number of columns for each height
     const glm::ivec2 extent = count_;
     const bool along_x = extent.x >= extent.y;
-    const double length = (along_x ? extent.x : extent.y) * kGrid, across = (along_x ? extent.y : extent.x) * kGrid;
+    const double length = (along_x ? extent.x : extent.y) * grid_, across = (along_x ? extent.y : extent.x) * grid_;
     bool back = false;
     for (double b = 0.5 * step_; b < across; b += step_) {
       std::vector<Chain> pieces(1);
-      for (double a = 0; a <= length; a += kGrid) {
+      for (double a = 0; a <= length; a += grid_) {
         const double x = lo_.x + (along_x ? a : b), y = lo_.y + (along_x ? b : a);
         const auto height = lowest(x, y);
         Chain& piece = pieces.back();
-        const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * kGrid);
+        const bool joins = height && (piece.empty() || std::abs(*height - piece.back().z) < kSteep * grid_);
         if (!joins && !piece.empty()) pieces.emplace_back();
         if (!height) continue;
         pieces.back().push_back({x, y, *height});
-        ++columns[std::lround(*height / kSameLevel)];
+        ++columns[std::lround(*height / same_level_)];
       }
       if (back) {
         std::reverse(pieces.begin(), pieces.end());
@@ -479,21 +517,34 @@ class StrokePlanner {
     }
     std::vector<double> flat;
     for (const auto& [level, count] : columns)
-      if (count * kGrid * step_ > kLeastFlat) flat.push_back(static_cast<double>(level) * kSameLevel + kOnLine);
+      if (count * grid_ * step_ > std::max(kLeastFlat, kFlatShare * kPi * tool_.radius() * tool_.radius()))
+        flat.push_back(static_cast<double>(level) * same_level_ + on_line_);
     return flat;
   }
 
+  const double size_;  // of the work, relative to that on a tooth
+  const double grid_ = size_ * kGrid;
+  const double down_ = size_ * kDown;
+  const double hop_ = size_ * kHop;
+  const double straight_ = size_ * kStraight;
+  const double bridged_ = size_ * kBridged;
+  const double ramp_ = size_ * kRamp;
+  const double on_line_ = size_ * kOnLine;
+  const double same_level_ = size_ * kSameLevel;
+  const double floor_of_column_ = size_ * kFloorOfColumn;
+  const double least_taken_ = kLeastTaken / size_;  // voxels: as thin where voxels are large
   const session::Preparation& in_;
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
   const session::DenseField ideal_;
   session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
-  glm::dmat3 axes_;                  // columns u, v, w
-  double step_;                      // m
-  double allowed_;                   // voxels
-  std::vector<dvec3> head_, shank_;  // voxels, points on head and shank relative to the head's centre
-  glm::dvec2 lo_{0};                 // m along u and v, origin of the grid
+  glm::dmat3 axes_;          // columns u, v, w
+  double step_;              // m
+  double allowed_;           // voxels
+  std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
+  std::vector<Points> head_groups_, shank_groups_;
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 count_{0};
   double top_ = 0, bottom_ = 0;  // m along w
   std::vector<Layer> layers_;
@@ -513,8 +564,8 @@ dquat toward(const dvec3& axis_W) {
 }
 
 std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
-                                 const SurroundingsShape* around, bool finish) {
-  return StrokePlanner(in, tool, step, into, around).plan(finish);
+                                 const SurroundingsShape* around, bool finish, double size) {
+  return StrokePlanner(in, tool, step, into, around, size).plan(finish);
 }
 
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes) {
