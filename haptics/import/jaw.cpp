@@ -32,7 +32,7 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 // walk from it meets a tooth's crown before it meets bone. Steps through dim samples (the ligament, where the blur
 // leaves it bright enough to count at all) are improbable. Solved by conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
-                                const SparseMask& bone, const JawGreys& greys,
+                                const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
   std::vector<std::size_t> sample_of;  // of the unknowns
@@ -50,10 +50,13 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
   constexpr double kLeast = 1e-4;  // of a step through the dimmest of the bright samples
+  // Of ending in bone beside cancellous bone, where a root without a bright wall around it may lie too: so small that a
+  // root 3 mm wide stays with its crown for some 15 mm.
+  constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
     const glm::ivec3 p = set.place(i);
-    double sum = 1e-9, known = 0;
+    double sum = beside_marrow.v[i] ? kMarrow : 1e-9, known = 0;
     for (std::size_t f = 0; f < 6; ++f) {
       rows[k].to[f] = -1, rows[k].weight[f] = 0;
       const glm::ivec3 q = p + kFaces[f];
@@ -335,7 +338,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // What is surely crown, and what surely bone: bright samples next to the middle of cancellous bone.
+  // What is surely crown, and what may be bone: bright samples next to the middle of cancellous bone.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -352,10 +355,19 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const SparseMask marrow =
       large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kLeastMarrow * mm3);
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
-  const SparseMask bone_seed =
-      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && !crown.v[i] && to_marrow.v[i] <= 6.25F; });
-  const Sparse<float> probability =
-      tooth_probability(grey, bright, crown, bone_seed, greys, [&](double done) { progress(0.2 + 0.5 * done); });
+  const SparseMask beside_marrow =
+      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
+  // Surely bone: the outer plate away from crowns.
+  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m
+  const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
+  const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
+  const SparseMask plate = mask([&](std::size_t i, const glm::ivec3& p) {
+    return bright.v[i] && s.surface.distance[p] * voxel > -kPlate &&
+           to_crown.v[i] > static_cast<float>(from_crown * from_crown);
+  });
+  progress(0.2);
+  const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
+                                                      [&](double done) { progress(0.2 + 0.5 * done); });
 
   // Teeth with their cavities: what the surround reaches only through gaps of a sample is inside.
   const SparseMask tooth =
