@@ -89,7 +89,7 @@ class JawPhantom {
     p.spacing = glm::dvec3(kVoxel);
     p.blur = a_.blur;
     p.noise = a_.noise;
-    p.fine = 4;
+    p.fine = 3;
     p.grey = [this](const glm::dvec3& q) {
       if (a_.motion == 0) return hounsfield(q);
       return 0.5 *
