@@ -160,7 +160,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     // surface of a result on another grid; of the result while it is made.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    constexpr double kJaw = 110;  // of the blocks near the body, for the labels of a jaw: counted, not measured
+    constexpr double kJaw = 70;  // of the blocks near the body, for the labels of a jaw
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));

@@ -32,7 +32,7 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
 // walk from it meets a tooth's crown before it meets bone. Steps through dim samples (the ligament, where the blur
 // leaves it bright enough to count at all) are improbable. Solved by conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
-                                const SparseMask& bone, const JawGreys& greys,
+                                const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
   std::vector<std::size_t> sample_of;  // of the unknowns
@@ -50,10 +50,13 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
   constexpr double kLeast = 1e-4;  // of a step through the dimmest of the bright samples
+  // Of ending in bone beside cancellous bone, where a root without a bright wall around it may lie too: so small that a
+  // root 3 mm wide stays with its crown for some 15 mm.
+  constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
     const glm::ivec3 p = set.place(i);
-    double sum = 1e-9, known = 0;
+    double sum = beside_marrow.v[i] ? kMarrow : 1e-9, known = 0;
     for (std::size_t f = 0; f < 6; ++f) {
       rows[k].to[f] = -1, rows[k].weight[f] = 0;
       const glm::ivec3 q = p + kFaces[f];
@@ -333,9 +336,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
   const auto mask = [&](auto test) { return where(set, false, false, test); };
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
-  SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
+  const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // What is surely crown, and what surely bone: bright samples next to the middle of cancellous bone.
+  // What is surely crown, and what may be bone: bright samples next to the middle of cancellous bone.
   constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
@@ -343,25 +346,33 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   if (greys.has_enamel)
     crown = large_parts(mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.crown()); }),
                         kLeastCrown * mm3);
-  const SparseMask marrow_rim = mask([&](std::size_t i, const glm::ivec3& p) {
-    return !(brighter(i, greys.canal()) && !brighter(i, greys.bright()) && s.surface.distance[p] < -1);
+  SparseMask not_marrow = mask([&](std::size_t i, const glm::ivec3& p) {
+    return !brighter(i, greys.canal()) || brighter(i, greys.bright()) || s.surface.distance[p] >= -1;
   });
-  SparseMask outside_marrow = marrow_rim;
-  outside_marrow.outside = 1;
-  const Sparse<float> to_rim = distance_squared_to(outside_marrow, 2);
+  not_marrow.outside = 1;
+  const Sparse<float> to_rim = distance_squared_to(not_marrow, 2);
   const SparseMask marrow =
       large_parts(mask([&](std::size_t i, const glm::ivec3&) { return to_rim.v[i] > 2.25F; }), kLeastMarrow * mm3);
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
-  const SparseMask bone_seed =
-      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && !crown.v[i] && to_marrow.v[i] <= 6.25F; });
-  const Sparse<float> probability =
-      tooth_probability(grey, bright, crown, bone_seed, greys, [&](double done) { progress(0.2 + 0.5 * done); });
+  const SparseMask beside_marrow =
+      mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
+  // Surely bone: the outer plate away from crowns.
+  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m
+  const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
+  const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
+  const SparseMask plate = mask([&](std::size_t i, const glm::ivec3& p) {
+    return bright.v[i] && s.surface.distance[p] * voxel > -kPlate &&
+           to_crown.v[i] > static_cast<float>(from_crown * from_crown);
+  });
+  progress(0.2);
+  const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
+                                                      [&](double done) { progress(0.2 + 0.5 * done); });
 
   // Teeth with their cavities: what the surround reaches only through gaps of a sample is inside.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
-  SparseMask roomy = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] > 1; });
+  const SparseMask roomy = where(set, true, true, [&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] > 1; });
   SparseMask reached = reached_from_walls(roomy).samples;
   reached.outside = reached.inside = 1;
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
@@ -438,7 +449,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr double kBorder = 0.1;  // voxels: what was measured without noise
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
-  std::vector<PerTissue> area(set->first.size());
+  PerTissue faces{};
   double unsure = 0;
   for (std::size_t i = 0; i < out.tissue.v.size(); ++i) {
     const glm::ivec3 p = set->place(i);
@@ -446,15 +457,13 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     const Tissue t = out.tissue.v[i];
     for (const glm::ivec3& f : kFaces) {
       if (set->holds(p + f) && (out.tissue[p + f] != t || s.surface.distance[p + f] >= 0))
-        area[i / BlockSet::kSamples][static_cast<std::size_t>(t)] += 1;
+        faces[static_cast<std::size_t>(t)] += 1;
     }
     if (bright.v[i]) unsure += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
   constexpr double kFacesPerArea = 1.5;  // of a surface that lies at any angle to the axes
-  for (const PerTissue& of_block : area) {
-    for (std::size_t t = 0; t < of_block.size(); ++t)
-      out.report.volume_doubt[t] += of_block[t] / kFacesPerArea * voxel * voxel * out.report.border;
-  }
+  for (std::size_t t = 0; t < faces.size(); ++t)
+    out.report.volume_doubt[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;
   out.report.unsure = unsure * cubed(voxel);
   for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
     out.report.volume_doubt[static_cast<std::size_t>(t)] += out.report.unsure;

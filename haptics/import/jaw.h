@@ -17,7 +17,6 @@ struct JawGreys {
 
   double bright() const { return 0.5 * (cancellous + hard); }  // from here on dentin or cortical bone
   double crown() const { return 0.5 * (hard + enamel); }       // from here on enamel
-  double hole() const { return 0.5 * (soft + hard); }          // below: pulp or ligament beside dentin
   double canal() const { return 0.5 * (soft + cancellous); }   // below: a canal in cancellous bone
 };
 

@@ -27,6 +27,7 @@ const Level kLevels[] = {
     {"metal crown", {.metal = true}},
     {"metal crown, streaks 200", {.streaks = 200, .metal = true}},
     {"metal crown, streaks 500", {.streaks = 500, .metal = true}},
+    {"sockets without a wall", {.lamina = false}},
     {"motion 0.3 mm", {.motion = 0.3}},
     {"motion 0.6 mm", {.motion = 0.6}},
 };

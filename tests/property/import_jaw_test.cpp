@@ -153,6 +153,14 @@ TEST(ImportJaw, MetalIsToldFromEnamelAndItsStreaksLeaveTheTeethWithinFivePercent
     EXPECT_NEAR(relative_error(i, truth, t), 0, 0.05) << name_of(t);
 }
 
+TEST(ImportJaw, RootsInSocketsWithoutABrightWallStayTeeth) {
+  JawArtefacts artefacts;
+  artefacts.lamina = false;
+  const JawPhantom jaw(artefacts);
+  const Imported i = imported(jaw);
+  EXPECT_NEAR(relative_error(i, jaw.volumes(), Tissue::kDentin), 0, 0.1);
+}
+
 TEST(ImportJaw, VolumesAreWrongByNoMoreThanTwiceWhatTheReportSays) {
   JawArtefacts artefacts;
   artefacts.blur = 0.3;

@@ -12,13 +12,14 @@
 
 namespace typodont::test {
 
-/// What the scanner adds.
+/// What the scanner adds, and what may differ between jaws.
 struct JawArtefacts {
   double blur = 0.2;    // mm, standard deviation
   double noise = 50;    // Hounsfield units
   double streaks = 0;   // Hounsfield units beside the metal crown, falling off over 10 mm
   double motion = 0;    // mm: the scan is the mean of two that lie so far apart along y
   bool metal = false;   // the second tooth has a crown of metal
+  bool lamina = true;   // sockets have a bright wall; else cancellous bone begins behind the ligament
   double texture = 60;  // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
 };
 
@@ -47,7 +48,7 @@ class JawPhantom {
     for (const double x : kTeeth) {
       const double out = std::hypot(q.x - x, q.y - kY);
       if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
-      if (out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
+      if (a_.lamina && out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
     }
     const double from_canal = glm::length(q - canal_centre(q.x));
     if (inside_bone(q, kShell)) {
@@ -88,7 +89,7 @@ class JawPhantom {
     p.spacing = glm::dvec3(kVoxel);
     p.blur = a_.blur;
     p.noise = a_.noise;
-    p.fine = 4;
+    p.fine = 3;
     p.grey = [this](const glm::dvec3& q) {
       if (a_.motion == 0) return hounsfield(q);
       return 0.5 *

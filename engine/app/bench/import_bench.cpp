@@ -141,7 +141,8 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
   bone.greys = false;  // as the command without --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
-      run.quick ? std::vector<glm::ivec3>{{128, 128, 40}} : std::vector<glm::ivec3>{{256, 256, 140}, {512, 512, 140}, {512, 512, 512}};
+      run.quick ? std::vector<glm::ivec3>{{128, 128, 40}}
+                : std::vector<glm::ivec3>{{256, 256, 140}, {512, 512, 140}, {512, 512, 512}};
   for (const glm::ivec3& size : heads) {
     const fs::path file = folder / "head.nrrd";
     const dvec3 voxel(230.0 / size.x, 230.0 / size.y, run.quick ? 0.45 * 140 / size.z : 0.45);

@@ -320,7 +320,7 @@ void add_import_command(cli::Command& app) {
                             fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--crown-mm"}, a->preset == "arch", "--preset arch");
     command->refuse_without({"--thresholds", "--hardness-greys"}, a->preset != "jaw",
-                            "--preset tooth or bone: a jaw's greys are found");
+                            "another --preset than jaw, whose greys are found");
     command->refuse_without({"--shell-mm"}, mesh, fmt::format("a mesh ({})", fmt::join(meshes, " ")));
     command->refuse_without({"--spacing-mm", "--thresholds", "--hounsfield", "--nan-as", "--series"},
                             !mesh && a->parts.empty(), "a scan");
