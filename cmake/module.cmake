@@ -60,8 +60,9 @@ function(typodont_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE typodont_options typodont_test_support ${ARG_LIBS} GTest::gtest GTest::gmock
                                         GTest::gtest_main)
-  if(ARG_LIVE)  # what gtest_discover_tests runs the program by
-    set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${PROJECT_SOURCE_DIR}/tests/support/second_try.sh)
+  if(ARG_LIVE)  # gtest_discover_tests starts the program by its emulator, which may be set for this test already
+    set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR
+                          "${PROJECT_SOURCE_DIR}/tests/support/second_try.sh;${CMAKE_CROSSCOMPILING_EMULATOR}")
   endif()
   set(filter)
   if(ARG_MEASURED)

@@ -42,7 +42,7 @@ struct Lead {
   static constexpr double most_scrape_lead = 1.2e-3;  // m
   // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
   // Forces are fractions of the task's mean force, lengths are fractions of the lead for that force.
-  static constexpr double bulk_force = 1.8, finishing_force = 1.4;
+  static constexpr double bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;                   // 1/s, change of the limit for the force's error
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
