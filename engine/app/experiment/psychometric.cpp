@@ -1,6 +1,8 @@
 #include "engine/app/experiment/psychometric.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -10,6 +12,8 @@
 namespace typodont {
 
 namespace {
+
+using Binomial = boost::math::binomial_distribution<double>;
 
 constexpr double kUpperQuartile = 0.6744897501960817;  // of the normal distribution: Φ = 0.75
 constexpr double kChiSquare95 = 3.841458820694124;     // one degree of freedom
@@ -25,8 +29,9 @@ struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// The place of the greatest value of `f` between low and high: on a grid, then by golden section beside the best.
-double maximize(const std::function<double(double)>& f, double low, double high, int grid, int steps) {
+/// The argument of the greatest value of `f` between low and high: on a grid, then by Brent's method beside the best.
+double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
+  constexpr int kBits = 20;  // precision
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;
@@ -34,17 +39,8 @@ double maximize(const std::function<double(double)>& f, double low, double high,
     const double value = f(low + i * width);
     if (value > most) most = value, best = i;
   }
-  double a = low + std::max(best - 1, 0) * width, b = low + std::min(best + 1, grid) * width;
-  const double golden = 0.5 * (std::sqrt(5.0) - 1);
-  double c = b - golden * (b - a), d = a + golden * (b - a), fc = f(c), fd = f(d);
-  for (int i = 0; i < steps; ++i) {
-    if (fc > fd) {
-      b = d, d = c, fd = fc, c = b - golden * (b - a), fc = f(c);
-    } else {
-      a = c, c = d, fc = fd, d = a + golden * (b - a), fd = f(d);
-    }
-  }
-  return fc > fd ? c : d;
+  const double a = low + std::max(best - 1, 0) * width, b = low + std::min(best + 1, grid) * width;
+  return boost::math::tools::brent_find_minima([&](double x) { return -f(x); }, a, b, kBits).first;
 }
 
 class Likelihood {
@@ -91,19 +87,19 @@ class Likelihood {
   double of_width(double log_width, double& bias) {
     const double width = std::exp(log_width);
     double lapse = 0;
-    bias = maximize([&](double b) { return best(b, width, lapse); }, -greatest_, greatest_, 16, 20);
+    bias = maximize([&](double b) { return best(b, width, lapse); }, -greatest_, greatest_, 16);
     return best(bias, width, lapse);
   }
   double of_bias(double bias) {
     double lapse = 0;
-    const double width = maximize([&](double w) { return best(bias, std::exp(w), lapse); }, low_, high_, 24, 20);
+    const double width = maximize([&](double w) { return best(bias, std::exp(w), lapse); }, low_, high_, 24);
     return best(bias, std::exp(width), lapse);
   }
 
   PsychometricFit fit() {
     PsychometricFit fit;
     double bias = 0;
-    const double log_width = maximize([&](double w) { return of_width(w, bias); }, low_, high_, 24, 24);
+    const double log_width = maximize([&](double w) { return of_width(w, bias); }, low_, high_, 24);
     of_width(log_width, bias);
     fit.function.bias = bias, fit.function.width = std::exp(log_width);
     fit.log_likelihood = best(bias, fit.function.width, fit.function.lapse);
@@ -150,19 +146,6 @@ class Likelihood {
   double low_ = 0, high_ = 0;   // logarithms of the widths that are considered
 };
 
-/// Probability of exactly k of n at probability p of each.
-double binomial(int k, int n, double p) {
-  if (p <= 0) return k == 0;
-  if (p >= 1) return k == n;
-  return std::exp(std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0) + k * std::log(p) +
-                  (n - k) * std::log1p(-p));
-}
-double at_least(int k, int n, double p) {
-  double sum = 0;
-  for (int i = k; i <= n; ++i) sum += binomial(i, n, p);
-  return std::min(sum, 1.0);
-}
-
 }  // namespace
 
 double Psychometric::second(double difference) const noexcept {
@@ -180,23 +163,14 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate share_of(int chosen, int count) {
-  constexpr double kTail = 0.025;
-  const auto solve = [&](const std::function<bool(double)>& below) {
-    double low = 0, high = 1;
-    for (int i = 0; i < 60; ++i) {
-      const double middle = 0.5 * (low + high);
-      (below(middle) ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
-  };
-  Estimate share{static_cast<double>(chosen) / count, 0, 1};
-  if (chosen > 0) share.low = solve([&](double p) { return at_least(chosen, count, p) < kTail; });
-  if (chosen < count) share.high = solve([&](double p) { return 1 - at_least(chosen + 1, count, p) > kTail; });
-  return share;
+  constexpr double kTail = 0.025;  // probability on either side of the interval
+  return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
+          Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }
 
 double chance_of(int chosen, int count) {
-  return std::min(1.0, 2 * at_least(std::max(chosen, count - chosen), count, 0.5));
+  const int more = std::max(chosen, count - chosen);
+  return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));  // P(X > more - 1) on either side
 }
 
 }  // namespace typodont
