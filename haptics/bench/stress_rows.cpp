@@ -66,7 +66,7 @@ class Run {
     see(X_WT.p, judged);
     return tick_;
   }
-  void jump_clock(double seconds) { t_ += from_seconds(seconds); }
+  void jump_clock(Nanos by) { t_ += by; }
   void stall(bool stalled) { steps_.stall(stalled); }
   const ServoTick& last() const { return tick_; }
   Carver& carver() { return steps_.carver(); }
@@ -175,55 +175,23 @@ class Stress {
         Run run(TissueVolume(tissue(solids, kUsualVoxel)), s);
         const dvec3 home(0, 0, top);
         Wanderer wanderer(static_cast<std::uint64_t>(hand) + 1, home);
-        std::mt19937_64 random(static_cast<std::uint64_t>(hand) + 100);
+        Nonsense spoiler(static_cast<std::uint64_t>(hand) + 100, home);
         for (int i = 0; i < ticks; ++i) {
           Pose X = wanderer.next(1e-3);
           X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);  // it comes from the air: no tool is born in tissue
-          double pedal = hand % 2, dt = 1e-3;
-          if (nonsense) spoil(random, home, wanderer, run, X, pedal, dt);
-          run.tick(X, pedal, dt, /*judged=*/false);
+          double pedal = hand % 2;
+          if (nonsense) {
+            const Nonsense::Other other = spoiler.spoil(wanderer, X, pedal);
+            run.jump_clock(other.clock);
+            if (other.undo) run.carver().undo();
+          }
+          run.tick(X, pedal, 1e-3, /*judged=*/false);
         }
         worst.worse_of(run.felt());
       }
     }
     add_sense(campaign, worst);
     if (!nonsense) add_energy(campaign, worst);  // no ledger can be kept of a hand that was never there
-  }
-
-  static void spoil(std::mt19937_64& random, const dvec3& home, Wanderer& hand, Run& run, Pose& X, double& pedal,
-                    double& dt) {
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    switch (random() % 450) {
-      case 0:
-        hand.leap_to(home + 4e-3 * dvec3(std::sin(X.p.x * 1e5), std::cos(X.p.y * 1e5), 0.3));
-        break;
-      case 1:
-        X.p.x = kNaN;
-        break;
-      case 2:
-        X.p = dvec3(std::numeric_limits<double>::infinity());
-        break;
-      case 3:
-        X.R = dquat(0, 0, 0, 0);
-        break;
-      case 4:
-        X.p *= 1e30;
-        break;
-      case 5:
-        pedal = kNaN;
-        break;
-      case 6:
-        run.jump_clock(-5e-3);
-        break;
-      case 7:
-        dt = 3;
-        break;
-      case 8:
-        run.carver().undo();
-        break;
-      default:
-        break;
-    }
   }
 
   /// A hand that slides, drills or taps on a block, while the carver stands still for `stall` s (0: never), with a

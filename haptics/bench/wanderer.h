@@ -1,11 +1,15 @@
-// A hand that no human has, for the hostile tests of all contact models and `typodont bench models`.
+// A hand that no human has, and invalid input, for the hostile tests of all contact models and for `typodont bench
+// models` and `bench stress`.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 
+#include "engine/base/clock.h"
 #include "engine/base/pose.h"
+#include "engine/base/units.h"
 
 namespace typodont::haptics::bench {
 
@@ -41,6 +45,60 @@ class Wanderer {
   double speed_ = 0.03;
   dvec3 home_, p_, v_{0}, turn_{0};
   dquat R_{1, 0, 0, 0};
+};
+
+/// Invalid input as a broken device or clock would send it.
+class Nonsense {
+ public:
+  /// Changes of a corrupted tick that its caller makes.
+  struct Other {
+    Nanos clock = 0;    // ns, jump of the clock
+    bool undo = false;  // undo the last stroke
+  };
+
+  Nonsense(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}
+  double pedal() { return uniform_(random_); }
+  /// Corrupts one tick in 50: the hand, its pose or the pedal, or what it returns.
+  Other spoil(Wanderer& hand, Pose& X, double& pedal) {
+    switch (random_() % 450) {
+      case 0:
+        hand.leap_to(home_ + anywhere(6 * kMillimetre));
+        break;
+      case 1:
+        X.p = {std::numeric_limits<double>::quiet_NaN(), 0, 0};
+        break;
+      case 2:
+        X.p = dvec3(std::numeric_limits<double>::infinity());
+        break;
+      case 3:
+        X.R = dquat(0, 0, 0, 0);
+        break;
+      case 4:
+        X.p = anywhere(1e30);
+        break;
+      case 5:
+        pedal = std::numeric_limits<double>::quiet_NaN();
+        break;
+      case 6:
+        return {.clock = -5'000'000};
+      case 7:
+        return {.clock = 3'000'000'000};
+      case 8:
+        return {.undo = true};
+      default:
+        break;
+    }
+    return {};
+  }
+
+ private:
+  dvec3 anywhere(double size) {
+    const double x = uniform_(random_), y = uniform_(random_), z = uniform_(random_);
+    return size * dvec3(x, y, z);
+  }
+  std::mt19937_64 random_;
+  std::uniform_real_distribution<double> uniform_{-1, 1};
+  dvec3 home_;
 };
 
 }  // namespace typodont::haptics::bench

@@ -115,13 +115,13 @@ TEST_P(HostileHand, NeverGetsNonsenseForNonsense) {
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       HapticBench bench(volume_of(body), settings());
       Wanderer hand(seed, body.top);
-      Nonsense nonsense(seed, body.top, false);
+      Nonsense nonsense(seed, body.top);
       PerTissue removed{};
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {
         Pose X = hand.next(1e-3);
         double pedal = nonsense.pedal();
-        nonsense.spoil(bench, hand, X, pedal);
+        spoil(nonsense, /*undoes=*/false, bench, hand, X, pedal);
         const ServoTick& tick = bench.tick(X, pedal);
         ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
         ASSERT_GE(tick.cuts, cuts) << "tick " << i;

@@ -51,12 +51,12 @@ TEST_P(HostileHandOnEveryModel, FeelsFiniteBoundedForcesAndNonsenseAsNone) {
     for (int left = campaign(1500); left > 0; left -= kHostileRound, ++seed) {
       HapticBench bench(body.tissue, settings_of(GetParam()));
       Wanderer hand(seed, {0, 0, body.top});
-      Nonsense nonsense(seed, {0, 0, body.top}, true);
+      Nonsense nonsense(seed, {0, 0, body.top});
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i) {
         Pose X = hand.next(1e-3);
         double pedal = nonsense.pedal();
-        nonsense.spoil(bench, hand, X, pedal);
+        spoil(nonsense, /*undoes=*/true, bench, hand, X, pedal);
         const ServoTick& tick = bench.tick(X, pedal);
         ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "seed " << seed << ", tick " << i;
         ASSERT_GE(tick.cuts, cuts) << "seed " << seed << ", tick " << i;

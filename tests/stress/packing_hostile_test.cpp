@@ -106,12 +106,12 @@ TEST_P(HostileHandAmongSpheres, NeverGetsNonsenseForNonsense) {
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       HapticBench bench(body.tissue, settings());
       Wanderer hand(seed, {0, 0, body.top});
-      Nonsense nonsense(seed, {0, 0, body.top}, true);
+      Nonsense nonsense(seed, {0, 0, body.top});
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {
         Pose X = hand.next(1e-3);
         double pedal = nonsense.pedal();
-        nonsense.spoil(bench, hand, X, pedal);
+        spoil(nonsense, /*undoes=*/true, bench, hand, X, pedal);
         const ServoTick& tick = bench.tick(X, pedal);
         ASSERT_NO_FATAL_FAILURE(expect_sense(tick)) << "tick " << i;
         ASSERT_GE(tick.cuts, cuts) << "tick " << i;
