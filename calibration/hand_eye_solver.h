@@ -1,6 +1,6 @@
 // Estimates the pose of a sensor on an arm, and the pose of its counterpart in the room, from poses that the arm and a
-// tracker report at the same times. SI; any thread; set-up time. Frames: H haptic base, S stylus, K camera or tracker,
-// M marker or target.
+// tracker report at the same times. Units are SI. Any thread, at set-up time. Frames: H haptic base, S stylus, K camera
+// or tracker, M marker or target.
 // Robot–world: A_i X = Z B_i. With a marker M on the stylus and a tracker K in the room: A = X_HS, B = X_KM, X = X_SM,
 // Z = X_HK.
 // Hand–eye: with a camera K on the stylus and a target M in the room, the same equation holds with B = X_MK, the

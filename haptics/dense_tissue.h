@@ -15,6 +15,11 @@ struct VoxelBox {
   glm::ivec3 lo{1}, hi{0};
   bool empty() const { return lo.x > hi.x; }
 };
+/// The voxels that lie in both boxes.
+inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
+  const VoxelBox box{glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
+  return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
+}
 
 /// A whole box of tissue as plain arrays, as importers and analytic solids make it. z runs fastest:
 /// index (x·size.y + y)·size.z + z.

@@ -1,5 +1,6 @@
-// An array that can begin anywhere in a ring of memory: a window that moves keeps the samples that stay in it where
-// they are. The ring is mapped twice in a row, so that the array is contiguous wherever it begins.
+// An array in a ring buffer. If the window that it represents moves, the samples that stay in the window keep their
+// memory addresses; only the start of the array changes. The ring is mapped twice in a row, so the array is contiguous
+// for every start.
 #pragma once
 
 #include <sys/mman.h>
@@ -39,13 +40,13 @@ class SlidingBuffer {
     allocate(count);
     std::fill_n(data(), count_, value);
   }
-  /// Keeps the elements where the count stays, else all become T{}.
+  /// Keeps the elements if the count stays the same; otherwise all become T{}.
   void resize(std::size_t count) {
     if (count != count_) assign(count, T{});
   }
 
-  /// Begins `by` elements later, or earlier where it is negative. Element i was element i + by before, where there was
-  /// one; the others hold anything. Moves no memory.
+  /// Moves the start by `by` elements (negative: backwards). Element i is then the former element i + by; elements
+  /// without a former one have unspecified values. Copies no memory.
   void slide(std::ptrdiff_t by) noexcept {
     if (ring_ == 0) return;
     const auto ring = static_cast<std::ptrdiff_t>(ring_);
@@ -111,7 +112,7 @@ class SlidingBuffer {
   T* memory_ = nullptr;
   std::size_t count_ = 0;  // elements
   std::size_t ring_ = 0;   // elements after which the memory repeats
-  std::size_t first_ = 0;  // where the array begins in the ring
+  std::size_t first_ = 0;  // index of the array's first element in the ring
 };
 
 }  // namespace typodont::haptics

@@ -17,7 +17,7 @@
 namespace typodont::haptics {
 
 /// A cube of n³ samples of distance (voxels) and label, z fastest. The carver reuses patches that come back from the
-/// servo: one that moves keeps the samples that stay inside, and only what came in or changed is copied.
+/// servo: a patch that moves keeps the samples that stay inside, and only new and changed samples are copied.
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
@@ -33,8 +33,8 @@ struct SurfacePatch : Snapshot {
   std::vector<SurfacePatch>
       wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
   int every = 1;
-  // What the carver has to copy again when it reuses the patch: what changed in the tissue since `copied_at`
-  // (TissueVolume::mark(); 0: everything), and the box of voxels, inclusive, that the patch's owner wrote to.
+  // The samples that the carver must copy again when it reuses the patch: changes of the tissue since `copied_at`
+  // (TissueVolume::mark(); 0: all samples), and the box of voxels, inclusive, in which the servo wrote to the patch.
   std::uint64_t copied_at = 0;
   glm::ivec3 written_lo{INT_MAX}, written_hi{INT_MIN};
 
@@ -49,7 +49,8 @@ struct SurfacePatch : Snapshot {
     hardness.resize(tissue.size());
     uncut.resize(tissue.size());
   }
-  /// From now on it begins at voxel `first`. Samples that stay inside keep their values, the others hold anything.
+  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; the values of the
+  /// others are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -75,7 +76,7 @@ struct SurfacePatch : Snapshot {
   }
 };
 
-/// Notes that samples of a box of voxels were written to.
+/// Extends the box of samples that the servo wrote to.
 inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }

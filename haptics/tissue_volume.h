@@ -42,131 +42,135 @@ class TissueVolume {
   TissueVolume(TissueVolume&&) noexcept;
   TissueVolume& operator=(TissueVolume&&) noexcept;
 
-  /// Writes whole or not at all. Throws Error when the place is not writable.
+  /// Writes the whole file or nothing. Throws Error if the folder is not writable.
   void save(const std::filesystem::path& file) const;
 
   const VoxelFrame& frame() const;
   double band() const;  // m
   /// True when distances outside the tissue were true distances before anything was cut.
   bool exact_outside() const;
-  /// A box around all that was cut within lo .. hi since; a_lo > a_hi when nothing was.
+  /// The bounding box of all cuts within lo .. hi; a_lo > a_hi if there are none.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
-  /// Inclusive bounds, in voxels, of all voxels nearer than the band to a surface; lo > hi when there is none.
+  /// Inclusive bounds, in voxels, of all voxels nearer to a surface than the band; lo > hi if there are none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
   /// Whether any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
   bool graded() const;
 
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels, hardness (see
-  /// hardness.h). z fastest. Null pointers are left out.
+  /// hardness.h). z fastest. An array whose pointer is null is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// The same with labels as a patch keeps them (see label.h); hardness of a filled voxel is that of what was there
-  /// before the filling.
+  /// As copy(), with labels in the encoding of a patch (see label.h). The hardness of a filled voxel is the one that it
+  /// had before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
-  /// A box around all that was filled within lo .. hi; a_lo > a_hi when nothing was.
+  /// The bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
   void filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
 
-  /// Every n-th sample of a box, the first n·lo: distances in voxels n times as large, labels. Where something was cut
-  /// the field knows only what is near; deeper it then says no more than that it is deep.
-  /// Hardness where a pointer is given.
+  /// Copies every n-th sample of a box; the first is at n·lo. Distances are in voxels n times as large. Near a cut the
+  /// field is exact only close to the surface; deeper samples get the distance −Sweep::kMargin. `hardness` may be null.
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  // Copies that are brought up to date instead of being made anew.
-  /// Names the state of the tissue now, for written_since(). Never 0, and never that of another volume.
+  // The functions below update a copy instead of making it anew.
+  /// Returns a number for the present state of the tissue, for written_since(). It is never 0 and never the number of
+  /// another volume.
   std::uint64_t mark();
-  /// What carve() and fill() have written since a mark.
+  /// The places where carve() and fill() have written since a mark.
   struct Written {
-    std::vector<glm::ivec3> blocks;  // keys, see solid_block(); may repeat
-    VoxelBox box;                    // around all of it
+    std::vector<glm::ivec3> blocks;  // keys, see solid_block(); a key may occur more than once
+    VoxelBox box;                    // bounding box of all writes
   };
-  /// False where that is no longer known: after undo, or painting, or if it is too long ago.
+  /// Returns false if the writes since `mark` are no longer known: after undo or painting, or if there were too many.
   bool written_since(std::uint64_t mark, Written& written) const;
-  /// A box of samples that was copied: of voxels, or of every n-th of them.
+  /// A copied box of samples: of every voxel, or of every n-th voxel.
   struct Copied {
     glm::ivec3 lo, size;
     float* distance;
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  /// As copy_for_patch(), of the samples of `part` alone, which lies in the box.
+  /// As copy_for_patch(), but only the samples of `part`, which lies in the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// The same of those blocks, as far as they lie in the box.
+  /// As copy_part(), for the parts of these blocks that lie in the box.
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
-  /// As copy_every(), of the samples of `part` alone, which lies in the box.
+  /// As copy_every(), but only the samples of `part`, which lies in the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
-  /// The box of every n-th sample that may have changed where something was written within `written`.
+  /// The box of those n-th samples that may have changed after writes within `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
 
-  /// Where a removal wrote, and the keys of the blocks (see solid_block()) in which it may have turned tissue to air.
+  /// The bounding box of a removal's writes, and the keys of the blocks (see solid_block()) in which tissue may have
+  /// become air.
   struct Carved {
     VoxelBox box;
     std::vector<glm::ivec3> blocks;
   };
-  /// Takes away what the swept head covers: raises the field to its depth, wherever that is higher. Labels stay,
-  /// but those of a filling where none is left.
+  /// Removes the tissue that the swept head covers: each distance becomes the maximum of itself and the depth below the
+  /// head's surface. Labels stay, except those of a filling that was removed.
   Carved carve(const Sweep& sweep);
-  /// Clears whole voxels.
+  /// Removes whole voxels.
   Carved carve(const VoxelStamp& stamp);
 
-  /// Makes a block of samples what they are given to be. Labels stay. Returns where it wrote.
+  /// Replaces the distances of a block. Labels stay. Returns the bounding box of the writes.
   VoxelBox replace(const RasterBlock& block);
 
-  /// Adds a filling: lowers the field to it, wherever that is lower, and labels what was empty. Returns where it wrote.
+  /// Adds a filling: each distance becomes the minimum of itself and the distance to the filling, and voxels that were
+  /// empty get its label. Returns the bounding box of the writes.
   VoxelBox fill(const Fill& filling);
-  /// Adds a body in the shape of a head. Returns where it wrote.
+  /// Adds a body with the shape of a head. Returns the bounding box of the writes.
   VoxelBox fill(const PlacedHead& body);
 
-  /// The samples of a block of 8³ that lie in tissue; its first sample is 8 key.
+  /// Finds which samples of a block of 8³ lie in tissue. The first sample of the block is at 8·key.
   void solid_block(const glm::ivec3& key, SolidBits& bits) const;
 
-  /// Takes out a piece that hangs on to nothing, and with it what it meant for the distances around it. Labels stay.
-  /// Returns its volume per tissue, m³.
+  /// Removes a piece that is connected to nothing, and corrects the distances around it. Labels stay. Returns its
+  /// volume per tissue, m³.
   PerTissue take_out(const TissuePiece& piece);
 
-  /// Gives all tissue inside the solid (voxel centres, one voxel beyond the surface included) another label and
-  /// hardness. Filled voxels get the label alone. False where there was no tissue inside it.
+  /// Gives all tissue inside the solid (voxel centres, including one voxel beyond the surface) another label and
+  /// hardness. Filled voxels get only the label. Returns false if the solid contains no tissue.
   bool paint(Tissue tissue, const Solid& solid, std::uint8_t hardness = kOwnHardness);
-  /// How often that was done.
+  /// Number of calls of paint() that changed tissue.
   std::uint64_t paints() const;
 
-  // Strokes: what is carved and painted from begin_stroke() on can be taken back as one, and brought again. Memory goes
-  // with the leaves (8³ voxels) that were written to; nothing is kept before the first stroke.
+  // Strokes: all cuts and paints from begin_stroke() on are undone and redone together. The memory is proportional to
+  // the number of changed leaves (8³ voxels); nothing is stored before the first stroke.
   void begin_stroke();
-  /// Nothing more comes to the stroke that was begun; one that changed nothing is forgotten.
+  /// Ends the present stroke. A stroke that changed nothing is discarded.
   void end_stroke();
-  /// What came back by all undoing so far, less what went again, m³ (negative where fillings were taken back).
+  /// Volume that all undos so far brought back, minus what redos removed again, m³ (negative for undone fillings).
   const PerTissue& taken_back() const;
-  /// False when there is none. A stroke begun after an undo forgets what was undone.
+  /// Both return false if there is no stroke to undo or redo. A stroke that begins after an undo discards what was
+  /// undone.
   bool undo();
   bool redo();
   struct Strokes {
-    std::size_t done = 0, undone = 0;  // that can be taken back, and brought again
-    std::size_t bytes = 0;             // kept for them
+    std::size_t done = 0, undone = 0;  // strokes that can be undone, and redone
+    std::size_t bytes = 0;             // memory of these strokes
   };
   Strokes strokes() const;
 
-  /// The same tissue once more, without its strokes.
+  /// A copy of the tissue without its strokes.
   TissueVolume clone() const;
 
-  /// The mesh that the volume was made from; null where it was made otherwise. Painting relabels its triangles; cuts
-  /// and fillings do not change it.
+  /// The mesh from which the volume was made; null if it was not made from a mesh. Painting changes the labels of its
+  /// triangles; cuts and fillings do not change it.
   const std::shared_ptr<const TissueMesh>& mesh() const;
   void set_mesh(std::shared_ptr<const TissueMesh> mesh);
   /// The zero set of the field as triangles, see surface_mesh() in tissue_mesh.h.
   TissueMesh extract_mesh() const;
 
-  /// Bricks (see FieldBrick) that hold surface.
+  /// Keys of the bricks (see FieldBrick) that contain surface.
   std::vector<glm::ivec3> surface_bricks() const;
-  /// Bricks changed since the last call, neighbours that share samples included.
+  /// Keys of the bricks that changed since the last call, including neighbours that share samples with them.
   std::vector<glm::ivec3> take_changed_bricks();
   void read_brick(const glm::ivec3& key, FieldBrick& brick) const;
 
-  /// Volume per tissue, m³: every voxel counts by its share inside the surface.
+  /// Volume per tissue, m³. Each voxel counts with the fraction of it that lies inside the surface.
   PerTissue volumes() const;
-  /// The same with every voxel's volume times its hardness, 0..1. The quotient with volumes() is the mean hardness.
+  /// As volumes(), with each voxel's volume multiplied by its hardness, 0..1. The ratio to volumes() is the mean
+  /// hardness.
   PerTissue hardness_volumes() const;
   /// FNV-1a over the bytes of all active samples in index order, hardness included: equal fields, equal hashes.
   std::uint64_t hash() const;

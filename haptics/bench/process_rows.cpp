@@ -1,4 +1,4 @@
-// What a tick costs in all: the servo's own time beside the time of everything that a tick makes the process do.
+// The whole cost of a tick: the servo's own time beside the process time, which includes carver and hand-over.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/units.h"
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
 
@@ -28,7 +29,7 @@ struct ProcessCase {
   std::function<std::function<Pose(int, const ServoTick&, double)>()> hand;
 };
 
-/// A hand that slides around a ball at 30 mm/s, 0.4 mm deep, on a great circle aslant to the voxels.
+/// A hand that slides around a ball at 30 mm/s, 0.4 mm deep, on a great circle that is oblique to the voxel axes.
 Pose slide(int tick, const Tool& tool, double dt) {
   constexpr double kSpeed = 0.03;  // m/s
   const double radius = kBallRadius + tool.radius(), angle = kSpeed * dt * tick / radius + 0.3;
@@ -53,7 +54,7 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Servo, carver and hand-over in one thread, so that the thread's time is the process's.
+/// Servo, carver and hand-over run in one thread, so the thread's time is the process time.
 struct ProcessTime {
   double all = std::numeric_limits<double>::infinity();  // ns per tick, the mean
   std::vector<double> servo;                             // ns, tick by tick
@@ -62,7 +63,7 @@ ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchO
   ServoSettings settings;
   settings.tool = c.tool;
   settings.method = options.method;
-  settings.spindle.free_speed = 300e3 / 60 * 2 * kPi;
+  settings.spindle.free_speed = 300 * kKrpm;
   ProcessTime time;
   time.servo = least_of([&] {
     Scene scene(dense, settings);
@@ -82,7 +83,7 @@ ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchO
   return time;
 }
 
-/// The share of ticks in each octave of time, 1 to 2 µs, 2 to 4 µs …
+/// Adds the fraction of ticks in each octave of time: 1 to 2 µs, 2 to 4 µs …
 void histogram_rows(const std::string& name, const std::string& knob, const std::vector<double>& ticks,
                     std::vector<BenchRow>& rows) {
   const auto octave = [](double ns) { return std::max(static_cast<int>(std::floor(std::log2(ns / 1000))), -1); };
@@ -108,10 +109,10 @@ void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       rows.push_back({"process time, servo alone" + of, knob, BenchRow::kNone, "", mean, "tick"});
       rows.push_back({"process time, servo, carver and hand-over" + of, knob, BenchRow::kNone, "", time.all, "tick",
                       "the servo alone", time.all / mean});
-      for (const double share : {0.5, 0.99, 0.999}) {
-        const double ns = quantile(time.servo, share);
-        rows.push_back({fmt::format("servo's tick, {:g} %{}", 100 * share, of), knob, BenchRow::kNone, "", ns, "tick",
-                        "its median", ns / median});
+      for (const double fraction : {0.5, 0.99, 0.999}) {
+        const double ns = quantile(time.servo, fraction);
+        rows.push_back({fmt::format("servo's tick, {:g} %{}", 100 * fraction, of), knob, BenchRow::kNone, "", ns,
+                        "tick", "its median", ns / median});
       }
       histogram_rows(c.name, knob, time.servo, rows);
     }

@@ -220,7 +220,8 @@ void fetch(const WayBlock& block) {
   }
 }
 
-/// new = max(old, min(depth, kInner)), ignoring depths below -kMargin. Returns whether anything changed.
+/// Sets each sample to max(sample, min(depth, kInner)) and ignores depths below -kMargin. Returns true if any sample
+/// changed.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
   const Straight& way = *way_at;

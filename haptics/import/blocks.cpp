@@ -472,7 +472,7 @@ Bodies find_bodies(const Mask& mask) {
   return bodies;
 }
 
-double share_near(const Mask& mask) {
+double fraction_near(const Mask& mask) {
   const glm::ivec3 count = BlockSet::blocks_of(mask.size);
   Grid<std::uint8_t> holds(count, 0);
   for_each_slab(count.x, [&](int block) {

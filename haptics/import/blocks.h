@@ -1,4 +1,4 @@
-// Samples of a box that are kept near a body only: memory goes with the body, not with the box around it.
+// Arrays of samples that are stored only near a body, so that memory is proportional to the body, not to its box.
 #pragma once
 
 #include <tbb/parallel_for.h>
@@ -13,17 +13,17 @@
 
 namespace typodont::haptics::importing {
 
-/// Which blocks of 16³ samples of a box are kept. A block that is not kept lies wholly outside the body or wholly
-/// inside it.
+/// The blocks of 16³ samples of a box that are stored. A block that is not stored lies wholly outside the body or
+/// wholly inside it.
 struct BlockSet {
   static constexpr int kEdge = 16;
   static constexpr std::size_t kSamples = 4096;
   static constexpr std::int32_t kOutside = -1, kInside = -2;
 
-  glm::ivec3 size{0};              // of the box, samples
-  glm::ivec3 count{0};             // of the box, blocks
-  std::vector<std::int32_t> slot;  // per block, z fastest: its number among those kept, kOutside or kInside
-  std::vector<glm::ivec3> first;   // of each block kept: its first sample
+  glm::ivec3 size{0};              // size of the box in samples
+  glm::ivec3 count{0};             // size of the box in blocks
+  std::vector<std::int32_t> slot;  // per block, z fastest: its index among the stored blocks, kOutside or kInside
+  std::vector<glm::ivec3> first;   // first sample of each stored block
 
   BlockSet() = default;
   /// `wanted` holds a byte per block, z fastest.
@@ -42,17 +42,18 @@ struct BlockSet {
   static std::size_t within(const glm::ivec3& p) {
     return static_cast<std::size_t>((p.x & 15) << 8 | (p.y & 15) << 4 | (p.z & 15));
   }
-  /// Of sample number i of those kept.
+  /// Position of the stored sample with index i.
   glm::ivec3 place(std::size_t i) const {
     const auto k = static_cast<int>(i % kSamples);
     return first[i / kSamples] + glm::ivec3(k >> 8, k >> 4 & 15, k & 15);
   }
 };
 
-/// Marks, besides the blocks that are marked, all blocks that touch them.
+/// Returns the marked blocks and all blocks that touch them.
 std::vector<std::uint8_t> with_neighbours(const std::vector<std::uint8_t>& blocks, const glm::ivec3& count);
 
-/// Leaves what it makes room for without a value, so that the threads that write first also touch the memory first.
+/// An allocator that does not initialize elements, so that the first write to a page comes from the thread that uses
+/// it.
 template <class T>
 struct NoInitialValue : std::allocator<T> {
   template <class U>
@@ -69,7 +70,7 @@ struct NoInitialValue : std::allocator<T> {
   }
 };
 
-/// A value per sample of the blocks kept, and one value each for all outside and all inside.
+/// One value per sample of the stored blocks, one value for all blocks outside, and one for all blocks inside.
 template <class T>
 struct Sparse {
   std::shared_ptr<const BlockSet> set;
@@ -87,7 +88,7 @@ struct Sparse {
   }
 
   bool holds(const glm::ivec3& p) const { return set->holds(p); }
-  /// Of a sample in the box: its number among those kept; negative where it is not kept.
+  /// Index of a sample of the box among the stored samples; negative if it is not stored.
   std::ptrdiff_t index(const glm::ivec3& p) const {
     const std::int32_t slot = set->slot[set->block(p)];
     return slot < 0
@@ -103,7 +104,7 @@ struct Sparse {
 };
 using SparseMask = Sparse<std::uint8_t>;
 
-/// work(p, i) for every sample that is kept: place, number. On all cores, a block each.
+/// Calls work(position, index) for every stored sample, block by block on all cores.
 template <class Work>
 void for_each_sample(const BlockSet& set, Work work) {
   tbb::parallel_for(std::size_t{0}, set.first.size(), [&](std::size_t b) {
@@ -117,7 +118,7 @@ void for_each_sample(const BlockSet& set, Work work) {
   });
 }
 
-/// A mask of what test(i, p) holds for.
+/// The mask of the samples for which test(index, position) is true.
 template <class Test>
 SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool inside, Test test) {
   SparseMask mask(set, outside, inside);
@@ -125,11 +126,11 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// As for Grid: trilinear and tricubic; beyond the box the value at its wall.
+/// As for Grid: trilinear and tricubic interpolation. Outside the box the value at its border is used.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// As for Grid, where the set has blocks.
+/// As for Grid, but only in the stored blocks.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
@@ -138,43 +139,45 @@ Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 /// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
 /// blur²·(mean curvature). c is kept at 3 at most, for the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// What it leaves of white noise: the norm of its kernel.
+/// Factor by which this smoothing reduces white noise, the norm of its kernel.
 double noise_left(double sigma, double blur);
 
-/// A byte per block of the box, z fastest: whether any sample of g after a Gaussian of `sigma` is more than `bound`.
+/// One byte per block of the box, z fastest: 1 if any sample of g, smoothed by a Gaussian of `sigma`, exceeds `bound`.
 std::vector<std::uint8_t> blocks_above(const Grid<float>& g, double sigma, float bound);
 
-/// Smallest value in the ball of `radius` voxels, at the samples set in `wanted`; at the others their own.
+/// The smallest (largest) value in the ball of `radius` voxels, at the samples set in `wanted`; other samples keep
+/// their values.
 Sparse<float> ball_min(const Sparse<float>& g, double radius, const SparseMask& wanted);
 Sparse<float> ball_max(const Sparse<float>& g, double radius, const SparseMask& wanted);
 
-/// Squared distance, in voxels, to the nearest sample set in `mask`; huge where that is more than `reach` along an
-/// axis.
+/// Squared distance, in voxels, to the nearest sample set in `mask`; a very large value if it is farther than `reach`
+/// along an axis.
 Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 
-/// Bodies of a dense mask that hang together over faces.
+/// Connected components (over faces) of a dense mask.
 struct Bodies {
-  std::vector<std::size_t> voxels;  // of each
-  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest, inclusive; none where lo > hi
+  std::vector<std::size_t> voxels;  // size of each component
+  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest, inclusive; lo > hi if there is none
 };
 Bodies find_bodies(const Mask& mask);
 
-/// Of all samples of the box those in blocks that hold any of the mask, and in the blocks next to them.
-double share_near(const Mask& mask);
+/// Fraction of the box's samples that lie in blocks with samples of the mask, or in neighbours of such blocks.
+double fraction_near(const Mask& mask);
 
 struct SparseComponents {
-  Sparse<std::int32_t> label;       // 0: not in the mask; 1, 2, …; in blocks not kept it is not told
-  std::vector<std::size_t> voxels;  // of component i at [i]; [0] counts nothing
-  std::int32_t largest() const;     // 0 when there is none
+  Sparse<std::int32_t> label;       // 0: not in the mask; 1, 2, …; undefined in blocks that are not stored
+  std::vector<std::size_t> voxels;  // size of component i; [0] is not used
+  std::int32_t largest() const;     // 0 if there is none
 };
-/// Connected over faces (6) or also over edges and corners (26; blocks that are not kept always over faces).
+/// Connected components over faces (6 neighbours), or also over edges and corners (26 neighbours; blocks that are not
+/// stored are always connected over faces).
 SparseComponents components(const SparseMask& mask, bool corners = false);
 
 struct Reached {
   SparseMask samples;
-  std::vector<std::uint8_t> blocks;  // of those not kept, by their place in BlockSet::slot
+  std::vector<std::uint8_t> blocks;  // per block that is not stored, indexed as BlockSet::slot
 };
-/// What of `open` hangs together with the walls of the box.
+/// The part of `open` that is connected to the walls of the box.
 Reached reached_from_walls(const SparseMask& open);
 
 }  // namespace typodont::haptics::importing

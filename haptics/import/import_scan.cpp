@@ -127,8 +127,8 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   }
   for (const std::size_t voxels : bodies.voxels) report.bodies_found += voxels >= 8;
   const glm::ivec3 lo = bodies.lo, hi = bodies.hi, scan_size = solid.size;
-  const double near_tissue =
-      share_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x * scan.spacing.y * scan.spacing.z;  // m³
+  const double near_tissue = fraction_near(solid) * static_cast<double>(solid.v.size()) * scan.spacing.x *
+                             scan.spacing.y * scan.spacing.z;  // m³
   solid = Mask();
   for (int a = 0; a < 3; ++a) {
     const char axis = "xyz"[a];

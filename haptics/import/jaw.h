@@ -9,22 +9,23 @@
 
 namespace typodont::haptics::importing {
 
-/// Greys of what a jaw is made of. Dentin and cortical bone are about equally bright.
+/// Grey values of the materials of a jaw. Dentin and cortical bone are about equally bright.
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
-  bool has_enamel = false;      // else no crown stands out, and `enamel` is a guess
-  std::optional<double> metal;  // where there is any
+  bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
+  std::optional<double> metal;  // only if the scan contains metal
 
-  double bright() const { return 0.5 * (cancellous + hard); }  // from here on dentin or cortical bone
-  double crown() const { return 0.5 * (hard + enamel); }       // from here on enamel
-  double canal() const { return 0.5 * (soft + cancellous); }   // below: a canal in cancellous bone
+  double bright() const { return 0.5 * (cancellous + hard); }  // lower limit of dentin and cortical bone
+  double crown() const { return 0.5 * (hard + enamel); }       // lower limit of enamel
+  double canal() const { return 0.5 * (soft + cancellous); }   // upper limit of a canal in cancellous bone
 };
 
-/// By Otsu's method with two thresholds, over plateaus brighter than `surface`; `offset`: the grey of 0 Hounsfield
-/// units.
+/// Finds the greys by Otsu's method with two thresholds, from plateaus brighter than `surface`. `offset`: the grey of 0
+/// Hounsfield units.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
-/// Standard deviation of the greys, from the differences between voxels three apart: whatever most of the scan shows.
+/// Standard deviation of the noise, from the differences of voxels that are three voxels apart. Works if most of the
+/// scan is uniform.
 double noise_of(const Grid<float>& scan);
 
 struct JawLabels {

@@ -1,6 +1,6 @@
-// Which leaves of the tissue the next cuts can still change: the carver's counterpart of CutFront. A leaf none of whose
-// samples can rise before the head has moved `slack` voxels is skipped for that much of the head's path. Private to
-// haptics/volume.
+// Finds the leaves of the tissue that the next cuts can still change; the carver's counterpart of CutFront. If no
+// sample of a leaf can rise before the head has moved `slack` voxels, the leaf is skipped for that length of the head's
+// path. Private to haptics/volume.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -13,29 +13,29 @@
 
 namespace typodont::haptics {
 
-/// Of one head. Carver's thread. Keys count leaves of 8³ samples.
+/// For one head. Carver thread. A key is a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
   using Kept = LeafHistory<openvdb::FloatTree>::Kept;
 
   struct Place {
-    Leaf* leaf = nullptr;      // once it has been examined
-    Kept* kept = nullptr;      // in the current stroke, if there is one
-    bool cut = false;          // since it was first examined
-    std::uint64_t logged = 0;  // the last mark in whose log of writes it stands
+    Leaf* leaf = nullptr;      // null: not examined yet
+    Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
+    bool cut = false;          // true if it was cut since it was first examined
+    std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
 
-  /// To be called when anything but the cuts of one stroke changes the distances, or replaces a leaf.
+  /// Must be called if anything except the cuts of one stroke changes the distances or replaces a leaf.
   void forget() noexcept { last_.reset(); }
 
-  /// The head goes on to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
+  /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
   void come_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// Path length of the head's farthest point by now, voxels.
+  /// Path length of the head's farthest point so far, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
-  /// The leaves of a row from `key` on, along z: after which path length each must be examined again, voxels, and the
-  /// rest. Apart, because most leaves are only asked for the first.
+  /// The leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be examined again.
+  /// It is stored separately from the other data, because for most leaves nothing else is read.
   struct Row {
     float* due;
     Place* places;
@@ -47,12 +47,13 @@ class LeafFront {
   }
 
  private:
-  static constexpr int kRoom = 2;          // leaves around what a sweep reaches, so that the window rarely moves
-  static constexpr double kLongest = 512;  // voxels of path after which counting starts anew: floats keep 6e-5
+  static constexpr int kRoom = 2;  // leaves, margin of the window around a sweep, so that it rarely moves
+  static constexpr double kLongest =
+      512;  // voxels, path length after which counting restarts; a float then resolves 6e-5
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // none: nothing is known
+  std::optional<Sweep> last_;  // no value: nothing is known
   double path_ = 0;            // voxels
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;

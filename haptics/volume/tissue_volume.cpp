@@ -328,9 +328,8 @@ void TissueVolume::filled_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::i
   a_lo = glm::ivec3(INT_MAX), a_hi = glm::ivec3(INT_MIN);
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   for (const glm::ivec3& key : impl_->filled) {
-    const glm::ivec3 from = glm::max(lo, key * n), to = glm::min(hi, key * n + n - 1);
-    if (from.x > to.x || from.y > to.y || from.z > to.z) continue;
-    a_lo = glm::min(a_lo, from), a_hi = glm::max(a_hi, to);
+    const VoxelBox part = common({lo, hi}, {key * n, key * n + n - 1});
+    if (!part.empty()) a_lo = glm::min(a_lo, part.lo), a_hi = glm::max(a_hi, part.hi);
   }
 }
 
@@ -350,8 +349,7 @@ void TissueVolume::copy_part(const Copied& box, const VoxelBox& part) const {
 void TissueVolume::copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const {
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   for (const glm::ivec3& key : keys) {
-    const glm::ivec3 lo = glm::max(key * n, box.lo), hi = glm::min(key * n + n, box.lo + box.size) - 1;
-    if (lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z) copy_part(box, {lo, hi});
+    copy_part(box, common({key * n, key * n + n - 1}, {box.lo, box.lo + box.size - 1}));
   }
 }
 

@@ -119,7 +119,7 @@ struct ImplantSession {
   bool tip_at(const dvec3& p_mm, double pedal = 0, const dquat& R = {1, 0, 0, 0}) {
     return step({p_mm * kMillimetre + R * dvec3(0, 0, half()), R}, pedal);
   }
-  /// Pushes straight down with about this force from the tool's pose, at most `mm` below it.
+  /// Pushes the tool straight down with about this force. The hand goes at most `mm` below the tool.
   bool push(double newton, double pedal = 0) {
     return step({tick.X_WG.p - dvec3(0, 0, newton / stiffness), {1, 0, 0, 0}}, pedal);
   }

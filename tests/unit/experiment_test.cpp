@@ -160,12 +160,12 @@ TEST(Psychometric, TheIntervalHoldsTheObserversThresholdInNineteenOfTwentyExperi
 }
 
 TEST(Shares, AreThoseOfClopperAndPearson) {
-  const Estimate share = share_of(8, 10);  // R: binom.test(8, 10)
+  const Estimate share = fraction_of(8, 10);  // R: binom.test(8, 10)
   EXPECT_NEAR(share.low, 0.4439045, 1e-6);
   EXPECT_NEAR(share.high, 0.9747893, 1e-6);
   EXPECT_NEAR(chance_of(8, 10), 0.109375, 1e-9);
-  EXPECT_EQ(share_of(0, 5).low, 0);
-  EXPECT_EQ(share_of(5, 5).high, 1);
+  EXPECT_EQ(fraction_of(0, 5).low, 0);
+  EXPECT_EQ(fraction_of(5, 5).high, 1);
 }
 
 TEST(Experiment, TheOrderIsRandomBySeedAndEvenOverManyTrials) {
@@ -250,7 +250,7 @@ TEST_F(Touch, AScriptedHandFeelsTheStiffnessForceAndDelayOfEachStimulus) {
   EXPECT_NEAR(plain.stiffness, 1000, 30);
   EXPECT_NEAR(plain.force, 0.4, 0.02);
   Stimulus stiffer;
-  stiffer.stiffness_share = 1.3;
+  stiffer.stiffness_ratio = 1.3;
   EXPECT_NEAR(touch.feel(stiffer).stiffness / plain.stiffness, 1.3, 0.01);
   Stimulus weaker;
   weaker.force_fraction = 0.5;

@@ -1,5 +1,5 @@
-// Two-alternative trials: two stimuli one after the other in random order, and one question, "which was greater?". The
-// plan says what each trial shows; a subject answers it: a person at a live session (live_subject.h) or a simulated
+// Two-alternative trials: each trial shows two stimuli one after the other in random order and asks which was greater.
+// The plan defines the trials. The subject who answers is a person in a live session (live_subject.h) or a simulated
 // observer (simulated_subject.h). One thread.
 #pragma once
 
@@ -20,26 +20,26 @@ namespace typodont {
 enum class Question { kStiffness, kForce, kDelay, kModel };
 inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "force", "delay", "model"};
 std::string_view name_of(Question question);
-/// "%" or "ms"; empty for models.
+/// Unit of the difference: "%" or "ms"; empty for models.
 std::string_view unit_of(Question question);
-/// "Which was stiffer?"
+/// The question in words, as "Which was stiffer?"
 std::string_view words_of(Question question);
 
-/// What the hand feels in one half of a trial, as a change of the scene.
+/// One of the two stimuli of a trial, as changes of the scene.
 struct Stimulus {
   std::string model;           // contact model; empty: the scene's
-  double stiffness_share = 1;  // of the scene's stiffness
-  double force_fraction = 1;   // 0..1, of the force that reaches the hand
-  double delay = 0;            // s, of the force
+  double stiffness_ratio = 1;  // stiffness over the scene's stiffness
+  double force_fraction = 1;   // 0..1, factor on the force that reaches the hand
+  double delay = 0;            // s, delay of the force
 };
 
 struct Trial {
   int number = 0;  // from 1
   std::array<Stimulus, 2> stimuli;
-  /// What the log holds of each: N/mm, %, ms; of models the place in ExperimentPlan::models.
+  /// The value of each stimulus in the log: N/mm, % or ms; for models the index in ExperimentPlan::models.
   std::array<double, 2> values{};
-  double level = 0;             // by how much the greater exceeds the reference, in the unit of the question
-  bool greater_second = false;  // the greater one, or the second model, is shown second
+  double level = 0;             // excess of the greater stimulus over the reference, in the unit of the question
+  bool greater_second = false;  // true if the greater stimulus (or the second model) is shown second
 };
 
 enum class Answer { kFirst, kSecond };
@@ -47,28 +47,28 @@ enum class Answer { kFirst, kSecond };
 struct AnsweredTrial {
   Trial trial;
   Answer answer = Answer::kFirst;
-  double seconds = 0;  // that the subject thought; 0: a simulated one
+  double seconds = 0;  // time from the question to the answer; 0 for a simulated subject
   bool right() const { return (answer == Answer::kSecond) == trial.greater_second; }
 };
 
 struct ExperimentPlan {
   Question question = Question::kStiffness;
-  double scene_stiffness = 0;         // N/m, of the scene's coupling
+  double scene_stiffness = 0;         // N/m, stiffness of the scene's coupling
   double reference = 0;               // stiffness: N/mm; force: % of the servo's force; delay: ms
-  std::array<std::string, 2> models;  // that are compared, where the question is about models
-  StaircaseRule rule;                 // of all other questions
-  int trials = 150;                   // at most; of models: exactly
-  int turns = 24;                     // of the staircase, after which the experiment is over
-  std::uint64_t seed = 1;             // of the order
+  std::array<std::string, 2> models;  // the two compared models; only for Question::kModel
+  StaircaseRule rule;                 // only for the other questions
+  int trials = 150;                   // largest number of trials; for models the exact number
+  int turns = 24;                     // number of the staircase's turns that ends the experiment
+  std::uint64_t seed = 1;             // seed of the random order
 };
 
-/// Asks until the plan is done, or until the subject gives no answer: it left.
+/// Gives the trials of a plan one by one and collects the answers.
 class Experiment {
  public:
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
-  /// The next trial. The same until answer().
+  /// The present trial. It stays the same until answer().
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);
 
@@ -82,29 +82,29 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  std::vector<bool> orders_;  // of models: as many trials with the second one second as first
+  std::vector<bool> orders_;  // for models: whether each trial shows the second model second; balanced
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
 
-/// What the answers say. Made from a plan and its trials, whether they were just given or read from a log.
+/// The result of the answered trials of a plan. The trials may come from a log.
 struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;    // of all questions but models
+  std::optional<PsychometricFit> fit;    // for all questions except models
   int turns = 0;                         // of the staircase
-  double settled_level = 0, target = 0;  // where the staircase settled, and at which share of right answers
-  Estimate chosen;                       // share of the answers for the second model
-  double chance = 1;                     // probability of such answers if nothing were felt
-  Estimate second;                       // share of the answers "second"
+  double settled_level = 0, target = 0;  // level at which the staircase settled, and its fraction of right answers
+  Estimate chosen;                       // fraction of the answers for the second model
+  double chance = 1;                     // probability of such answers if the subject felt no difference
+  Estimate second;                       // fraction of the answers "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);
 
 /// JSON object, pretty-printed. `log`: name of the file with the trials.
 std::string json_of(const ExperimentResult& result, const std::string& log);
-/// In words, for the terminal.
+/// The result as text for the terminal.
 std::string words_of(const ExperimentResult& result);
 /// A self-contained page with the staircase and the fitted function.
 std::string page_of(const ExperimentPlan& plan, const ExperimentResult& result,

@@ -17,10 +17,10 @@ namespace {
 
 constexpr double kFree = 0.3;  // s without contact before the next stimulus
 
-/// Lines that standard input has; never waits.
+/// Reads answers from standard input; never waits.
 class TypedAnswers {
  public:
-  /// What was typed before it was asked for is no answer; what a program pipes in is.
+  /// Discards what was typed before the question. Input from a pipe is kept.
   void forget() {
     if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
   }
@@ -53,8 +53,8 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  Scene shown;        // with the session's model: the session refers to it
-  std::string model;  // of the session
+  Scene shown;        // the scene with the session's model; the session refers to it
+  std::string model;  // the session's contact model
   std::optional<Workbench> bench;
   TypedAnswers typed;
 
@@ -64,7 +64,7 @@ struct LiveSubject::Impl {
     options.workbench.most_delay = options.most_delay;
   }
 
-  /// In the window and on the terminal.
+  /// Writes a line in the window and on the terminal.
   void say(const std::string& line) {
     bench->say(line);
     log::info("{}", line);
@@ -81,7 +81,7 @@ struct LiveSubject::Impl {
     bench->start();
   }
 
-  /// Until the tool has touched nothing for a moment. False when the session is over.
+  /// Waits until the tool has touched nothing for kFree. Returns false if the session has ended.
   bool wait_until_free() {
     Nanos since = now();
     bool told = false;
@@ -101,7 +101,7 @@ struct LiveSubject::Impl {
     open(stimulus.model);
     if (!wait_until_free()) return false;
     SessionSettings settings = bench->settings();
-    settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_share);
+    settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_ratio);
     settings.force_fraction = stimulus.force_fraction;
     settings.force_delay = from_seconds(stimulus.delay);
     bench->set(settings);

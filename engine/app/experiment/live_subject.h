@@ -1,4 +1,4 @@
-// A person as the subject: feels the stimuli in a live session and answers by key. Drawing thread.
+// A person as the subject, who feels the stimuli in a live session and answers by key. Drawing thread.
 #pragma once
 
 #include <memory>
@@ -11,17 +11,16 @@
 
 namespace typodont {
 
-/// One session shows all stimuli that have the same contact model; another model needs a session of its own, which is
-/// opened in its place. A stimulus changes only while the tool touches nothing, so no change is felt as a step. Answers
-/// come from the keys left (first) and right (second) of the session's window, or as "1" or "2" with Enter from
-/// standard input.
+/// Stimuli with the same contact model share one session; for another model the session is closed and a new one opened.
+/// A stimulus changes only while the tool touches nothing, so that the change causes no force step. Answers are the
+/// keys left (first) and right (second) in the session's window, or "1" or "2" and Enter on standard input.
 class LiveSubject {
  public:
   struct Options {
     WorkbenchOptions workbench;
     Question question = Question::kStiffness;
-    double seconds = 4;     // that each stimulus is felt
-    double most_delay = 0;  // s, of any stimulus
+    double seconds = 4;     // duration of each stimulus
+    double most_delay = 0;  // s, longest delay of any stimulus
   };
   /// Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
@@ -31,9 +30,10 @@ class LiveSubject {
     Answer answer;
     double seconds;  // from the question to the answer
   };
-  /// Shows both stimuli and asks. Nothing: the session was ended instead. `of`: "12 of at most 100".
+  /// Shows both stimuli and asks. Returns no value if the session was ended instead. `of`: the number of the trial as
+  /// text, as "12 of at most 100".
   std::optional<Given> ask(const Trial& trial, const std::string& of);
-  /// Ends the session in order. Throws RunFailure when it failed.
+  /// Ends the session. Throws RunFailure if the session failed.
   void stop();
 
  private:

@@ -17,8 +17,9 @@ using Binomial = boost::math::binomial_distribution<double>;
 
 constexpr double kUpperQuartile = 0.6744897501960817;  // of the normal distribution: Φ = 0.75
 constexpr double kChiSquare95 = 3.841458820694124;     // one degree of freedom
-constexpr double kLeastProbability = 1e-12;            // of an answer: an impossible one would hide all the others
-constexpr double kWidthRange = 50;  // widths from 1/50 of the least to 50 times the greatest difference
+constexpr double kLeastProbability =
+    1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
+constexpr double kWidthRange = 50;  // widths lie between 1/50 of the smallest and 50 times the largest difference
 
 double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
@@ -61,7 +62,7 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// The best lapse rate of this bias and width, and the logarithm of its likelihood, which is concave in the rate.
+  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is concave in the rate.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -131,7 +132,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// Where `inside` ends between a place inside and one outside.
+  /// Finds the border of `inside` between the values `in` and `out` by bisection.
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -141,9 +142,9 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // Φ of each level, of the bias and width that are being looked at
-  double greatest_ = 0;         // difference
-  double low_ = 0, high_ = 0;   // logarithms of the widths that are considered
+  std::vector<double> shares_;  // Φ of each level, for the bias and width under test
+  double greatest_ = 0;         // largest difference
+  double low_ = 0, high_ = 0;   // logarithms of the smallest and largest considered width
 };
 
 }  // namespace
@@ -162,7 +163,7 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
   return Likelihood(judgements).fit();
 }
 
-Estimate share_of(int chosen, int count) {
+Estimate fraction_of(int chosen, int count) {
   constexpr double kTail = 0.025;  // probability on either side of the interval
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};

@@ -14,9 +14,9 @@ struct Judgement {
 /// P("second") = lapse / 2 + (1 − lapse) Φ((difference − bias) / width), Φ the cumulative Gaussian
 /// (García-Pérez & Alcalá-Quintana 2011; lapse rate as in Wichmann & Hill 2001).
 struct Psychometric {
-  double bias = 0;   // difference that is called greater half of the time: the effect of the order
-  double width = 1;  // standard deviation of what is judged
-  double lapse = 0;  // 0..1, share of trials that are answered by chance
+  double bias = 0;   // difference at which both answers are equally likely; it measures the effect of the order
+  double width = 1;  // standard deviation of the subject's judgement, in the unit of the difference
+  double lapse = 0;  // 0..1, fraction of trials that are answered at random
 
   double second(double difference) const noexcept;
   /// Just-noticeable difference: without bias and lapses, 75 % of the answers are right there.
@@ -24,8 +24,8 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % interval. An end that the answers do not determine is 0 or infinite for the JND, and the
-/// end of the range of differences for the bias.
+/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, it is 0 or
+/// infinite for the just-noticeable difference, and the end of the range of differences for the bias.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };
@@ -38,14 +38,16 @@ struct PsychometricFit {
 
 inline constexpr double kMostLapses = 0.06;  // greatest lapse rate that the fit considers (Wichmann & Hill 2001)
 
-/// Maximum likelihood; intervals from the profile likelihood (χ² of one degree of freedom). At least one judgement, and
-/// a difference other than 0. The bias is looked for within the range of the differences. As known of staircases
-/// (Kaernbach 2001), the value is a little low: by 5 to 10 % on average after 80 trials; the interval allows for that.
+/// Fits by maximum likelihood; the intervals come from the profile likelihood (χ² with one degree of freedom). Needs at
+/// least one judgement with a difference other than 0. The bias is limited to the range of the differences. After an
+/// adaptive staircase the just-noticeable difference is estimated 5 to 10 % too low on average after 80 trials, which
+/// is a known effect (Kaernbach 2001); the interval still contains the true value in 95 % of the cases.
 PsychometricFit fit_psychometric(std::span<const Judgement> judgements);
 
-/// Of `count` trials `chosen` were answered one way: their share with its exact 95 % interval (Clopper & Pearson 1934).
-Estimate share_of(int chosen, int count);
-/// Probability of answers as uneven as these, or more so, if both were equally likely (two-sided binomial test).
+/// The fraction chosen / count with its exact 95 % interval (Clopper & Pearson 1934).
+Estimate fraction_of(int chosen, int count);
+/// Probability that `chosen` of `count` answers, or a more uneven result, occurs if both answers are equally likely
+/// (two-sided binomial test).
 double chance_of(int chosen, int count);
 
 }  // namespace typodont

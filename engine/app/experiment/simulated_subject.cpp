@@ -13,9 +13,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTouched = 0.1;           // of the greatest force: from there on the contact counts as felt
-constexpr double kDelayRange = 1;          // s, the greatest delay of a stimulus
-constexpr Nanos kPause = kNanosPerSecond;  // between two stimuli, in the air
+constexpr double kTouched = 0.1;           // fraction of the largest force at which the contact counts as felt
+constexpr double kDelayRange = 1;          // s, longest delay of a stimulus
+constexpr Nanos kPause = kNanosPerSecond;  // pause in the air between two stimuli
 
 /// Uniform in [0, 1), the same on every standard library.
 double uniform(std::mt19937_64& random) {
@@ -29,7 +29,7 @@ bool inside(const ServoTick& tick) {
 double relative(double greater, double lesser) {
   return 100 * (greater / lesser - 1);
 }
-/// second − first in percent of the one that is meant to be the lesser.
+/// Difference second − first in percent of the stimulus that is nominally the lesser one.
 double signed_percent(const Trial& trial, double first, double second) {
   return trial.greater_second ? relative(second, first) : -relative(first, second);
 }
@@ -49,7 +49,7 @@ struct ScriptedTouch::Loop {
   Scene scene;
   haptics::LockStep steps;
   haptics::ForceDelay delay;
-  Nanos ended = 0;  // of the last stimulus
+  Nanos ended = 0;  // time at which the last stimulus ended
 
   Loop(const Scene& s, const haptics::DeviceInfo& hand)
       : scene(s), steps(load_lock_step(s, hand)), delay(steps.settings(), kDelayRange) {}
@@ -70,7 +70,7 @@ Felt ScriptedTouch::feel(const Stimulus& stimulus) {
     loop = std::make_unique<Loop>(scene, hand->info());
   }
   SessionSettings settings;
-  settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_share);
+  settings.stiffness = SessionSettings::every_tissue(stimulus.stiffness_ratio);
   loop->steps.servo().set_stiffness(settings.stiffness_of(loop->scene.servo.materials));
 
   haptics::HandSample sample;

@@ -1,5 +1,5 @@
-// A subject without a person: an observer of known threshold, who feels either the stimulus as it is meant or what a
-// scripted hand felt of it in the real servo. One thread.
+// A simulated observer with a known threshold. It judges either the nominal values of the stimuli, or the forces that a
+// scripted hand felt in the real servo. One thread.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace typodont {
 
-/// Judges a difference with Gaussian noise, and now and then answers by chance.
+/// Judges a difference with Gaussian noise, and sometimes answers at random (lapses).
 class SimulatedObserver {
  public:
   SimulatedObserver(const Psychometric& truth, std::uint64_t seed) : truth_(truth), random_(seed) {}
@@ -28,26 +28,26 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// second − first as the experiment means it: in the unit of the question, relative to the lesser where that is %.
+/// Nominal difference second − first, in the unit of the question; if that is %, relative to the lesser stimulus.
 double meant_difference(const Trial& trial);
 
-/// What a hand felt of a stimulus.
+/// Measures of the force that a hand felt with a stimulus.
 struct Felt {
-  double stiffness = 0;  // N/m: force over depth, along the normal of the first contact, least squares
-  double force = 0;      // N, the greatest
-  double delay = 0;      // s from the touch to a tenth of the greatest force
+  double stiffness = 0;  // N/m, least-squares slope of force over depth, along the normal of the first contact
+  double force = 0;      // N, largest force
+  double delay = 0;      // s, time from the first contact until the force reaches a tenth of its largest value
 };
 
-/// Feels stimuli with a scripted hand in the real servo, as fast as it can. Nothing is cut. All stimuli of a model are
-/// felt one after the other by the same servo, as in a live session.
+/// Runs a scripted hand through the real servo for each stimulus, as fast as possible. Nothing is cut. The stimuli of
+/// one model run one after the other in the same servo, as in a live session.
 class ScriptedTouch {
  public:
   /// `hand`: HAND.csv or HAND.json, whose path begins and ends in the air. `rate`: Hz. Throws Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
-  /// Throws Error where the hand does not touch the tissue, or begins or ends inside it.
+  /// Throws Error if the hand does not touch the tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
-  /// second − first as it was felt.
+  /// Difference second − first of the felt measures, in the unit of the question.
   double felt_difference(Question question, const Trial& trial);
 
  private:

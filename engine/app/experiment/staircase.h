@@ -1,4 +1,4 @@
-// Adaptive staircases: which difference the next trial shows. State in, state out; any thread.
+// Adaptive staircases choose the difference of the next trial from the earlier answers. Any thread.
 #pragma once
 
 #include <cmath>
@@ -9,19 +9,19 @@ namespace typodont {
 /// Levels change by ratios, so a level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
-    kTransformed,  // `down` right answers in a row: smaller; a wrong one: greater (Levitt 1971)
-    kWeighted      // each right answer: smaller; a wrong one: greater by more (Kaernbach 1991)
+    kTransformed,  // the level falls after `down` right answers in a row, and rises after each wrong one (Levitt 1971)
+    kWeighted      // it falls after each right answer, and rises by more after each wrong one (Kaernbach 1991)
   };
   Kind kind = Kind::kTransformed;
-  int down = 2;               // of kTransformed: settles where 0.5^(1/down) of the answers are right
-  double weighted_at = 0.75;  // of kWeighted: settles where this share of the answers is right
+  int down = 2;               // for kTransformed: settles where a fraction 0.5^(1/down) of the answers is right
+  double weighted_at = 0.75;  // for kWeighted: settles where this fraction of the answers is right
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between levels, until the staircase has turned `coarse` times
+  double first_step = 1.6;  // ratio between levels before the staircase has turned `coarse` times
   double step = 1.2;        // ratio afterwards
   int coarse = 3;           // turns
 
-  /// Share of right answers at the level where it settles.
+  /// Fraction of right answers at the level where it settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -29,22 +29,22 @@ class Staircase {
  public:
   explicit Staircase(const StaircaseRule& rule) : rule_(rule), level_(clamped(rule.start)) {}
 
-  /// Of the next trial.
+  /// Level of the next trial.
   double level() const { return level_; }
   /// The answer to the trial at level().
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
-    const int way = right ? -1 : 1;
-    if (way_ != 0 && way != way_) turns_.push_back(level_);
-    way_ = way;
+    const int direction = right ? -1 : 1;
+    if (direction_ != 0 && direction != direction_) turns_.push_back(level_);
+    direction_ = direction;
     double step = std::log(static_cast<int>(turns_.size()) < rule_.coarse ? rule_.first_step : rule_.step);
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
-    level_ = clamped(level_ * std::exp(way * step));
+    level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// How often it has turned from greater to smaller levels or back.
+  /// Number of changes between rising and falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// The geometric mean of the levels at the turns after the coarse ones, an even number of them; 0: too few yet.
+  /// The geometric mean of the levels at an even number of turns after the coarse ones; 0 if there are too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -58,8 +58,8 @@ class Staircase {
 
   StaircaseRule rule_;
   double level_;
-  int in_a_row_ = 0;  // right answers since the level last changed
-  int way_ = 0;       // of the last change: 1 greater, -1 smaller, 0 none yet
+  int in_a_row_ = 0;   // right answers since the level last changed
+  int direction_ = 0;  // of the last change: 1 greater, -1 smaller, 0 none yet
   std::vector<double> turns_;
 };
 

@@ -63,16 +63,12 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
   return {patch.lo, glm::ivec3(patch.n), patch.distance.data(), patch.tissue.data(),
           patch.hardness.empty() ? nullptr : patch.hardness.data()};
 }
-VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
-  const VoxelBox box{glm::max(a.lo, b.lo), glm::min(a.hi, b.hi)};
-  return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
-}
 
 }  // namespace
 
-/// Makes a patch what it would be if it were cut out now, from voxel `lo` on. `known`: written_ holds what changed
-/// since it was last copied; then only that is copied, what its owner wrote, and what comes in where the patch moves.
-/// copy_part(box) copies a box of samples, copy_written() what written_ names.
+/// Moves a patch to voxel `lo` and updates its samples. `known`: written_ contains all changes since the patch was last
+/// copied; then only these changes, the servo's own writes and the slabs that enter the patch are copied, else all
+/// samples. copy_part(box) copies a box of samples, copy_written() the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {

@@ -50,7 +50,7 @@ class FieldBody : public TissueBody {
   std::vector<Tool> tools_;
   LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
   std::vector<LoosePiece> pieces_;  // removed, not yet taken
-  TissueVolume::Written written_;   // since the patch was copied that is being renewed
+  TissueVolume::Written written_;   // changes since the patch that is being renewed was last copied
   double travel_ = 0;               // m
   WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
 };

@@ -12,7 +12,7 @@ class VertexHead {
 
   bool is_ball() const noexcept { return ball_; }
   double radius() const noexcept { return radius_; }
-  /// m, from the origin to the farthest point of the head.
+  /// Distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }
 
   /// Signed distance to the surface, negative inside, and its unit gradient.
