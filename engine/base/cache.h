@@ -1,6 +1,6 @@
-// Cache files in the user's cache folder: results that can be recomputed, kept between runs. A file may be damaged or
-// deleted at any time, and is used only if its content is unchanged, bit for bit. Never throws: what cannot be cached
-// is recomputed.
+// Cache files in the user's cache folder: results that can be recomputed are kept between runs. A file may be damaged
+// or deleted at any time. It is used only if its content is unchanged, bit for bit. No function throws: a result that
+// cannot be cached is recomputed.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 /// Adds this build's identity to a key, because another build may compute another result from the same input.
 void add_program(Fnv1a& key);
 
-/// The cached file for this key after its content was checked; a damaged one is removed. Empty if there is none.
+/// Returns the path of the cached file for this key after a check of its content, and removes a damaged file. Returns
+/// an empty path if there is no valid file.
 std::filesystem::path find(const std::filesystem::path& in, std::uint64_t key, const std::string& suffix);
 
 /// Stores the file that `write` writes, completely or not at all. Then removes the files that were not used for the

@@ -6,7 +6,7 @@ namespace typodont {
 
 namespace {
 
-// bytes of one part of a message; a longer part is quoted input, which is shortened
+// bytes, length limit of one part of a message; a longer part is quoted input and is shortened
 constexpr std::size_t kLongest = 240;
 
 /// Shortens a part to kLongest bytes, cut between UTF-8 characters, and removes control characters, which a terminal

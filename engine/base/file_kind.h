@@ -34,7 +34,8 @@ enum class FileKind {
 std::string_view name_of(FileKind kind) noexcept;
 /// File name extensions in lower case, with the dot; none for kText.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;
-/// The one of `kinds` that the name's extension belongs to, in upper or lower case; kText if none does.
+/// Returns the kind among `kinds` to which the file name's extension belongs, in upper or lower case; kText if there is
+/// no such kind.
 FileKind kind_of_name(const std::filesystem::path& file, std::span<const FileKind> kinds);
 
 /// True if a file of this kind may replace an existing file of `size` bytes that begins with `head` (up to 4 KiB): the

@@ -1,4 +1,4 @@
-// A hash that tells whether two files, forces or fields have the same bits. Not for security.
+// A hash that shows whether two files, forces or fields have the same bits. Not for security.
 #pragma once
 
 #include <cstddef>

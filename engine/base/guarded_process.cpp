@@ -136,7 +136,8 @@ int run_guarded(const std::vector<std::string>& asked, int output) {
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setsigmask(&attributes, &none);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  // The user does not need the C library's messages about a damaged heap.
+  // Standard input, output and error lead to /dev/null: the user does not need the C library's messages about a damaged
+  // heap. Only `output` replaces the standard output.
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   for (const int fd : {0, 1, 2}) {

@@ -23,14 +23,15 @@ void limit_process(const ProcessLimits& limits);
 /// kernel has no seccomp filters, only limit_process() protects. Call in the process that is to be limited.
 void give_up_privileges();
 
-/// Path of a helper program of this one. Searched in this order: the path in the environment variable, beside this
-/// program, the install folder, the build folder. `what` names the helper's purpose in the error message. Throws Error.
+/// Path of a helper program. Searched in this order: the path in the environment variable, this program's folder, the
+/// install folder, the build folder. `what` names the helper's purpose in the error message. Throws Error.
 std::filesystem::path companion_program(const char* variable, const std::string& name, const char* built,
                                         const std::string& what);
 
 /// Runs a program as a new process that shares nothing with this one and has no environment variables. `words` are the
-/// command and its arguments. The program's standard output goes to the descriptor `output` if one is given. Returns
-/// the exit status; -1 if a signal ended it. Throws Error if it cannot be started.
+/// command and its arguments. The program's standard output goes to the descriptor `output`, or to /dev/null if
+/// `output` is -1. Returns the exit status; -1 if a signal ended the program. Throws Error if the program cannot be
+/// started.
 int run_guarded(const std::vector<std::string>& words, int output = -1);
 
 }  // namespace typodont

@@ -27,7 +27,8 @@ class InterruptHandler {
 /// Sets a function that end_now() calls first. Devices use it to send zero force. Set-up time.
 void set_last_act(void (*act)() noexcept) noexcept;
 
-/// Removes partially written files, reports that, and ends the process with exit status 1. Safe in signal handlers.
+/// Removes partially written files, reports the removal, and ends the process with exit status 1. Safe in signal
+/// handlers.
 [[noreturn]] void end_now() noexcept;
 
 }  // namespace typodont

@@ -49,7 +49,8 @@ struct Member {
   Node value;
 };
 
-/// Reads one document, strictly after RFC 8259. Written here so that the haptic core needs no JSON package.
+/// Reads one document, strictly according to RFC 8259. This program has its own reader, so that the haptic core needs
+/// no JSON package.
 class Reader {
  public:
   Reader(std::string_view text, std::string_view name) : text_(text), name_(name) {}
@@ -63,7 +64,7 @@ class Reader {
   }
 
  private:
-  static constexpr int kDeepest = 200;  // nesting levels; destroying a deeper document would overflow the stack
+  static constexpr int kDeepest = 200;  // limit of nesting; destroying a deeper document would overflow the stack
 
   /// Column in characters, from 1.
   std::size_t column() const {
@@ -381,7 +382,7 @@ Json Json::parse(std::string_view text, std::string_view name, Lines lines) {
   return Json(document, &document->root, "");
 }
 
-/// `line 7, "a.b[2]"`, with the parts that are known.
+/// Place of this value in error messages: `line 7, "a.b[2]"`. Unknown parts are omitted.
 std::string Json::place(std::string_view path) const {
   if (path.empty()) return "";
   if (!document_->lines_named) return fmt::format("\"{}\"", path);

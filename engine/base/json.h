@@ -15,15 +15,17 @@
 
 namespace typodont {
 
-/// One value in a JSON file; it stores its file and its path in it. Cheap to copy. Set-up time; throws Error.
+/// One value of a JSON file. The object also stores the file and the value's path in the file. Cheap to copy. Set-up
+/// time; throws Error.
 class Json {
  public:
-  /// Whether messages contain line numbers. Not for text that the program built itself and that is no file.
+  /// Selects whether messages contain line numbers. kUnknown is for text that the program built itself and that is no
+  /// file.
   enum class Lines { kNamed, kUnknown };
 
-  /// Reads a file. Duplicate keys, NaN literals, numbers beyond a double and trailing garbage are errors.
+  /// Reads a file. Duplicate keys, NaN literals, numbers outside the range of a double and trailing garbage are errors.
   static Json load(const std::filesystem::path& file);
-  /// Parses text; `name` stands in for the file in messages.
+  /// Parses text. Error messages use `name` in place of the file's path.
   static Json parse(std::string_view text, std::string_view name, Lines lines = Lines::kNamed);
 
   bool is_object() const;
@@ -58,7 +60,7 @@ class Json {
   [[noreturn]] void fail(std::string_view expected) const;
   [[noreturn]] void fail(std::string_view found, std::string_view expected) const;
   const std::filesystem::path& file() const;
-  std::string text() const;  // the value itself, as compact JSON
+  std::string text() const;  // this value as compact JSON
 
  private:
   struct Document;
@@ -69,8 +71,7 @@ class Json {
   std::string path_;
 };
 
-/// Writes a file completely or not at all (PartialFile, which states the rules for overwriting). Throws Error if it
-/// cannot.
+/// Writes a file completely or not at all (PartialFile states the rules for overwriting). Throws Error on failure.
 void write_file_atomically(const std::filesystem::path& file, std::string_view bytes, FileKind kind = FileKind::kText,
                            Over over = Over::kNoInput);
 

@@ -1,5 +1,5 @@
-// Passes the newest value from one thread to one other (triple buffer). No thread ever waits, and no thread sees a
-// partially written value: the writer is wait-free; the reader is lock-free and retries if the writer has just
+// Passes the newest value from one thread to one other thread (triple buffer). No thread ever waits, and no thread
+// reads a partially written value. The writer is wait-free. The reader is lock-free and retries if the writer has just
 // published. A value that the reader did not fetch in time is overwritten; use ring.h if every value counts.
 #pragma once
 
@@ -44,8 +44,8 @@ class Latest {
   // Reader thread.
   /// Fetches the newest value. True if it is new since the last fetch.
   bool fetch() noexcept {
-    // Not a plain exchange: after this load the writer may take back the value seen here and leave an old one in its
-    // place. The loop repeats only when the writer has published in the meantime.
+    // A plain exchange would be wrong: after this load the writer may take back the fresh value and leave an old one in
+    // the slot. The loop repeats only if the writer published after the load.
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     while (there & kFresh) {
       if (middle_.compare_exchange_strong(there, front_, std::memory_order_acq_rel, std::memory_order_relaxed)) {
@@ -55,7 +55,7 @@ class Latest {
     }
     return false;
   }
-  /// Puts the fetched value back as if it had not been fetched. False if a newer value is there.
+  /// Puts the fetched value back as if it had not been fetched. False if the writer has published a newer value.
   bool give_back() noexcept {
     std::uint8_t there = middle_.load(std::memory_order_relaxed);
     if ((there & kFresh) || !middle_.compare_exchange_strong(there, static_cast<std::uint8_t>(front_ | kFresh),

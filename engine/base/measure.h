@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// The quantile at `fraction` (0..1). Needs at least one value.
+/// Quantile of the values at `fraction` (0..1). Needs at least one value.
 inline double quantile(std::vector<double> values, double fraction) {
   const auto wanted = static_cast<std::size_t>(fraction * static_cast<double>(values.size()));
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(wanted, values.size() - 1));
@@ -18,8 +18,8 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// Keeps values of a run of any length in bounded memory, for quantiles: all values up to kMost, then every second one,
-/// every fourth …
+/// Samples the values of a run of any length in bounded memory, for quantiles. The sample contains all values while
+/// there are fewer than kMost, then every second value, then every fourth value, and so on.
 class EvenSample {
  public:
   void add(double value) {
@@ -41,10 +41,10 @@ class EvenSample {
 };
 
 struct MeasuredTimes {
-  double median = 0, slow = 0;  // ns; slow is the 90th percentile
+  double median = 0, slow = 0;  // ns; slow: the 90th percentile
 };
 
-/// Runs in the calling thread. `repeats` is at least 1.
+/// Runs `work` in the calling thread `repeats` times (at least 1) and measures the thread CPU time of each run.
 template <class F>
 MeasuredTimes measure(int repeats, F&& work) {
   std::vector<double> times;

@@ -5,7 +5,7 @@
 
 namespace typodont {
 
-/// Path of the program or shared library that contains this code, with links resolved; empty if the system cannot tell.
+/// Path of the program or shared library that contains this code, with links resolved; empty if the path is unknown.
 std::filesystem::path own_file();
 
 }  // namespace typodont

@@ -31,15 +31,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kHead = 4096;  // bytes at the beginning of an existing file that tell its kind
+constexpr std::size_t kHead = 4096;  // bytes, read from the beginning of an existing file to recognise its kind
 constexpr std::size_t kRandomDigits = 16;
 
-/// Paths of the partially written files, for signal handlers. If the array is full, only the destructor removes the
-/// file.
+/// Paths of the partially written files, for signal handlers. A file that finds no free entry is removed only by the
+/// destructor.
 std::array<std::atomic<const char*>, 64> g_half_written{};
 static_assert(std::atomic<const char*>::is_always_lock_free, "read inside signal handlers");
 
-/// The names stay allocated, because a signal handler may still read one that was just removed from the array.
+/// Copies the path to memory that is never freed, because a signal handler may still read a path that was just removed
+/// from the array.
 const char* keep_name(const fs::path& path) {
   static std::mutex mutex;
   static std::deque<std::string> names;
@@ -158,7 +159,7 @@ void PartialFile::forget() noexcept {
   listed_ = nullptr;
 }
 
-/// Checks what exists at `file` now. Throws Error if it must not be replaced.
+/// Checks the existing file at `file`. Throws Error if the file must not be replaced.
 void PartialFile::check_target() {
   const auto refuse = [&](std::string_view found, std::string_view expected) {
     throw Error(file_.string(), "", found, expected);

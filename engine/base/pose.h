@@ -1,5 +1,5 @@
-// Rigid poses with monogram names (Drake's convention): X_AB is frame B as seen from frame A.
-// Inner letters meet: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in ARCHITECTURE.md.
+// Rigid poses with monogram names (Drake's convention): X_AB is the pose of frame B as seen from frame A. In a product
+// the inner letters are equal: X_AC = X_AB * X_BC, p_AQ = X_AB * p_BQ. The frames are listed in ARCHITECTURE.md.
 #pragma once
 
 #include <algorithm>
@@ -47,17 +47,18 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
   return glm::normalize(dquat(1 + c, axis.x, axis.y, axis.z));
 }
 
-/// The angle of the rotation that takes one to the other, 0 to π.
+/// Angle of the rotation that takes a to b: rad, 0 to π.
 inline double turn_between(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-/// Upper bound of the distance that any point within `reach` of the origin moves from a to b.
+/// Upper bound, in m, of the distance that a point moves if the frame moves from a to b. The point lies within `reach`
+/// (m) of the frame's origin.
 inline double way_between(const Pose& a, const Pose& b, double reach) {
   return glm::length(b.p - a.p) + turn_between(a.R, b.R) * reach;
 }
 
-/// True if both have the same bits.
+/// True if all components are equal.
 inline bool same(const Pose& a, const Pose& b) {
   return a.p == b.p && a.R == b.R;
 }

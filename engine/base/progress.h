@@ -1,5 +1,5 @@
-// Progress of long work as text and as a fraction, and a request to cancel it. One worker thread, any number of
-// watchers.
+// Progress of long work as text and as a fraction, and a request to cancel the work. One thread works; any number of
+// threads may watch.
 #pragma once
 
 #include <atomic>
@@ -21,18 +21,19 @@ class Cancelled : public RunFailure {
 
 class Progress {
  public:
-  /// For work that another thread watches.
+  /// Constructor for work that another thread watches.
   Progress() = default;
-  /// Shows the work on the terminal once it takes longer than a second: one line that is redrawn if standard error is a
-  /// terminal, otherwise one line per tenth. The first Ctrl-C (SIGINT, SIGTERM, SIGHUP) cancels the work, the second
-  /// one ends the program at once (interrupt.h). One at a time.
+  /// Constructor that shows the work on the terminal once the work takes longer than a second. If standard error is a
+  /// terminal, one line is redrawn; otherwise each tenth of the work prints a line. The first Ctrl-C (SIGINT, SIGTERM,
+  /// SIGHUP) cancels the work, and the second one ends the program at once (interrupt.h). Only one such object may
+  /// exist at a time.
   explicit Progress(std::string_view line);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   // Called by the worker.
-  /// Begins a stage named `what` (a literal). Its progress 0..1 maps to `from`..`to` of the whole.
+  /// Begins a stage with the name `what` (a literal). The stage's progress 0..1 maps to `from`..`to` of the whole.
   void stage(const char* what, double from = 0, double to = 1);
   /// Sets the progress of the stage, 0..1. Throws Cancelled if the work should stop.
   void at(double fraction);
@@ -50,7 +51,7 @@ class Progress {
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};
-  std::string line_;  // name on the terminal; empty: not shown there
+  std::string line_;  // name on the terminal; empty: no output on the terminal
   Nanos began_ = 0;
   int shown_ = -1;
   bool terminal_ = false;

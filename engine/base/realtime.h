@@ -18,15 +18,15 @@ struct RealtimeGranted {
   bool fifo = false;
   bool pinned = false;
   bool memory_locked = false;
-  // Says what was refused and how to fix it, if there is memory for the text. Empty: all was granted.
+  // States what was refused and how to fix it, if there is memory for the text. Empty: everything was granted.
   std::string note;
 };
 
 /// Applies to the calling thread. Never throws: a refusal is reported, and the loop runs at ordinary priority.
 RealtimeGranted enter_realtime(const RealtimeRequest& request) noexcept;
 
-/// Why the system refuses SCHED_FIFO to this process, and how to fix it; empty if it grants it. Tries it in a separate
-/// thread.
+/// Reason why the system refuses SCHED_FIFO to this process, and how to fix it; empty if the system grants it. The
+/// function requests SCHED_FIFO in a separate thread.
 std::string realtime_refusal();
 
 /// Calling thread: treats denormals as zero, so that decaying filters take no longer than others.
@@ -36,7 +36,8 @@ void flush_denormals() noexcept;
 /// must give the same bits on every thread calls this first.
 void use_ieee_arithmetic() noexcept;
 
-/// Sleeps until 60 µs before the deadline, then spins. A FIFO thread that only spins is throttled by 50 ms per second.
+/// Sleeps until 60 µs before the deadline, then spins. Linux would throttle a FIFO thread that only spins, by 50 ms per
+/// second.
 void sleep_until(long long deadline_ns) noexcept;
 
 }  // namespace typodont

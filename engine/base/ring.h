@@ -1,5 +1,5 @@
-// Passes every value, in order, from one thread to one other. If it is full, values are dropped and counted; it never
-// blocks.
+// A queue from one thread to one other thread that keeps the order. If the queue is full, new values are dropped and
+// counted. It never blocks.
 #pragma once
 
 #include <atomic>
@@ -9,8 +9,8 @@
 
 namespace typodont {
 
-/// Single producer, single consumer, over Boost.Lockfree (its atomics are understood by ThreadSanitizer, unlike bare
-/// fences). Allocates only in the constructor.
+/// Single producer, single consumer, based on Boost.Lockfree, because ThreadSanitizer understands its atomics (unlike
+/// bare fences). Allocates only in the constructor.
 template <class T>
 class Ring {
  public:

@@ -6,7 +6,7 @@
 
 namespace typodont {
 
-/// The descriptor's number if `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
+/// Number of the descriptor if `file` leads to an open descriptor of this process (/dev/stdout, /proc/self/fd/1,
 /// /dev/fd/63).
 std::optional<int> own_descriptor(std::filesystem::path file);
 

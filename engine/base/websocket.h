@@ -10,10 +10,10 @@ namespace typodont {
 
 std::string base64(std::span<const std::uint8_t> bytes);
 
-/// The server's answer to a client's key (4.2.2).
+/// The server's answer to a client's key (RFC 6455, 4.2.2).
 std::string websocket_accept(std::string_view key);
 
-/// Text as one unmasked frame from server to client (5.2).
+/// Encodes a text as one unmasked frame from server to client (RFC 6455, 5.2).
 std::string websocket_text_frame(std::string_view text);
 
 }  // namespace typodont

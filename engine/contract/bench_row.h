@@ -1,5 +1,5 @@
-// One row of a work–precision table: an error, a running time, and the baseline to compare them with. Every module's
-// bench() returns such rows. The bench command prints them, writes them as CSV and plots them.
+// One row of a work–precision table: an error, a running time, and a baseline for comparison. Every module's bench()
+// returns such rows. The bench command prints them, writes them as CSV and plots them.
 #pragma once
 
 #include <limits>
@@ -13,13 +13,13 @@ struct BenchRow {
 
   std::string name{};        // "slide on a sphere, median", "filter block float" …
   std::string knob{};        // the setting that trades error for time: "voxel 0.1 mm", "order 300"
-  double error = kNone;      // in `error_unit`; kNone if there is nothing to compare with
+  double error = kNone;      // in `error_unit`; kNone: no reference value exists
   std::string error_unit{};  // for example "degree, greatest"
   double time_ns = kNone;    // per unit of `per`, CPU time of the thread
   std::string per{};         // "tick", "query", "brick", "sample" …
   std::string baseline{};    // the method or the measured floor that `ratio` compares with; empty: no baseline
   double ratio = kNone;      // time divided by the baseline's time
-  // problem size that the cost grows with: voxels, triangles, touches; kNone if the row does not study the size
+  // problem size that determines the cost: voxels, triangles, touches; kNone if the row does not study the size
   double size = kNone;
   std::string size_unit{};
 };

@@ -13,20 +13,20 @@ namespace typodont {
 enum class Fault : std::uint32_t {
   kNone = 0,
   kBadInput = 1u << 0,    // the hand's pose is not finite or not a unit quaternion: zero force
-  kStalePatch = 1u << 1,  // a new patch is late by more than 20 ms: the force is computed in the old patch
-  // the tool left the patch: the last contact plane keeps holding it; a free tool gets zero force
+  kStalePatch = 1u << 1,  // a new patch is more than 20 ms late: the force is computed in the old patch
+  // the tool left the patch: the last contact plane continues to hold a tool in contact; a free tool gets zero force
   kPatchEdge = 1u << 2,
   kForceLimit = 1u << 3,  // the force was clipped to the device's limit
-  // the tool was found inside tissue (a jump of the hand, or a late patch): it is led out slowly
+  // the tool was found inside tissue (a jump of the hand, or a late patch): the proxy moves out slowly
   kDeepPenetration = 1u << 4,
   kDeviceLost = 1u << 5,  // the device stopped answering: zero force
   kRingFull = 1u << 6,    // the ring to the carver was full and a cut was lost: the force continues
   kSlewLimit = 1u << 7,   // the force rose faster than the device allows: its rate of change was limited
   kOverrun = 1u << 8,     // the tick took longer than its period, so the force was written late
-  kLetGo = 1u << 9,       // the servo was late and the motors were released: the hand did not feel the last force
-  kNoRoom = 1u << 10,  // the pedal asks for filling, but there is no room near the instrument's end: nothing was placed
-  kHeld = 1u << 11,    // the emergency key is on: no drilling, and no force on the hand
-  // contacts hold the tool while the hand has moved away from it: the tool is led back along its own path if that helps
+  kLetGo = 1u << 9,       // the servo was late and the motors were released: the hand did not receive the last force
+  kNoRoom = 1u << 10,     // the pedal requests filling, but there is no free space near the tool: nothing was placed
+  kHeld = 1u << 11,       // the emergency key is on: no drilling, and no force on the hand
+  // contacts hold the tool while the hand moves away from it: the tool returns along its own path if this helps
   kWedged = 1u << 12,
 };
 constexpr std::uint32_t bits(Fault fault) {
@@ -34,8 +34,8 @@ constexpr std::uint32_t bits(Fault fault) {
 }
 
 /// Version of the servo's force laws. A recording stores it, so that its replay gives the same bits.
-/// 4: the tangential force of the teeth fades when the head comes free; before, it ended in a step.
-/// 3: if contacts hold the tool away from the hand, the tool is led back along its own path (offset model).
+/// 4: the tangential force of the blades fades when the head comes free; before, it ended in a step.
+/// 3: if contacts hold the tool away from the hand, the tool returns along its own path (offset model).
 /// 2: a late patch gives way (docs/safety.md); a force that the energy ledger does not cover follows the ledger; a
 /// small debt of the ledger is cancelled.
 /// 1: the laws before version 2; used for recordings without a version.
@@ -93,13 +93,13 @@ struct LoosePiece {
   PerTissue removed{};      // m³
 };
 
-/// Records from which tick on the servo used a surface patch. Together with the cuts it makes a replay exact. Servo →
+/// The first tick in which the servo used a surface patch. With these records and the cuts a replay is exact. Servo →
 /// recorder.
 struct PatchUse {
   std::uint32_t patch = 0;       // number of the patch: 1, 2, 3 …
-  std::uint64_t first_tick = 0;  // the first tick computed in it
-  std::uint64_t cuts = 0;        // number of cuts that the tissue contained when the patch was copied from it
-  dvec3 center_W{0, 0, 0};       // m, the centre that was requested
+  std::uint64_t first_tick = 0;  // number of the first tick that was computed in this patch
+  std::uint64_t cuts = 0;        // number of cuts that the tissue contained when the patch was copied
+  dvec3 center_W{0, 0, 0};       // m, requested centre of the patch
 };
 
 }  // namespace typodont

@@ -32,8 +32,8 @@ struct DurationHistogram {
     for (const std::uint32_t n : counts) sum += n;
     return sum;
   }
-  /// Upper edge, in ns, of the bin that holds the q-quantile; so the result is never below the true quantile. 0 while
-  /// empty.
+  /// Upper edge, in ns, of the bin that contains the q-quantile; so the result is never below the true quantile. 0 if
+  /// there are no counts.
   double quantile(double q) const noexcept {
     const double wanted = q * static_cast<double>(total());
     double sum = 0;
@@ -54,7 +54,7 @@ struct LoopTiming {
   Nanos worst_tick = 0;
   Nanos worst_jitter = 0;
   DurationHistogram jitter;  // |time between two wake-ups - period|
-  DurationHistogram work;    // from the device's sample to the force written
+  DurationHistogram work;    // time from the device's sample to the written force
   Nanos last_woke = 0;
 
   /// Records one tick: `woke` is when read() returned, `done` is when write() returned. Never allocates.

@@ -5,15 +5,15 @@
 
 namespace typodont {
 
-/// Frame M: origin in the middle of the glass, z out of the glass. The handle leaves along (1, 0, 1)/√2 of M, on the
-/// reflecting side as on a real mirror, so that the holder sees into it. Trivially copyable.
+/// Frame M: origin in the middle of the glass, z out of the glass. The handle points along (1, 0, 1)/√2 of M, on the
+/// reflecting side as on a real mirror, so that the user can look into the mirror. Trivially copyable.
 struct MouthMirror {
   Pose X_WM;
   double diameter = 0;  // m, diameter of the glass; 0: no mirror
   double fog = 0;       // 0: clear … 1: completely fogged
 };
 
-// m, size 4, the default if the scene gives none; size 5 is 24 mm
+// m, diameter of size 4, the default if the scene states none; size 5 has 24 mm
 inline constexpr double kUsualMirrorDiameter = 22e-3;
 
 /// Pose of the mirror in the frame of a tool T whose z points along the handle and whose origin is the middle of the

@@ -1,4 +1,4 @@
-// Result of the calibration for the display and the haptic device.
+// Result of the registration between the display and the haptic device.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// X_WH with its uncertainty: the covariance of (rotation vector in rad, translation in m), row-major 6×6.
+/// X_WH and its uncertainty: the covariance of (rotation vector in rad, translation in m), row-major 6×6.
 struct Registration {
   Pose X_WH;
   std::array<double, 36> covariance{};

@@ -1,4 +1,4 @@
-// How long a session may be.
+// Upper limit for the length of a session.
 #pragma once
 
 namespace typodont {

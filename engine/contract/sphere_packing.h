@@ -11,8 +11,8 @@
 namespace typodont {
 
 /// Spheres inside the tissue that do not overlap. Metres, frame W. Sphere i is center[i], radius[i], tissue[i]. They
-/// are stored in the order of their placement: larger spheres first, as far as the packer's grid can tell their sizes
-/// apart.
+/// are stored in the order of their placement, larger spheres first. This order is exact only to the resolution of the
+/// packer's grid.
 struct SpherePacking {
   std::vector<dvec3> center;   // m, W
   std::vector<double> radius;  // m, above 0
@@ -21,8 +21,8 @@ struct SpherePacking {
   std::uint64_t seed = 0;         // seed of the packer
   std::uint64_t tissue_hash = 0;  // TissueVolume::hash() of the packed tissue
   double max_radius = 0;          // m, the packer's limit
-  double largest_hole = 0;        // m, radius of the largest sphere that would still fit between the others
-  PerTissue solid_volume{};       // m³ of tissue; the spheres fill a part of it
+  double largest_hole = 0;        // m, radius of the largest sphere that still fits between the spheres
+  PerTissue solid_volume{};       // m³ of tissue; the spheres fill only a fraction of it
 
   std::size_t size() const { return radius.size(); }
   /// Volume of the spheres per tissue, m³.

@@ -10,7 +10,8 @@
 
 namespace typodont {
 
-/// A label per voxel; the order is the file format (grid "tissue" of a .vdb, columns of the ticks). Append only.
+/// Label of a voxel. The numbers are part of the file formats (grid "tissue" of a .vdb, columns of the ticks): only
+/// append.
 enum class Tissue : std::uint8_t {
   kAir,
   kEnamel,

@@ -17,13 +17,13 @@ namespace {
 constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 constexpr float kStuck = std::numeric_limits<float>::infinity();  // 1/s, drag rate that marks a particle at rest
 constexpr std::uint32_t kRestSteps = 1024;  // steps after which a particle at rest checks whether its tissue is gone
-constexpr std::uint32_t kMostSteps = 1024;  // longest time, in steps, between two full updates of a moving particle
-constexpr std::size_t kGroup = 32;          // particles that share one due step (`first_due`)
-constexpr double kRestSpeed = 0.05;         // m/s, a slower particle comes to rest
-constexpr double kDragError = 0.1;          // relative error of the drag rate at which it is recomputed
-constexpr double kStokesReynolds = 0.02;    // Reynolds number below which Stokes drag is correct to 1 %
+constexpr std::uint32_t kMostSteps = 1024;  // steps, longest time between two full updates of a moving particle
+constexpr std::size_t kGroup = 32;          // number of particles that share one due step (`first_due`)
+constexpr double kRestSpeed = 0.05;         // m/s, speed limit; a slower particle comes to rest
+constexpr double kDragError = 0.1;          // relative error of the drag rate above which the rate is recomputed
+constexpr double kStokesReynolds = 0.02;    // Reynolds number; below it Stokes drag is correct to 1 %
 
-// Random numbers that depend only on the seed and the cut (SplitMix64, Steele et al. 2014).
+// Random numbers that depend only on the seed and the cut's number (SplitMix64, Steele et al. 2014).
 class Stream {
  public:
   Stream(std::uint64_t seed, std::uint64_t cut) : state_(seed * 0x9e3779b97f4a7c15u ^ cut * 0xd1342543de82ef95u) {}
@@ -45,7 +45,7 @@ class Stream {
   std::uint64_t state_;
 };
 
-/// The distance field around a point, interpolated linearly in one cell.
+/// The distance field around a point, interpolated linearly in one cell of the field.
 class Contact {
  public:
   Contact(const CoarseField& field, const glm::dvec3& p_W) {
@@ -66,7 +66,7 @@ class Contact {
     inside = true;
     distance = glm::mix(glm::mix(x_[0], x_[2], f_.y), glm::mix(x_[1], x_[3], f_.y), f_.z);
   }
-  /// Gradient of the field, not normalised. Valid if `inside`.
+  /// Gradient of the field, not normalised. Valid only if `inside` is true.
   glm::dvec3 gradient() const {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
@@ -80,14 +80,14 @@ class Contact {
   std::array<double, 4> x_{};  // distances interpolated along x
 };
 
-/// Velocity of the air at a point, m/s, as the mean over a step.
+/// Velocity of the air at a point, m/s: the mean over one step.
 glm::dvec3 drawn_air(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
   return air_drawn(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
-/// True if the straight line from a to b passes c at less than `radius`.
+/// True if the straight line from a to b passes c at a distance below `radius`.
 bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const glm::dvec3 way = b - a;
   const double on = glm::clamp(glm::dot(c - a, way) / std::max(glm::dot(way, way), 1e-20), 0.0, 1.0);
@@ -96,14 +96,14 @@ bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, cons
 
 }  // namespace
 
-// A ring buffer in the order of creation. All particles have the same lifetime, so the oldest ones end first, and the
-// living ones occupy one or two ranges.
+// A ring buffer in the order of creation. All particles have the same lifetime, so the oldest particles end first, and
+// the living particles occupy one or two ranges.
 struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag, 1/s; keep: see motion.h
-  std::vector<std::uint32_t> due;        // step at which a particle needs a full update (attend) besides the inner loop
+  std::vector<std::uint32_t> due;                      // step at which a particle needs a full update (attend)
   std::vector<std::uint32_t> first_due;  // for each group of kGroup particles: a lower bound of their due steps
-  struct Chip {                          // data that the inner loop does not need
+  struct Chip {                          // data of a particle that the inner loop does not need
     double born_at;                      // s
     float mass0;                         // kg, mass at creation; 0: removed by suction
     float diameter;                      // m, of one chip
@@ -112,18 +112,18 @@ struct Debris::State {
     Tissue tissue;
   };
   std::vector<Chip> chips;
-  std::vector<Newborn> newborn;  // buffer for the particles of one cut
+  std::vector<Newborn> newborn;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
-  float last_dt = 0;                // s, length of the last step, for which `keep` was computed
+  float last_dt = 0;                // s, length of the last step; `keep` was computed for this length
   std::uint32_t step = kMostSteps;  // step counter; starts at kMostSteps, because set_due_within() subtracts a phase
   PerTissue born{};
   double decayed = 0, sucked = 0, dropped = 0;
   double gravity = 0;               // m/s²
   double density_by_viscosity = 0;  // s/m², density over viscosity of the air
-  bool drawn = false;               // suction was on in the last step, with this nozzle and flow:
-  glm::dvec3 nozzle_W{0};
-  double flow = 0;
+  bool drawn = false;               // true if suction was on in the last step
+  glm::dvec3 nozzle_W{0};           // m, position of the nozzle in the last step
+  double flow = 0;                  // m³/s, flow of the nozzle in the last step
 
   std::size_t slot(std::size_t i) const {
     const std::size_t s = first + i;
@@ -143,9 +143,9 @@ struct Debris::State {
     due[s] = when;
     first_due[s / kGroup] = std::min(first_due[s / kGroup], when);
   }
-  // Sets the due step to between steps / 2 and `steps` from now. It is rounded down to a multiple of a power of two, so
-  // that neighbours of the same age fall due together and most groups are skipped. A phase per group spreads the groups
-  // over the steps.
+  // Sets the due step to a step between steps / 2 and `steps` from now. The due step is rounded down to a multiple of a
+  // power of two, so that neighbours of the same age become due together and most groups are skipped. Each group has
+  // its own phase, which distributes the groups over the steps.
   void set_due_within(std::size_t s, std::uint32_t steps) {
     const std::uint32_t grain = std::bit_floor(std::max(1u, steps / 2));
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
@@ -194,7 +194,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     }
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
-  // Drag depends on the speed relative to the air, which suction moves.
+  // Drag depends on the speed relative to the air, and suction moves the air.
   const glm::dvec3 air = suction ? drawn_air(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
@@ -203,18 +203,18 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   set_rate(s, static_cast<float>(stokes * factor));
 
   // Lower bound of the time until the particle could touch tissue, reach the nozzle or need a new drag rate. The
-  // particle never becomes faster than its present speed or its terminal velocity. Air closer by half the distance to
-  // the sink moves less than twice as fast in the mean. A particle that moves away and is pulled away returns only with
-  // the air, because drag does not reverse a velocity.
+  // particle's speed never exceeds the larger of its present speed and its terminal velocity. Until the distance to the
+  // sink has halved, the mean speed of the air is less than twice its present speed. If velocity and gravity point away
+  // from an obstacle, only the air can move the particle towards it, because drag does not reverse a velocity.
   const double falls = gravity / stokes, drift = 2 * glm::length(air);
   const double own = suction ? speed + falls : std::max(speed, falls);
   const auto soon = [&](double clearance, const glm::dvec3& away) {
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double calm = kMostSteps;  // steps until one of these could happen
+  double calm = kMostSteps;  // number of steps until one of these events could happen
   if (field.distance && contact.inside) {
-    // Between samples the field's slope is at most √3, and its error is at most half a spacing.
+    // Between samples the slope of the field is at most √3, and the error of the field is at most half a spacing.
     const double off = contact.distance - radius;
     calm = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
@@ -226,8 +226,8 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
   auto steps = static_cast<std::uint32_t>(std::clamp(calm, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
     const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
-    // Change of the relative velocity in one step. If drag is so strong that it would overshoot within a step, the
-    // particle moves at its terminal velocity.
+    // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
+    // moves at its terminal velocity.
     const double change = glm::length(options.gravity_W - static_cast<double>(rate[s]) * (v - air)) * dt;
     steps = static_cast<std::uint32_t>(
         std::clamp(kDragError * speed / (sensitivity * change), 1.0, static_cast<double>(steps)));
@@ -257,7 +257,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
                         double& dropped) noexcept {
   Stream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
-  // Side of the head that cuts. Without a normal, chips leave all around the axis.
+  // The chips leave at the cutting side of the head. Without a contact normal, they leave all around the axis.
   const double told = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
@@ -285,7 +285,8 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
       const dvec3 rim = glm::cross(cut.spindle * axis, head_radius * side);  // ω × r
       const double speed = glm::length(rim);
-      // Scatter around the rim's velocity, with a component away from the tissue: a chip cannot move into it.
+      // The velocity scatters around the rim's velocity. Its component into the tissue is reversed, because a chip
+      // cannot move into the tissue.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
       if (told > 0) {
         const dvec3 n = cut.n_C_W / told;
@@ -332,7 +333,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
     s.first = s.slot(1);
     --s.count;
   }
-  // If the nozzle was switched on or moved, the due steps are no longer valid: update all particles.
+  // If the nozzle was switched on or moved, the due steps are invalid: update all particles.
   const bool drawn = suction != nullptr;
   if (drawn && (!s.drawn || suction->p_W != s.nozzle_W || suction->flow != s.flow)) {
     for (std::size_t i = 0; i < s.count; ++i) {

@@ -31,25 +31,25 @@ struct CoarseField {
 
 /// A suction nozzle, which draws in air from all directions.
 struct Suction {
-  glm::dvec3 p_W{0};     // m
+  glm::dvec3 p_W{0};     // m, position of the nozzle
   double flow = 5e-3;    // m³/s; a high-volume dental aspirator draws about 300 l/min
-  double radius = 4e-3;  // m; particles within this distance are removed
+  double radius = 4e-3;  // m; particles closer to the nozzle are removed
 };
 
 struct DebrisOptions {
   std::size_t capacity = 100'000;
   std::uint64_t seed = 1;
-  double parcel_volume = 1e-12;  // m³ of tissue per particle, as long as there is room for more particles
+  double parcel_volume = 1e-12;  // m³ of tissue per particle, as long as the buffer has free entries
   int most_per_cut = 32;
-  double least_chip = 5e-6, greatest_chip = 50e-6;  // m, chip diameters; distributed uniformly in the logarithm
-  double decay_time = 2.0;            // s in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
-  double lifetime = 6.0;              // s after which the particle is removed
+  double least_chip = 5e-6, greatest_chip = 50e-6;  // m, limits of the chip diameters; uniform in the logarithm
+  double decay_time = 2.0;  // s, time in which a particle's mass falls by a factor of e (Kim & Park 2006, sec. 4.6)
+  double lifetime = 6.0;    // s, age at which a particle is removed
   glm::dvec3 gravity_W{0, 0, -9.81};  // m/s²
   double air_density = 1.2;           // kg/m³
   double air_viscosity = 1.8e-5;      // Pa·s
   double restitution = 0.3;           // ratio of the normal speeds after and before a bounce
   double slide = 0.7;                 // ratio of the tangential speeds after and before a bounce
-  double scatter = 0.25;              // standard deviation of the launch velocity over the rim speed
+  double scatter = 0.25;              // standard deviation of the launch velocity divided by the rim speed
 };
 
 /// Balance of mass in kg: born = alive + decayed + sucked + dropped.
@@ -58,21 +58,21 @@ struct DebrisLedger {
   double alive = 0;
   double decayed = 0;
   double sucked = 0;
-  double dropped = 0;  // lost because the buffer was full
+  double dropped = 0;  // mass that was lost because the buffer was full
 };
 
 /// A particle at the moment the bur throws it.
 struct Newborn {
   glm::dvec3 p_W{0}, v_W{0};  // m, m/s
-  double chip = 0;            // m, diameter of one chip of the parcel
+  double chip = 0;            // m, diameter of one chip of the particle
   double density = 0;         // kg/m³
   float mass = 0;             // kg
   Tissue tissue = Tissue::kAir;
 };
 
-/// Creates the particles of one cut. Their mass is density × removed volume for each tissue; mass beyond `room`
-/// particles is dropped. Fills `out`, which must hold kTissueCount · most_per_cut entries, and returns the number
-/// filled. Used by the CPU and the GPU version.
+/// Creates the particles of one cut. Their mass is density × removed volume for each tissue. At most `room` particles
+/// are created; the mass of the missing ones is added to `dropped`. Fills `out`, which must have kTissueCount ·
+/// most_per_cut entries, and returns the number of filled entries. Used by the CPU and the GPU version.
 std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
                         const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
                         double& dropped) noexcept;
@@ -82,7 +82,7 @@ struct DebrisPoint {
   glm::vec3 p_W{0};    // m
   float diameter = 0;  // m, diameter of a ball with the remaining mass
   Tissue tissue = Tissue::kAir;
-  float chip = 0;  // m, diameter of one chip; the finest are drawn as mist
+  float chip = 0;  // m, diameter of one chip; the finest chips are drawn as mist
 };
 
 class Debris {
@@ -102,9 +102,10 @@ class Debris {
   DebrisLedger ledger() const noexcept;
   /// Writes the living particles into `points`, oldest first, and returns their number.
   std::size_t write_points(std::span<DebrisPoint> points) const noexcept;
-  /// Velocity in m/s of the particle that write_points() writes at index `i` if suction removed none.
+  /// Velocity in m/s of the particle that write_points() writes at index `i`, provided that suction removed no
+  /// particle.
   glm::vec3 velocity(std::size_t i) const noexcept;
-  /// m, diameter of one chip of the parcel; drag depends on it.
+  /// m, diameter of one chip of the particle; drag depends on it.
   double chip(std::size_t i) const noexcept;
   double mass(std::size_t i) const noexcept;  // kg
   std::uint64_t hash() const noexcept;

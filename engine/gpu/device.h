@@ -16,7 +16,7 @@
 
 namespace typodont::gpu {
 
-/// The GPU was reset or its driver failed. All its objects are lost and can be created again on a new device.
+/// The GPU was reset or its driver failed. All objects of the device are lost; a new device can create them again.
 class DeviceLost : public RunFailure {
  public:
   using RunFailure::RunFailure;

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kList = "left-as";          // names the file that lists all cache files with their hashes
+constexpr const char* kList = "left-as";          // name of the file that lists all cache files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
 constexpr std::size_t kNothingKept = 64;  // bytes; a smaller pipeline cache contains only a header or a checksum
 fs::path g_folder;                        // set before other threads start
@@ -72,7 +72,7 @@ void check_driver_cache() {
   if (g_folder.empty() || std::exchange(g_checked, true)) return;
   std::error_code code;
   const std::string list = bytes_of(g_folder / kList);
-  // if rfind() returns npos, npos + 1 is 0
+  // If rfind() returns npos, npos + 1 is 0, the start of the list.
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
   if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
     if (!list.empty()) log::info("{} is damaged and made anew", g_folder.string());

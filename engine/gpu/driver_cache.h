@@ -1,4 +1,4 @@
-// Keeps the drivers' shader caches between runs in a folder of this program. The files are checked before a driver
+// Stores the drivers' shader caches in a folder of this program between runs. The files are checked before a driver
 // reads them, because Mesa (22.3) rejects a damaged entry, recompiles it at every start and never replaces it.
 #pragma once
 
@@ -19,7 +19,7 @@ void check_driver_cache();
 VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties);
 /// Stores the pipelines and destroys the cache object.
 void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties, VkPipelineCache pipelines);
-/// Lists the hashes of all files in the folder. Call when the drivers no longer write.
+/// Writes the list with the hashes of all files in the folder. Call after the drivers' last write.
 void note_driver_cache();
 
 }  // namespace typodont::gpu

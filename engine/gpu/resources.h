@@ -92,7 +92,7 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets of them, and push constants of the given size for all their
+  /// Creates bindings 0, 1, 2 … and `sets` descriptor sets of them, with push constants of the given size for all their
   /// stages.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);

@@ -13,10 +13,11 @@ namespace typodont::surface {
 struct BenchOptions {
   int repeats = 9;
   std::vector<double> tolerances = {-1, 0, 0.05, 0.1, 0.2};  // voxels; negative: full resolution
-  double floor_32 = 6.5e-6;  // s, measured lower bound for a changed block of 32³ samples (mean of 5–8 µs)
+  double floor_32 = 6.5e-6;  // s, measured lower bound of the time for a changed block of 32³ samples (mean of 5–8 µs)
 };
 
-/// A sphere with a radius of 50 voxels: N·ε/R in `error`, and the time per brick against the lower bound.
+/// A sphere with a radius R of 50 voxels. `error` is N·ε/R for N triangles with the largest error ε; the time is per
+/// brick, and the baseline is an eighth of floor_32.
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
 /// Largest |distance| over a fine grid of points on every triangle.

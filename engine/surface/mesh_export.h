@@ -14,12 +14,12 @@
 
 namespace typodont::surface {
 
-/// The triangles of all bricks, with shared points joined. In voxels.
+/// The triangles of all bricks, with coincident points merged. Lengths in voxels.
 struct WholeMesh {
   struct Vertex {
     glm::vec3 position{0};
     glm::vec3 normal{0};
-    Tissue tissue = Tissue::kAir;  // the most frequent tissue around it
+    Tissue tissue = Tissue::kAir;  // the most frequent tissue around the vertex
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
@@ -27,7 +27,7 @@ struct WholeMesh {
 
 WholeMesh weld(const SurfaceMesher& mesher);
 
-/// Throws Error, naming the file, unless write_mesh supports the extension. Call it before long work.
+/// Throws Error, naming the file, if write_mesh does not support the extension. Call this function before long work.
 void require_mesh_format(const std::filesystem::path& file);
 
 /// Writes the file completely or not at all, in millimetres of W. The extension selects the format: .ply (binary, with

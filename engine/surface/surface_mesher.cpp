@@ -51,7 +51,7 @@ struct Weaver {
   };
   std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: the index of its first copy in the mesh
   std::vector<Copy> copies;                  // for each vertex of the mesh
-  // For each own cell that contains surface: its vertex, or kSeveral.
+  // For each cell of this brick that contains surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
   void weave(const BrickContour* const around[8], BrickMesh& mesh);
@@ -61,7 +61,7 @@ struct Weaver {
   void triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh);
 };
 
-constexpr float kSmallEdge = 2.5f;  // voxels
+constexpr float kSmallEdge = 2.5f;  // voxels, upper limit for the edges of a small triangle
 
 glm::vec3 area_normal(const Corner& a, const Corner& b, const Corner& c) {
   return glm::cross(b.data->position - a.data->position, c.data->position - a.data->position);
@@ -81,7 +81,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
       if (copies[i].low == low && copies[i].high == high) return i;
     }
   } else {
-    // The normals of the sides of a crease differ by far more than this.
+    // The normals of a crease's two sides differ by far more than this tolerance allows.
     for (std::uint32_t i = first; i != kNone; i = copies[i].next) {
       if (copies[i].low == low && copies[i].high == high && glm::dot(mesh.vertices[i].normal, crease_normal) > 0.999f) {
         return i;
@@ -107,7 +107,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
 
 void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh) {
   const Corner* corners[3] = {&a, &b, &c};
-  // The two tissues that occur at the three corners.
+  // Finds the two most frequent tissues of the three corners.
   Tissue low = a.data->tissue[0], high = low;
   bool several = false;
   for (const Corner* corner : corners) several |= corner->data->tissue[0] != low;
@@ -127,9 +127,9 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
     low = static_cast<Tissue>(std::min(best, next));
     high = static_cast<Tissue>(std::max(best, next));
   }
-  // A corner on a crease takes the normal of its side: that of the smooth corners beside it, or the triangle's own. A
-  // gentle crease (the floor of a fissure, narrower than a cell) is shaded as if it were round where triangles have the
-  // size of cells.
+  // A corner on a crease takes the normal of the triangle's side of the crease: the sum of the smooth corners' normals,
+  // or the triangle's own normal. A gentle crease (the floor of a fissure, narrower than a cell) is shaded as if it
+  // were round if the triangle is as small as a cell.
   glm::vec3 side(0);
   bool small = false;
   if (a.data->crease || b.data->crease || c.data->crease) {
@@ -149,8 +149,8 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
   }
 }
 
-// `around`[o]: this brick (0) and its lower neighbours (bit a of o: one brick lower along axis a); nullptr if there is
-// none.
+// `around`[o] is this brick (o = 0) or a lower neighbour (bit a of o is set: one brick lower along axis a); nullptr if
+// that brick does not exist.
 void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
@@ -182,7 +182,7 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
         {1, 0}};
     static constexpr int kStep[3] = {kCells * kCells, kCells, 1};
     if (base[u] > 0 && base[v] > 0) {
-      // Inside the brick most polygons vanish because cells were merged.
+      // Inside the brick most polygons vanish, because their cells were merged.
       const std::uint16_t* at = vertex_at.data() + edge.cell;
       const std::uint16_t first = *at;
       if (first != kSeveral && at[-kStep[u]] == first && at[-kStep[v]] == first && at[-kStep[u] - kStep[v]] == first) {
@@ -208,12 +208,12 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
       std::uint32_t vertex = owner == 0 ? vertex_at[static_cast<std::size_t>(index)] : kSeveral;
       if (vertex == kSeveral) {
         const int found = contour ? contour->find(index) : -1;
-        if (found < 0) {  // a neighbouring brick is missing: the surface stays open here until it is put
+        if (found < 0) {  // a neighbouring brick is missing: the surface stays open here until put() adds that brick
           whole = false;
           break;
         }
         const BrickContour::Cell entry = contour->cells[static_cast<std::size_t>(found)];
-        // The edge's number within that cell: its position along the two other axes, in the order of the axes.
+        // Number of the edge within that cell: its position along the two other axes, in the order of the axes.
         const int k = axis == 1 ? down_v + 2 * down_u : down_u + 2 * down_v;
         vertex = entry.vertex + shapes[entry.shape].patch[static_cast<std::size_t>(4 * axis + k)];
       }
@@ -289,8 +289,8 @@ struct SurfaceMesher::State {
   std::vector<glm::ivec3> changed;
 
   void enqueue_around(const glm::ivec3& key) {
-    // Polygons join a brick's cells with those of its lower neighbours. So a change affects the brick and its upper
-    // neighbours.
+    // Polygons join a brick's cells with cells of its lower neighbours. Therefore a change affects the brick and its
+    // upper neighbours.
     for (int o = 0; o < 8; ++o) {
       const glm::ivec3 upper = key + glm::ivec3(o & 1, o >> 1 & 1, o >> 2);
       const auto it = bricks.find(upper);
@@ -342,7 +342,7 @@ std::span<const glm::ivec3> SurfaceMesher::remesh() {
     s.weaver.weave(around, brick.mesh);
     if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
   }
-  // Forget a brick without surface once no other brick refers to it.
+  // Erase a brick without surface when no other brick refers to it.
   for (const glm::ivec3& key : s.queue) {
     const auto it = s.bricks.find(key);
     if (it->second.contour.empty() && it->second.mesh.indices.empty()) s.bricks.erase(it);

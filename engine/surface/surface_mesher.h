@@ -1,5 +1,5 @@
-// Converts bricks of distance field to triangles, and updates only the bricks that changed. One thread, which owns the
-// bricks.
+// Converts bricks of the distance field to triangles, and updates only the bricks that changed. One thread owns the
+// mesher and its bricks.
 //
 //   SurfaceMesher mesher({.tolerance = 0.1f});
 //   for (brick that changed) mesher.put(brick);          // or remove(key) when it holds no surface any more
@@ -7,7 +7,7 @@
 //
 // The triangles of all bricks together form a closed, oriented, 2-manifold surface without cracks: vertices on the
 // border of two bricks have the same bits in both. The result depends only on the bricks, not on the order or number of
-// updates. The meshes are polygons of dual contouring (README.md).
+// updates. The polygons come from dual contouring (README.md).
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,15 @@
 
 namespace typodont::surface {
 
-/// 28 bytes, the layout of the vertex buffer. The frame is that of the bricks' voxels: p_W = frame.to_world(position).
+/// 28 bytes, the layout of the vertex buffer. Positions are in the voxel frame of the bricks: p_W =
+/// frame.to_world(position).
 struct SurfaceVertex {
   glm::vec3 position{0};  // voxels
   glm::vec3 normal{0};    // unit, out of the tissue; on a crease the normal of this triangle's side
-  // All corners of a triangle name the same two tissues. The boundary lies where the interpolated `second` passes 0.5;
-  // a shader that switches there draws a sharp boundary.
+  // The three corners of a triangle store the same two tissues. The boundary between the tissues lies where the
+  // interpolated `second` passes 0.5. A shader that switches there draws a sharp boundary.
   Tissue tissue[2]{};       // [0] <= [1]
-  std::uint8_t second = 0;  // 0..255: fraction of tissue[1]
+  std::uint8_t second = 0;  // 0..255: fraction of tissue[1] around the vertex
   std::uint8_t unused = 0;
 };
 static_assert(sizeof(SurfaceVertex) == 28);
@@ -37,8 +38,8 @@ struct BrickMesh {
   glm::ivec3 key{0};
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
-  /// For each vertex a number that is the same for all copies of a point, also in other bricks (with `owner`). For
-  /// joining vertices.
+  /// A number for each vertex. Together with `owner` it identifies the vertex's point: all copies of a point have the
+  /// same number, in other bricks too. Used to join vertices.
   std::vector<std::uint16_t> point;
   std::vector<std::uint8_t> owner;  // bit a is set if the point belongs to the next lower brick along axis a
   glm::vec3 low{0}, high{0};        // voxels, bounding box of the vertices
@@ -48,7 +49,7 @@ struct BrickMesh {
 
 struct MesherOptions {
   /// Voxels. Cells are merged while the mesh stays within this distance of the surface. 0: only flat areas are merged;
-  /// negative: none.
+  /// negative: nothing is merged.
   float tolerance = 0.1f;
 };
 
@@ -59,17 +60,18 @@ class SurfaceMesher {
   SurfaceMesher(SurfaceMesher&&) noexcept;
   SurfaceMesher& operator=(SurfaceMesher&&) noexcept;
 
-  /// Applies to bricks that are put from now on. Bricks with different tolerances still join without cracks.
+  /// Sets the tolerance for bricks that are put from now on. Bricks with different tolerances still join without
+  /// cracks.
   void set_tolerance(float tolerance);
 
-  /// Adds a brick with new or changed samples. Before remesh(), put every brick whose 17³ cell corners have both signs,
-  /// and put again every brick of whose 19³ samples one has changed.
+  /// Adds a brick with new or changed samples. Before remesh(), put every brick whose 17³ cell corners have both signs.
+  /// Put a brick again if one of its 19³ samples has changed.
   void put(const FieldBrick& brick);
   /// Removes a brick, as if it had been put without surface.
   void remove(const glm::ivec3& key);
 
-  /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. A brick is
-  /// included if its mesh is now empty but was not before. Valid until the next call of any function here.
+  /// Builds the triangles of all bricks that changed since the last call, and returns their keys, sorted. The keys
+  /// include bricks whose mesh has become empty. Valid until the next call of any function of this class.
   std::span<const glm::ivec3> remesh();
 
   /// nullptr if the brick contains no surface. Valid until the next remesh().
@@ -77,7 +79,7 @@ class SurfaceMesher {
   /// Keys of all bricks with triangles, sorted.
   std::vector<glm::ivec3> keys() const;
   std::size_t triangle_count() const;
-  /// Hash of every vertex and triangle of every brick: two hashes are equal exactly if the meshes are.
+  /// Hash of every vertex and triangle of every brick. Equal meshes have equal hashes.
   std::uint64_t hash() const;
 
  private:

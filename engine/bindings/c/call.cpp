@@ -40,7 +40,8 @@ std::recursive_mutex& SessionFiles::mutex() {
   return one;
 }
 
-// `__restrict` tells the compiler that the host's struct is not the servo's own; then it copies 16 bytes at a time.
+// `__restrict` tells the compiler that the host's struct and the servo's struct do not overlap. The compiler then
+// copies 16 bytes at a time.
 void put(const ServoTick& __restrict from, typodont_tick& __restrict out) noexcept {
   out.faults = from.faults;
   out.index = from.index;

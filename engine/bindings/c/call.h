@@ -1,4 +1,4 @@
-// Common frame of every function of the C interface: it takes the handle, catches all exceptions, and stores the reason
+// Common frame of every function of the C interface: it locks the handle, catches all exceptions, and stores the reason
 // of a failure.
 #pragma once
 
@@ -41,7 +41,7 @@ typodont_result fail(typodont_result result, const char* text) noexcept;
 /// As fail(), with the text of the exception that is being handled.
 typodont_result fail_by_exception() noexcept;
 
-/// Calls `body`, which throws or returns a result.
+/// Calls `body` and converts its exceptions to results. `body` returns a result or nothing.
 template <class Body>
 typodont_result guarded(Body&& body) noexcept {
   try {
@@ -80,7 +80,7 @@ class HandleLock {
   const Handle* handle_;
 };
 
-/// Takes the handle and calls `body` with its object.
+/// Locks the handle and calls `body` with the handle's object.
 template <class Handle, class Body>
 typodont_result with(Handle* handle, Body&& body) noexcept {
   const HandleLock<Handle> held(handle);
@@ -88,7 +88,7 @@ typodont_result with(Handle* handle, Body&& body) noexcept {
   return guarded([&] { return body(*held); });
 }
 
-/// A new handle for `object`. Throws std::bad_alloc if the table is full.
+/// Creates a new handle for `object`. Throws std::bad_alloc if the table is full.
 template <class Handle>
 Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
   void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
@@ -115,19 +115,20 @@ class SessionFiles {
   std::lock_guard<std::recursive_mutex> lock_;
 };
 
-/// Throws Error.
+/// Throws Error with `text` if the condition is false.
 inline void require(bool holds, const char* text) {
   if (!holds) throw Error(text);
 }
 
 constexpr std::uint32_t kLargestStruct = 4096;  // bytes, upper limit for the size of a struct in any version
-/// Tests if a struct from this, an older or a newer version can be used: `first` is its size in the first release.
+/// Tests whether a struct from this, an older or a newer version can be used. `first` is the size of the struct in the
+/// first release.
 constexpr bool sized(std::uint32_t struct_size, std::size_t first) {
   return struct_size >= first && struct_size <= kLargestStruct && struct_size % 8 == 0;
 }
 constexpr const char* kBadSize = "struct_size is not that of the struct";
 
-/// Element i of an array of structs at a distance of `stride` bytes.
+/// Element i of an array of structs; `stride` is the distance between elements in bytes.
 template <class T>
 T& element(T* array, std::size_t i, std::uint32_t stride) {
   using Byte = std::conditional_t<std::is_const_v<T>, const char, char>;

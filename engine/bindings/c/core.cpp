@@ -21,8 +21,8 @@ constexpr const char* kBadPose =
 constexpr const char* kNoSuchTool = "sample.tool: the scene's tray has no such place";
 constexpr const char* kGivenAway = "the servo was given away: use typodont_servo_tick and typodont_core_carve";
 
-/// Sets the processor's rounding and denormal modes. Hosts (games) change them, but equal samples must give equal bits
-/// there, too.
+/// Sets the processor's rounding and denormal modes, and restores the previous modes at the end of the scope. Hosts
+/// (games) change them, but equal samples must give equal bits in every host.
 class IeeeArithmetic {
  public:
 #ifdef __SSE2__
@@ -97,8 +97,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// For a core whose servo runs on another thread: applies what the servo has done since the last call to the tissue and
-/// the recording. True if there was anything.
+/// For a core whose servo runs on another thread: applies the servo's work since the last call to the tissue and to the
+/// recording. Returns false if the servo did no work.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();
@@ -156,7 +156,8 @@ typodont_result edit(typodont_core* handle, bool redo, int32_t* done) noexcept {
       const SessionFiles files;
       core.recording->add(edit);
     }
-    // Cut out a new patch before any later cut; the servo knows which cuts to repeat on it.
+    // Create a new patch before any later cut; the servo knows the number of the first cut that it must repeat on the
+    // patch.
     if (did && core.shared->channels && is_finite(core.tick.X_WG.p))
       core.shared->channels->patch.offer(carver, carver.snapshot_center(core.tick));
     if (done) *done = did;
@@ -175,7 +176,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
   return with(scene, [&](SceneObject& s) {
     require(out, "NULL for the place of the handle");
     haptics::DeviceInfo info;
-    info.torque_limit = 1;  // N·m, nonzero because the hand applies torque
+    info.torque_limit = 1;  // N·m, nonzero: by default the host applies the torque, too
     if (hand) {
       require(!options, "both a hand and options: expected one of them");
       const HandleLock<typodont_hand> held(hand);
@@ -362,7 +363,7 @@ typodont_result typodont_core_query(typodont_core* core, const double* points, s
     require(points || count == 0, "NULL for the points");
     const haptics::TissueVolume& volume = c.volume();
     const VoxelFrame& frame = volume.frame();
-    constexpr double kFarthest = 1e9;  // voxels
+    constexpr double kFarthest = 1e9;  // voxels, upper limit for the coordinates of a point
     for (std::size_t i = 0; i < count; ++i) {
       const dvec3 p = frame.to_voxels(to_vec(points + 3 * i));
       require(is_finite(p) && glm::length(p) < kFarthest, "a point that is not finite, or too far away");
@@ -388,10 +389,10 @@ typodont_result typodont_core_copy(typodont_core* core, const int32_t* low, cons
                                    uint8_t* tissue) {
   return with(core, [&](CoreObject& c) {
     require(low && size, "NULL for the box");
-    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels
+    constexpr std::int64_t kMost = std::int64_t{1} << 31;  // voxels, upper limit for the volume of a box
     std::int64_t count = 1;
     for (int i = 0; i < 3; ++i) {
-      constexpr int kFar = 1 << 20;  // voxels
+      constexpr int kFar = 1 << 20;  // voxels, upper limit for the edges and the position of a box
       require(size[i] > 0 && size[i] <= kFar && std::abs(low[i]) <= kFar, "a box that is empty, or too large");
       count *= size[i];
     }
@@ -440,7 +441,8 @@ typodont_result typodont_core_finish(typodont_core* core) {
   return with(core, [&](CoreObject& c) {
     require(c.recording.has_value(), "nothing is being recorded");
     if (c.shared->channels) {
-      // limit for the rounds of waiting: only work from before this call must be finished, even if the servo continues
+      // limit for the number of rounds: the loop must finish only the work from before this call, even if the servo
+      // continues
       constexpr int kRounds = 64;
       for (int i = 0; i < kRounds && carve(c); ++i) {
       }

@@ -12,14 +12,14 @@ namespace {
 
 std::mutex g_mutex;                    // protects the following data
 std::vector<std::uint16_t> g_emptied;  // empty slots to reuse
-std::uint64_t g_used = 0;              // number of slots that were ever filled
+std::uint64_t g_used = 0;              // number of slots that were filled at least once
 
 }  // namespace
 
 void* new_handle(Kind kind, void* object) {
   const std::lock_guard lock(g_mutex);
   if (g_emptied.empty() && g_used == kSlots) return nullptr;
-  g_emptied.reserve(kSlots);  // reserved, so that drop() never allocates
+  g_emptied.reserve(kSlots);  // after this reservation drop() never allocates
   std::uint64_t place = g_used;
   if (g_emptied.empty()) {
     ++g_used;
@@ -40,7 +40,7 @@ void* Taken::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);
-  slot.state.store(state_ + 2, std::memory_order_release);  // the next generation: an empty slot
+  slot.state.store(state_ + 2, std::memory_order_release);  // the next generation marks the slot as empty
   g_emptied.push_back(static_cast<std::uint16_t>(&slot - g_slots.data()));
   return object;
 }

@@ -1,5 +1,5 @@
-// The handles of the C interface: numbers disguised as pointers. A table stores which of them are valid; a handle is
-// never dereferenced. So a freed, forged or mixed-up handle causes an error instead of a crash.
+// The handles of the C interface: numbers in the form of pointers. A table stores the valid handles, and a handle is
+// never dereferenced. Therefore a freed, forged or mixed-up handle causes an error instead of a crash.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ struct alignas(64) Slot {
 };
 extern std::array<Slot, kSlots> g_slots;
 
-/// A handle that this thread owns exclusively until the end of the scope. Any thread; never allocates. Inline, because
-/// every tick uses it.
+/// Locks a handle for this thread until the end of the scope. Any thread; never allocates. Inline, because every tick
+/// uses it.
 class Taken {
  public:
   Taken(const void* handle, Kind kind) noexcept {
@@ -39,7 +39,7 @@ class Taken {
       if (state == (generation << 1 | 1)) found_ = Found::kBusy;
       return;
     }
-    if (slot.kind != kind) {  // a handle that was never given out
+    if (slot.kind != kind) {  // this handle was never created by new_handle()
       slot.state.store(generation << 1, std::memory_order_release);
       return;
     }
@@ -59,12 +59,12 @@ class Taken {
   void* drop() noexcept;
 
  private:
-  Slot* slot_ = nullptr;  // null: not taken
+  Slot* slot_ = nullptr;  // null if the handle is not locked
   std::uint64_t state_ = 0;
   Found found_ = Found::kBadHandle;
 };
 
-/// Any thread, set-up time. Null if there are already 4096 handles.
+/// Creates a handle. Any thread, set-up time. Null if 4096 handles exist.
 void* new_handle(Kind kind, void* object);
 
 }  // namespace typodont::bindings

@@ -35,7 +35,7 @@ struct Channels {
   // Servo → core.
   Ring<Cut> cuts{1 << 14};
   Latest<ServoTick> tick;
-  // Servo → core, for recording: patches and cuts come before the ticks that name them.
+  // Servo → core, for recording: patches and cuts are pushed before the ticks that name them.
   Ring<PatchUse> recorded_patches{1 << 12};
   Ring<Cut> recorded_cuts{1 << 14};
   Ring<ServoTick> recorded_ticks{1 << 15};
@@ -52,22 +52,23 @@ struct CoreObject {
   Scene scene;
   haptics::DeviceInfo hand;
   std::uint32_t tools;
-  /// Shared with the servo if it runs on another thread: the servo's thread uses Servo, the core's thread uses Carver.
+  /// Data that the core shares with a servo on another thread: the servo's thread uses Servo, the core's thread uses
+  /// Carver.
   struct Shared {
     haptics::LockStep steps;
-    std::unique_ptr<Channels> channels;  // set if the servo runs on another thread
+    std::unique_ptr<Channels> channels;  // null while the servo runs on the core's thread
     bool records = false;                // set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;  // ticks done on this thread
+  std::uint64_t ticks = 0;  // number of ticks on this thread
   ServoTick tick;           // the latest tick
   Cut cut;
   std::optional<OfflineRecording> recording;
-  // Next patch and cuts to record from the servo's rings; they wait for their tick.
+  // Next patch and next cuts from the servo's rings. They wait here until the tick that names them is recorded.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
 
-  // The surface mesh.
+  // Surface mesh.
   surface::SurfaceMesher mesher;
   bool meshed = false;
   std::vector<std::vector<typodont_vertex>> vertices;  // vertices of `parts`
@@ -75,7 +76,7 @@ struct CoreObject {
 
   haptics::Carver& carver() { return shared->steps.carver(); }
   haptics::TissueVolume& volume() { return carver().volume(); }
-  /// One tick in lock-step, recorded if requested. True if it cut.
+  /// Computes one tick in lock-step, and records it if requested. Returns true if the tick cut.
   bool step(const haptics::HandSample& sample);
 };
 

@@ -17,7 +17,7 @@ void give_scene(Scene scene, const char* model, typodont_scene** out) {
   *out = hand_out<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
 }
 
-constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, as in `typodont servo --rate`
+constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, same limits as `typodont servo --rate`
 void require_rate(double rate) {
   require(rate >= kLeastRate && rate <= kMostRate, "rate: expected 10 to 100000 Hz");
 }

@@ -1,6 +1,6 @@
-/* The part of Godot 3's binary interface (GDNative core 1.0, NativeScript 1.0) that this plugin uses. Debian packages
- * no headers of it. Functions are told by their place in the engine's tables, which no release of Godot 3 changes:
- * later versions hang further tables on `next`. */
+/* The part of Godot 3's binary interface (GDNative core 1.0, NativeScript 1.0) that this plugin uses. Debian has no
+ * package with its headers. A function is identified by its index in the engine's tables. No release of Godot 3 changes
+ * these tables: later versions append new tables through `next`. */
 #ifndef TYPODONT_GODOT_GDNATIVE_H
 #define TYPODONT_GODOT_GDNATIVE_H
 
@@ -14,7 +14,7 @@ typedef struct {
 typedef struct {
   float x, y, z;
 } gd_vector3;
-/* As the engine returns them: bytes, which travel in other registers than floats. */
+/* Vectors that the engine returns. They are bytes, because a call passes bytes in other registers than floats. */
 typedef struct {
   unsigned char bytes[12];
 } gd_vector3_bytes;
@@ -62,7 +62,7 @@ typedef struct {
   void (*register_tool_class)(void*, const char*, const char*, gd_create, gd_destroy);
   void (*register_method)(void*, const char*, const char*, gd_attributes, gd_method);
 } gd_nativescript;
-enum { GD_NATIVESCRIPT = 1 }; /* gd_table.type of that extension */
+enum { GD_NATIVESCRIPT = 1 }; /* value of gd_table.type for NativeScript */
 
 typedef struct {
   bool in_editor;
@@ -73,7 +73,7 @@ typedef struct {
   const gd_core* core;
 } gd_init_options;
 
-/* Places in gd_core.function, with their types. */
+/* Indices into gd_core.function, with the functions' types. */
 #define GD(core, place, result, ...) ((result(*)(__VA_ARGS__))(core)->function[place])
 #define gd_int_array_new(c, a) GD(c, 171, void, gd_handle*)(a)
 #define gd_int_array_resize(c, a, n) GD(c, 180, void, gd_handle*, int)(a, n)

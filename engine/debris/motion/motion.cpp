@@ -25,22 +25,22 @@ void move_block(float* __restrict x, float* __restrict y, float* __restrict z, f
   }
 }
 
-/// Approximates 1/√a with a relative error of 2e-3, which is accurate enough for suction. A square root and a division
-/// would take as long as the rest of the loop. The initial guess halves the exponent (Lomont 2003); one Newton step
-/// refines it.
+/// Approximates 1/√a with a relative error of 2e-3, which is accurate enough for suction. An exact square root and
+/// division would take as long as the rest of the loop. The initial guess halves the exponent (Lomont 2003); one Newton
+/// step refines it.
 inline float reciprocal_root(float a) {
   const float guess = std::bit_cast<float>(0x5f375a86u - (std::bit_cast<std::uint32_t>(a) >> 1));
   return guess * (1.5f - 0.5f * a * guess * guess);
 }
 
 /// Mean approach rate of the air towards the sink during a step, 1/s, for pull = strength/r³. Because r³ falls by
-/// 3·strength·dt, the exact value is (1 − ∛(1 − 3q))/dt with q = pull·dt. This is its expansion to second order in q;
-/// beyond the expansion's range the air ends at the sink.
+/// 3·strength·dt, the exact value is (1 − ∛(1 − 3q))/dt with q = pull·dt. The function approximates it by pull·(1 + 2q)
+/// if q < 1/3. For larger q the air ends the step at the sink.
 inline float drawn_at(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
-/// As move_block, with suction towards a sink.
+/// Same as move_block, with suction towards a sink.
 TYPODONT_VERSIONS
 void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, float* __restrict vx,
                 float* __restrict vy, float* __restrict vz, const float* __restrict keep, std::size_t count, float dt,

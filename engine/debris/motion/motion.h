@@ -18,7 +18,7 @@ struct Motion {
 struct Surroundings {
   float gravity[3];    // m/s²
   float sink[3];       // m, position of the suction nozzle
-  float strength = 0;  // m³/s/sr; air moves towards the sink at strength/r² but not beyond it; 0: air at rest
+  float strength = 0;  // m³/s/sr; the air moves towards the sink at strength/r², but stops there; 0: no suction
 };
 
 /// Advances particles first … last−1 by semi-implicit Euler with drag rate·(v − air): v ← keep·(v + g·dt) + (1 −
@@ -34,8 +34,8 @@ double air_drawn(double strength, double distance, double dt) noexcept;
 /// Computes keep = 1/(1 + rate·dt) for another step length.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;
 
-/// Drag of a ball over its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table with a relative error of
-/// 1e-4.
+/// Drag of a ball divided by its Stokes drag: 1 + 0.15 Re^0.687 (Schiller & Naumann), from a table with a relative
+/// error of 1e-4.
 double drag_factor(double reynolds) noexcept;
 
 /// Drag rate in 1/s of a ball of diameter d at speed v in air: Stokes' 18 μ/(ρ d²) times Schiller & Naumann's 1 + 0.15

@@ -1,4 +1,4 @@
-// Build-time tool: a TrueType font → a small atlas of signed distances and its metrics, as C++ text.
+// Build-time tool: converts a TrueType font to a small atlas of signed distances with its metrics, as C++ text.
 //   bake_font FONT.ttf OUT.h
 #define STB_TRUETYPE_IMPLEMENTATION
 #pragma GCC diagnostic push
@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   const float scale = stbtt_ScaleForPixelHeight(&font, kSize);
   std::vector<int> characters;
   for (int c = 32; c < 127; ++c) characters.push_back(c);
-  for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // font hints would depend on the language
+  for (int c = 0xa1; c <= 0xff; ++c) characters.push_back(c);  // Latin-1 letters, used by translated hints
   for (int c : {0x2013, 0x2014, 0x2019, 0x2026}) characters.push_back(c);
 
   struct Glyph {

@@ -21,34 +21,35 @@ constexpr int kCorners = kCells + 1;
 constexpr int kStride[3] = {FieldBrick::kSamples * FieldBrick::kSamples, FieldBrick::kSamples, 1};
 constexpr std::uint16_t kNone = 0xffff;   // no surface in this block
 constexpr std::uint16_t kMixed = 0xfffe;  // surface that a single vertex cannot represent
-constexpr int kLevels = 5;                // blocks of 1³, 2³, 4³, 8³, 16³ cells
+constexpr int kLevels = 5;                // number of block sizes: 1³, 2³, 4³, 8³, 16³ cells
 // Crease test. If a normal of the cell differs by more than 14° from the mean normal, the cell has crossings on both
 // sides of a crease (of 28° or more). If the variance of its normals is below kSmoothSpread, the cell has no crease.
 constexpr float kCreaseCosine = 0.97f;
 constexpr float kSmoothSpread = 0.008f;
-constexpr float kGentleCosine = 0.44f;  // 64°, limit for ContourVertex::gentle
+constexpr float kGentleCosine = 0.44f;  // cosine of 64°, limit for ContourVertex::gentle
 // The four vertices around an edge form a facet with about the cell's side length s. On a surface of curvature κ the
 // middle of the facet sags by about s²κ/4. Therefore the vertices are placed kLift·s²κ outside the surface, so that
-// facets deviate equally to both sides. Vertices also move along the surface by the fraction kCentre of the way to the
-// cell's middle, so that facets have similar sizes. kSag·s²κ bounds the remaining error. All values were measured on
-// spheres: tests/property/surface_mesh_test.cpp.
+// facets deviate equally to both sides. Vertices also move along the surface towards the cell's middle, by the fraction
+// kCentre of the distance, so that facets have similar sizes. kSag·s²κ bounds the remaining error. All values were
+// measured on spheres: tests/property/surface_mesh_test.cpp.
 constexpr float kCentre = 0.6f;
 constexpr float kLift = 0.145f;
 constexpr float kSag = 0.18f;
-constexpr float kLeastSpread = 4e-3f;  // lower limit of the spread over s², see greatest_curvature
-constexpr float kMaxLift = 0.1f;       // upper limit of the lift over s
+constexpr float kLeastSpread = 4e-3f;  // lower limit of the points' variance divided by s², see greatest_curvature
+constexpr float kMaxLift = 0.1f;       // upper limit of the lift divided by s
 constexpr double kFlatEigenvalue = 0.01;
-constexpr float kOutside = 0.7f;  // voxels; largest distance of a crease vertex outside its cell
-// Largest |trilinear sample| of the field, in voxels, at an accepted vertex: at a crease, and elsewhere.
+constexpr float kOutside = 0.7f;  // voxels, largest distance of a crease vertex outside its cell
+// Voxels: limits of |trilinear interpolation of the field| at an accepted vertex, on a crease (kCreaseValue) and
+// elsewhere.
 constexpr float kCreaseValue = 0.4f;
 constexpr float kSmoothValue = 0.1f;
 
-// Index of the sample at cell corner (x,y,z), each -1..17.
+// Index of the sample at cell corner (x,y,z); x, y and z are each -1..17.
 constexpr int sample(int x, int y, int z) {
   return ((x + 1) * FieldBrick::kSamples + (y + 1)) * FieldBrick::kSamples + (z + 1);
 }
 
-// Bit z is set if sample z of the row of 17 is solid.
+// Bit z is set if sample z of the row (17 samples) is solid.
 std::uint32_t solid_bits(const float* row) {
 #if defined(__SSE2__)
   const __m128 zero = _mm_setzero_ps();
@@ -67,17 +68,18 @@ std::uint32_t solid_bits(const float* row) {
 struct Node {
   Moments moments;
   glm::vec3 position{0};         // position of the vertex, in cell corners
-  Tissue tissue = Tissue::kAir;  // the tissue around; kAir: several tissues
+  Tissue tissue = Tissue::kAir;  // the only tissue near the vertex; kAir: several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
 };
 
-// Bit number of a point in a block of 2³ cells or children. The bits hold the signs at its 3³ corners: (x·3 + y)·3 + z.
+// Bit number of a point in a block of 2³ cells or children. The bits store the signs at the block's 3³ corners: (x·3 +
+// y)·3 + z.
 constexpr int mid_bit(int x, int y, int z) {
   return (x * 3 + y) * 3 + z;
 }
 struct Middles {
-  // each midpoint of an edge, a face or the block, and the corners of that edge, face or block
+  // bit masks: the midpoint of each edge, each face and the block; the corners of that edge, face or block
   std::uint32_t point[19], corners[19];
 };
 constexpr Middles kMiddles = [] {
@@ -101,8 +103,8 @@ constexpr Middles kMiddles = [] {
   return out;
 }();
 
-// Tests if merging a block keeps the topology of its surface: the sign at the midpoint of each edge, each face and the
-// block equals that of one of its corners (Ju et al. 2002, sec. 4.1).
+// Tests whether merging a block keeps the topology of its surface: the sign at the midpoint of each edge, of each face
+// and of the block must equal the sign of one of its corners (Ju et al. 2002, sec. 4.1).
 bool middles_agree(std::uint32_t signs) {
   bool agree = true;
   for (int i = 0; i < 19; ++i) {
@@ -112,7 +114,8 @@ bool middles_agree(std::uint32_t signs) {
   return agree;
 }
 
-// Finds the two most frequent tissues around a surface point among the solid samples of the 4³ around its cell.
+// Finds the two most frequent tissues around a surface point, among the solid samples of the 4³ samples around its
+// cell.
 void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex& vertex, const glm::vec3& local) {
   float weight[kTissueCount] = {};
   for (int i = -1; i <= 2; ++i) {
@@ -139,10 +142,11 @@ void mix_tissues(const FieldBrick& brick, const glm::ivec3& cell, ContourVertex&
   vertex.second = first == second ? 0 : weight[second] / (weight[first] + weight[second]);
 }
 
-// The label of all solid samples in the 4³ around a cell; kAir if there are several labels.
+// The label of all solid samples among the 4³ samples around a cell; kAir if there are several labels.
 Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   Tissue only = Tissue::kAir;
-  // Fast path: usually all labelled samples have the same label. Compares four at a time and skips zero bytes (kAir).
+  // Fast path: usually all labelled samples have the same label. Compares four samples at a time and skips zero bytes
+  // (kAir).
   static_assert(static_cast<int>(Tissue::kAir) == 0 && kTissueCount < 128);
   std::uint32_t other = 0;
   const auto corner = static_cast<std::size_t>(sample(cell.x - 1, cell.y - 1, cell.z - 1));
@@ -210,7 +214,7 @@ bool inside(const glm::vec3& p, float s) {
   return std::abs(p.x) <= reach && std::abs(p.y) <= reach && std::abs(p.z) <= reach;
 }
 
-// Vertex on a crease: the intersection of its sides, if it lies in the cell.
+// Vertex on a crease: the intersection of the crease's sides, if it lies in the cell.
 glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   for (int rank = 3; rank > 0; --rank) {
     const PlaneFit fit = fit_planes(sums, kFlatEigenvalue, rank);
@@ -219,7 +223,7 @@ glm::vec3 crease_vertex(const PlaneSums& sums, float s) {
   return glm::vec3(sums.point / sums.count);
 }
 
-// Trilinear interpolation at a point within the samples, in cell corners.
+// Trilinear interpolation of the field at point p, in cell-corner coordinates. p lies within the samples.
 float field_at(const float* field, const glm::vec3& p) {
   const glm::vec3 low = glm::clamp(glm::floor(p), glm::vec3(-1), glm::vec3(kCells));
   const glm::vec3 f = glm::clamp(p - low, 0.f, 1.f);
@@ -236,7 +240,7 @@ glm::vec3 unit_or_up(const glm::vec3& n) {
   return length > 1e-6f ? n / length : glm::vec3(0, 0, 1);
 }
 
-// Corner number (x·17 + y)·17 + z of each edge's base, relative to that of its cell.
+// Corner number (x·17 + y)·17 + z of each edge's base, relative to the corner number of its cell.
 constexpr std::array<int, 12> kEdgeBase = [] {
   std::array<int, 12> out{};
   for (int e = 0; e < 12; ++e) {
@@ -249,7 +253,7 @@ constexpr std::array<int, 12> kEdgeBase = [] {
 
 }  // namespace
 
-// Working memory for one brick; its functions are the steps of the work.
+// Working memory for one brick. The functions are the steps of contour().
 struct Contourer::Scratch {
   struct Cell {
     glm::u8vec3 at;
@@ -259,13 +263,13 @@ struct Contourer::Scratch {
 
   const FieldBrick* brick = nullptr;
   const CellShapes& shapes = CellShapes::get();
-  std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y): corner (x,y,z) is solid
+  std::uint32_t solid[kCorners * kCorners];                  // bit z of row (x, y) is set if corner (x,y,z) is solid
   std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // index of the crossing on the edge based at each corner
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // [0]: one per patch; other levels: one per merged block
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
-  std::vector<std::uint16_t> state[kLevels];   // per block: kNone, kMixed or its node's index
+  std::vector<std::uint16_t> state[kLevels];   // for each block: kNone, kMixed or the index of its node
 
   bool read_signs();
   void find_crossings(std::vector<BrickContour::Edge>& edges);
@@ -313,7 +317,7 @@ void Contourer::contour(const FieldBrick& brick, float tolerance, BrickContour& 
   }
 }
 
-// Reads the signs of the corners. False if the brick contains no surface.
+// Reads the signs of the corners. Returns false if the brick contains no surface.
 bool Contourer::Scratch::read_signs() {
   std::uint32_t any = 0, all = 0x1ffff;
   for (int x = 0; x < kCorners; ++x) {
@@ -327,8 +331,8 @@ bool Contourer::Scratch::read_signs() {
   return any != 0 && all != 0x1ffff;
 }
 
-// Finds the crossed edges, and position and normal of each crossing. Edges based in the brick's own cells go to
-// `edges`; each becomes a polygon.
+// Finds the crossed edges, and the position and normal of each crossing. Edges based in the brick's own cells are added
+// to `edges`; each becomes a polygon.
 void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) {
   crossings.clear();
   auto find = [&]<int kAxis>(std::integral_constant<int, kAxis>, int x, int y, std::uint32_t crossed,
@@ -364,7 +368,8 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
   }
 }
 
-// Shape number of a cell. A shape is flipped across faces on which the neighbour would touch the cell along two arcs.
+// Shape number of a cell. If the neighbour across a face would touch the cell along two arcs, the shape is flipped
+// across this face.
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   const int doubtful = shapes.doubtful_faces(config);
   if (doubtful == 0) return config;
@@ -383,7 +388,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
   return shapes.flipped(config, flips);
 }
 
-// Finds the cells with surface, and the patches in each.
+// Finds the cells that contain surface, and the patches in each cell.
 void Contourer::Scratch::find_patches() {
   const Tissue only = only_tissue(*brick);
   cells.clear();
@@ -453,7 +458,7 @@ PlaneSums Contourer::Scratch::planes_of(const Cell& cell, int patch, const glm::
   return sums;
 }
 
-// Sums over all crossings of all cells in a block.
+// Sums over all crossings in all cells of a block.
 PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   const glm::vec3 centre = glm::vec3(low) + 0.5f * static_cast<float>(size);
   PlaneSums sums;
@@ -474,8 +479,8 @@ PlaneSums Contourer::Scratch::planes_of(const glm::ivec3& low, int size) const {
   return sums;
 }
 
-// Merges blocks of 2^level cells if one vertex can represent their surface, from the blocks of the level below. False
-// if none was merged.
+// Merges blocks of the level below into blocks of 2^level cells, where one vertex can represent the surface. Returns
+// false if no block was merged.
 bool Contourer::Scratch::merge(int level, float tolerance) {
   const int size = 1 << level, half = size / 2, n = kCells >> level, children = 2 * n;
   const auto side = static_cast<float>(size);
@@ -522,7 +527,7 @@ bool Contourer::Scratch::merge(int level, float tolerance) {
     if (node.tissue == Tissue::kAir) continue;
     const glm::vec3 centre = glm::vec3(low) + 0.5f * side;
     if (node.crease) {
-      // One vertex can represent both sides of a crease if they meet in the block.
+      // One vertex can represent both sides of a crease if the sides meet in the block.
       const PlaneSums planes = planes_of(low, size);
       const PlaneFit fit = fit_planes(planes, kFlatEigenvalue);
       if (3 * fit.residual > tolerance || !inside(fit.point, side)) continue;

@@ -1,5 +1,5 @@
-// Extracts the surface vertices of one brick of distance field, and the cells that hold them. This needs only the
-// brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds them later.
+// Extracts the surface vertices of one brick of the distance field, and the cells that contain them. This needs only
+// the brick's own samples. Polygons join cells of several bricks; surface_mesher.cpp builds the polygons later.
 #pragma once
 
 #include <array>
@@ -16,10 +16,10 @@ namespace typodont::surface {
 struct ContourVertex {
   glm::vec3 position{0};  // voxels, index space
   glm::vec3 normal{0};    // unit, out of the solid
-  Tissue tissue[2]{};     // the two most frequent tissues around it, the most frequent first
-  float second = 0;       // 0..0.5, fraction of the second tissue among the two
-  bool crease = false;    // on a sharp edge: `normal` is only the mean of the sides' normals
-  bool gentle = false;    // shade with the mean normal: no two normals of its cell differ by more than 64°
+  Tissue tissue[2]{};     // the two most frequent tissues around the vertex, the most frequent first
+  float second = 0;       // 0..0.5, fraction of the second tissue, tissue[1]
+  bool crease = false;    // true on a sharp edge, where `normal` is only the mean of the sides' normals
+  bool gentle = false;    // true if the cell's normals differ by at most 64°; shade with the mean normal
 };
 
 struct BrickContour {
@@ -38,9 +38,9 @@ struct BrickContour {
   };
 
   glm::ivec3 key{0};
-  std::array<std::uint64_t, 64> active{};  // one bit per cell: the cell contains surface
-  std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this one
-  std::vector<Cell> cells;                 // the active cells, in order
+  std::array<std::uint64_t, 64> active{};  // one bit per cell; set if the cell contains surface
+  std::array<std::uint16_t, 64> before{};  // number of active cells in all words before this word
+  std::vector<Cell> cells;                 // the active cells, in the order of their bits
   std::vector<ContourVertex> vertices;
   std::vector<Edge> edges;
 
@@ -59,8 +59,8 @@ class Contourer {
  public:
   Contourer();
   ~Contourer();
-  /// Cells are merged into blocks of 2³ to 16³ as long as the surface moves by at most `tolerance` voxels. Negative:
-  /// never merged.
+  /// Merges cells into blocks of 2³ to 16³ cells as long as the surface moves by at most `tolerance` voxels. A negative
+  /// tolerance disables merging.
   void contour(const FieldBrick& brick, float tolerance, BrickContour& out);
 
  private:

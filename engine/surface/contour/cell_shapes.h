@@ -1,4 +1,5 @@
-// Table of the 256 sign configurations of a cube: which edges the surface crosses, and which crossings are connected.
+// Table of the 256 sign configurations of a cube: the edges that the surface crosses, and the connections between the
+// crossings.
 #pragma once
 
 #include <array>
@@ -16,26 +17,27 @@ struct CellShape {
   std::uint8_t patches = 0;
   std::uint8_t edges = 0;                // number of crossed edges
   std::array<std::uint8_t, 12> edge{};   // the crossed edges
-  std::array<std::uint8_t, 12> patch{};  // for each edge, the patch that its crossing belongs to
+  std::array<std::uint8_t, 12> patch{};  // for each edge: the patch that contains its crossing
 };
 
-/// All shapes. Shape 0..255 is the sign configuration (bit c set: corner c is solid). Solid corners that are diagonal
-/// on a face are not connected. This could let two cells touch along two arcs of one face (a dual edge with four
-/// polygons); then both cells use the flipped shape, which connects the solid corners across that face. The decision
-/// needs only the two configurations, so that both cells decide alike. (Wenger 2013, sec. 3.3: manifold dual
-/// contouring)
+/// All shapes. Shape 0..255 is the sign configuration (bit c is set if corner c is solid). Solid corners that are
+/// diagonal on a face are not connected. Therefore two cells could touch along two arcs of one face (a dual edge with
+/// four polygons). In this case both cells use the flipped shape, which connects the solid corners across that face.
+/// The decision needs only the two configurations, so that both cells decide alike. (Wenger 2013, sec. 3.3: manifold
+/// dual contouring)
 class CellShapes {
  public:
   static const CellShapes& get();
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
-  /// Faces on which both arcs belong to one patch: bit f stands for face f.
+  /// Faces on which both arcs belong to one patch; bit f is set for face f.
   std::uint8_t doubtful_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
   /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of doubtful_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
-  /// One patch, and no face with four crossings: the surface is a disc at every resolution (Ju et al. 2002).
+  /// True if the shape has one patch, and no face with four crossings. Its surface is then a disc at every resolution
+  /// (Ju et al. 2002).
   bool simple(int config) const { return simple_[static_cast<std::size_t>(config)]; }
 
  private:

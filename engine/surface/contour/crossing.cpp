@@ -5,15 +5,17 @@
 namespace typodont::surface {
 namespace {
 
-// Tolerance of |∇|² = 1. For an exact plane |∇|² differs from 1 only by rounding, and the gradients at two samples
-// agree; for a curved field this is very unlikely.
+// kUnit is the tolerance of |∇|² = 1, and kSame the tolerance for the difference of two gradients. On an exact plane
+// |∇|² differs from 1 only by rounding, and the gradients at two samples agree. A curved field very rarely meets both
+// conditions.
 constexpr float kUnit = 2e-6f;
 constexpr float kSame = 3e-3f;
-// Larger second differences mean that a crease is near, or that the radius is below four voxels.
+// Limit of the second difference, in voxels. A larger second difference shows that a crease is near, or that the radius
+// of curvature is below four voxels.
 constexpr float kBent = 0.25f;
-// A jump of the slope between the edge's ends that curvature cannot explain.
+// Limit of the change of slope between the edge's ends. Curvature cannot explain a larger change.
 constexpr float kSlopeJump = 0.6f;
-// Deviation of |∇|² from 1 for central differences; it is this large only across a crease.
+// Limit of the deviation of |∇|² from 1 for central differences. Only differences across a crease deviate more.
 constexpr float kAcross = 0.05f;
 
 float smaller(float p, float q) {
@@ -36,7 +38,7 @@ struct OneSided {
   bool unit() const {
     const float rest = a * a - 1, b0 = rest + b[0] * b[0], b1 = rest + b[1] * b[1];
     const float c0 = c[0] * c[0], c1 = c[1] * c[1];
-    // No branches: all four are computed anyway, and the result is unpredictable.
+    // All four tests are computed without branches, because a branch predictor could not predict the result.
     return (static_cast<int>(std::abs(b0 + c0) < kUnit) | static_cast<int>(std::abs(b1 + c0) < kUnit) |
             static_cast<int>(std::abs(b0 + c1) < kUnit) | static_cast<int>(std::abs(b1 + c1) < kUnit)) != 0;
   }
@@ -49,7 +51,7 @@ struct OneSided {
   }
 };
 
-// True if both ends of the edge see the same plane.
+// True if the samples at both ends of the edge lie on the same plane; `out` is then the plane's gradient.
 bool same_plane(const OneSided& p, const OneSided& q, Gradient& out) {
   if (!p.unit() || !q.unit()) return false;
   float least = 2 * kSame * kSame;
@@ -87,8 +89,8 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
   const OneSided here(at, slope, b, c), there(end, slope, b, c);
   bool solved = same_plane(here, there, g);
   if (!solved && bent > kBent) {
-    // The edge may cross a crease. Then the field is the maximum (convex) or minimum of two planes: one through the
-    // samples before the edge, one through those after it.
+    // The edge may cross a crease. Then the field is the maximum (convex) or minimum of two planes. One plane contains
+    // the samples before the edge, the other one the samples after the edge.
     const float slope0 = f0 - before, slope1 = after - f1;
     const float t0 = slope0 != 0 ? -f0 / slope0 : -1.f, t1 = slope1 != 0 ? 1 - f1 / slope1 : -1.f;
     const bool in0 = t0 >= 0 && t0 <= 1, in1 = t1 >= 0 && t1 <= 1;
@@ -103,7 +105,7 @@ LocalCrossing cross_edge(const float* at, int a, int b, int c) {
       }
     }
     if (!solved && (here.unit() || there.unit())) {
-      // A crease runs beside the edge: one end sees a plane on one side.
+      // A crease runs beside the edge. On one side of one end, the samples lie on a plane.
       const Gradient p = here.best(), q = there.best();
       g = p.excess() < q.excess() ? p : q;
       solved = true;

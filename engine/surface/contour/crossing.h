@@ -1,5 +1,5 @@
-// Finds the point where the surface crosses an edge between two samples, and the normal there, from the neighbouring
-// samples.
+// Finds the point where the surface crosses an edge between two samples, and the normal at that point, from the
+// neighbouring samples.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace typodont::surface {
 
-/// Position, unit normal and curvature (see below) as eight floats; their outer products are summed (moments.h).
+/// Position, unit normal and curvature (as in LocalCrossing) as eight floats; moments.h sums their outer products.
 struct alignas(16) Crossing {
   float point[3];
   float normal[3];
@@ -18,15 +18,14 @@ struct alignas(16) Crossing {
 struct LocalCrossing {
   float t;           // 0..1 along the edge
   float na, nb, nc;  // unit normal: components along the edge and along the two axes across it
-  float curvature;  // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 beside a crease
+  float curvature;   // mean of the two principal curvatures, 1/voxel, positive if the solid is convex; 0 near a crease
 };
 
 /// `at` is the sample at the edge's base; a, b, c are the strides along and across the edge. Reads -a..2a and ±b, ±c of
-/// both ends.
-/// In a smooth field it uses a second-order crossing and central differences. After CSG the field is a maximum or
-/// minimum of distances, and its slope jumps at a crease. There the crossing continues the field from one side in a
-/// straight line, and the differences are taken on the side on which the gradient has length 1, as in a distance field.
-/// So plane faces are reproduced exactly up to their edges.
+/// both ends. In a smooth field it uses a second-order crossing and central differences. After CSG the field is a
+/// maximum or minimum of distances, and its slope jumps at a crease. Near a crease the function extrapolates the field
+/// linearly from one side to find the crossing. It then takes the differences on the side on which the gradient has
+/// length 1, as in a distance field. So plane faces are reproduced exactly up to their edges.
 LocalCrossing cross_edge(const float* at, int a, int b, int c);
 
 }  // namespace typodont::surface

@@ -24,7 +24,7 @@ float greatest_curvature(const Moments& moments, float least) {
   auto place = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(a, 0, b) - glm::dot(a, x) * glm::dot(b, x);
   };
-  // Covariance of the normal along a with the position along b.
+  // Covariance of the normal's component along a with the position's component along b.
   auto change = [&](const glm::vec3& a, const glm::vec3& b) {
     return product(b, 3, a) - glm::dot(a, n) * glm::dot(b, x);
   };

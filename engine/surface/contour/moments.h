@@ -1,5 +1,5 @@
-// Sums over the crossings in a cell or block. Sums of blocks can be added; vertices and curvatures are computed from
-// them.
+// Sums over the crossings in a cell or block. The sums of several blocks can be added. Vertices and curvatures are
+// computed from the sums.
 #pragma once
 
 #include <cstring>
@@ -27,7 +27,7 @@ struct Moments {
     m[3][0] += low;
     m[3][1] += high;
   }
-  /// Adds moments with another centre; `shift` is that centre relative to this one.
+  /// Adds moments with another centre; `shift` is the other centre relative to this one.
   void add(const Moments& o, const glm::vec3& shift) {
     const Four by{shift.x, shift.y, shift.z, 0};
     for (int i = 0; i < 4; ++i) {
@@ -49,8 +49,9 @@ struct Moments {
   float points_by_normals() const { return at(0, 3) + at(1, 4) + at(2, 5); }  // Σ p·n
 };
 
-/// Largest absolute principal curvature, estimated from the change of normals with position in the block. In a
-/// direction in which the variance of the points is below `least`, it uses the mean curvature of the crossings.
+/// Largest absolute principal curvature, estimated from the change of the normals with position in the block. In a
+/// direction in which the variance of the points is below `least`, the function uses the mean curvature of the
+/// crossings.
 float greatest_curvature(const Moments& moments, float least);
 
 }  // namespace typodont::surface

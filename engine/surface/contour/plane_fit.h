@@ -1,4 +1,4 @@
-// Fits the point at which tangent planes intersect best: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren
+// Fits the point that is nearest to all tangent planes: the vertex of dual contouring (Ju, Losasso, Schaefer & Warren
 // 2002).
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace typodont::surface {
 
-/// Sums over the tangent planes of crossings. Points are relative to a nearby centre.
+/// Sums over the tangent planes of crossings. Points are relative to the centre that is passed to add().
 struct PlaneSums {
   double count = 0;
   glm::dvec3 point{0};         // Σ p
@@ -36,13 +36,13 @@ struct PlaneSums {
 
 struct PlaneFit {
   glm::vec3 point{0};
-  float residual = 0;  // root-mean-square distance from the planes
+  float residual = 0;  // voxels, root-mean-square distance of the point from the planes
   int rank = 0;        // 1: flat, 2: an edge, 3: a corner
 };
 
-/// Among the points that fit the planes best, returns the one nearest to the crossings' mean. Directions that the
-/// planes hardly determine keep the mean: eigenvalues below `cutoff` of the largest one, or beyond the `most` largest
-/// ones.
+/// Among the points that fit the planes best, returns the point nearest to the mean of the crossings. A direction that
+/// the planes hardly determine keeps the mean's coordinate: its eigenvalue is below `cutoff` times the largest one, or
+/// is not among the `most` largest ones.
 PlaneFit fit_planes(const PlaneSums& sums, double cutoff, int most = 3);
 
 }  // namespace typodont::surface
