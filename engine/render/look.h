@@ -12,7 +12,7 @@ namespace typodont::render {
 struct Look {
   dvec3 color{1, 1, 1};  // sRGB
   double roughness = 0.5;
-  double translucency = 0;  // scattering of light inside: 0 chalk, 1 wax
+  double translucency = 0;  // scattering of light in the tissue, 0 (chalk) to 1 (wax)
   double metal = 0;
   double wetness = 0;  // strength of the water film on the surface
 };
@@ -23,8 +23,8 @@ inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
     const auto i = static_cast<std::size_t>(t);
     looks[i] = {materials[i].color, roughness, translucency, metal, wetness};
   };
-  // Softer caries is darker. The given colour is for caries of 0.3 N/mm; at 0.5, near dentin, it is light brown, at 0.1
-  // nearly black.
+  // Softer caries is darker. The material's colour applies to caries with a stiffness of 0.3 N/mm. At 0.5 N/mm, near
+  // dentin, caries is light brown; at 0.1 N/mm it is nearly black.
   const auto softness = [&] {
     const double stiffness = materials[static_cast<std::size_t>(Tissue::kCaries)].stiffness;
     return stiffness > 0 ? std::clamp(std::log2(stiffness / 300.0), -1.6, 0.9) : 0.0;

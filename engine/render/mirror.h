@@ -1,4 +1,4 @@
-// The mouth mirror. An eye sees in a plane mirror what its mirror image would see. Pure functions.
+// The mouth mirror. In a plane mirror an eye sees the picture that the eye's mirror image would see. Pure functions.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace typodont::render {
 
-/// Reflection p ↦ p − 2 n·(p − o) n, for the glass's middle o and normal n. It is its own inverse.
+/// Reflection p ↦ p − 2 n·(p − o) n with the glass's middle o and normal n. The reflection is its own inverse.
 glm::dmat4 reflection_in(const Pose& X_WM);
 
-/// The same eye with a view of the reflected scene: the view matrix reflects the scene first, so that objects in front
-/// of the glass appear as far behind it, at the pixels of the glass.
+/// Returns the same eye with a view of the reflected scene. The view matrix reflects the scene first, so that an object
+/// in front of the glass appears at the same distance behind the glass, at the pixels of the glass.
 Eye reflected(const Eye& eye, const Pose& X_WM);
 
-/// Clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w: offset, so that
-/// dot ≥ 0 there.
+/// Clip plane for the reflected scene: only objects in front of the glass are drawn. xyz: normal; w: offset. Points in
+/// front of the glass have dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
 /// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size; nothing

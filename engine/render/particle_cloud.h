@@ -1,4 +1,4 @@
-// Particles that live on the GPU. Compute shaders move them in the frame that draws them, by the same physics as
+// Particles that are stored on the GPU. Compute shaders move them in the frame that draws them, by the same physics as
 // engine/debris. Without particles it uses no memory, no pipeline and no time. Render thread.
 #pragma once
 
@@ -48,7 +48,7 @@ class ParticleCloud {
   ParticleCloud(const ParticleCloud&) = delete;
   ParticleCloud& operator=(const ParticleCloud&) = delete;
 
-  /// Adds particles from the next step on, as long as there is room. Returns how many were added.
+  /// Adds particles up to the capacity; they move from the next step on. Returns the number of added particles.
   std::size_t add(std::span<const CloudParticle> born);
   /// Sets the suction nozzle: flow in m³/s; 0: switched off.
   void suck(const glm::dvec3& p_W, double flow, double radius);
@@ -82,7 +82,7 @@ class ParticleCloud {
   VkPipeline pipeline_ = VK_NULL_HANDLE;
   gpu::Buffer particles_, instances_, field_;
   std::array<gpu::Buffer, gpu::FrameRing::kSlots> staging_;
-  std::vector<CloudParticle> born_;  // added since the last record()
+  std::vector<CloudParticle> born_;  // particles that were added since the last record()
   struct Cohort {
     double born_at;  // s
     std::size_t count;

@@ -18,7 +18,7 @@ const font::Glyph& glyph_of(char c) {
   return *question;
 }
 
-/// Interpolated value of the atlas, 0 to 1; 0.5 is a letter's edge.
+/// Interpolated value of the atlas, 0 to 1; a letter's edge is at 0.5.
 double sampled(glm::dvec2 p) {
   const auto pixel = [](int x, int y) {
     x = std::clamp(x, 0, font::kWidth - 1);
@@ -42,7 +42,7 @@ double text_width(std::string_view text, double height) {
 
 void write_text(Picture& picture, glm::dvec2 at, double height, std::string_view text, glm::u8vec3 color) {
   const double s = height / font::kSize;
-  // The atlas values go from 0 to 1 over ten of its pixels (bake_font); in the picture an edge should be one pixel
+  // The atlas values rise from 0 to 1 over ten of its pixels (bake_font). In the picture an edge should be one pixel
   // wide.
   const double steep = 10.0 * s;
   for (const char c : text) {

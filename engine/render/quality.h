@@ -1,4 +1,4 @@
-// Levels of rendering quality, from the best picture down to what software rendering draws in time.
+// Levels of rendering quality, from the best picture to a picture that software rendering can draw in time.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ struct Quality {
   int shadow_taps = 16;
   int occlusion_taps = 16;
   bool light_per_vertex = false;  // shadow and occlusion are computed per vertex instead of per pixel
-  double scale = 1.0;             // ratio of the drawn to the shown width and height; the picture is then stretched
-  // largest distance of triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
+  double scale = 1.0;             // drawn width divided by shown width; below 1 the picture is stretched
+  // largest distance of the triangles from the surface, in drawn pixels (engine/app/picture/detail.h)
   double surface_error = 0.4;
 };
 

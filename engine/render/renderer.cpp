@@ -22,7 +22,7 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr double kWorthWhile = 0.8;  // if a larger fraction of the picture must be redrawn, everything is redrawn
+constexpr double kWorthWhile = 0.8;  // limit: if a larger fraction of the picture must be redrawn, all of it is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
@@ -33,7 +33,7 @@ struct Renderer::Impl {
   std::array<Look, kTissueCount> looks;
   PassContext context;
 
-  gpu::ShaderInputs inputs;  // descriptor sets: each slot's scene, and each slot's scene in the mirror
+  gpu::ShaderInputs inputs;  // descriptor sets: one per slot for the scene, one per slot for the reflected scene
   std::array<gpu::Buffer, 2 * kSlots> frame_data;
   VkSampler compare = VK_NULL_HANDLE, nearest = VK_NULL_HANDLE, linear = VK_NULL_HANDLE;
   FrameTimer timer;
@@ -52,7 +52,7 @@ struct Renderer::Impl {
   std::optional<SceneBounds> bounds;  // bounds of this frame's scene
   std::uint64_t bounds_version = 0;   // version of the bricks for which `bounds` was computed
 
-  // Data of the last frame; if they are equal, nothing moved.
+  // Data of the last frame. If the data of the new frame are equal, nothing moved.
   int last_views = 0;
   shared::FrameData last_data{};
   Pose last_tool;
@@ -64,7 +64,7 @@ struct Renderer::Impl {
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
   LampBox unlit;  // part of the shadow map that changed in frames that did not draw it
-  // Tiles that the last frame redrew, and tiles that particles cover.
+  // Tiles that need a redraw of the scene, tiles in which only particles changed, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
   glm::mat4 shadow_light{0};
@@ -106,7 +106,7 @@ struct Renderer::Impl {
     context.layout = inputs.layout;
     for (gpu::Buffer& b : frame_data)
       b = gpu::Buffer::create(device, sizeof(shared::FrameData), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
-    // Beyond the shadow map nothing casts a shadow.
+    // Nothing outside the shadow map casts a shadow.
     constexpr VkSamplerAddressMode kBorder = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     constexpr VkBorderColor kWhite = VK_BORDER_COLOR_FLOAT_OPAQUE_WHITE;
     compare = gpu::create_sampler(device, {.beyond = kBorder, .border = kWhite, .compare = true});
@@ -115,7 +115,7 @@ struct Renderer::Impl {
     timer = FrameTimer::create(device);
   }
 
-  /// Called when samples, views or quality change, because the pipelines depend on them.
+  /// Destroys the pipelines. Called when samples, views or quality change, because the pipelines depend on them.
   void destroy_passes() {
     surface.destroy(device);
     tool.destroy(device);
@@ -160,13 +160,13 @@ struct Renderer::Impl {
            !std::memcmp(&data, &last_data, sizeof data);
   }
 
-  /// `i`: a slot, or kSlots + a slot for the scene in the mirror.
+  /// Fills descriptor set i. `i` is a slot, or kSlots + a slot for the reflected scene.
   void write_set(std::size_t i) {
     const VkImageView map = shadow.map.layer_views[0];
     inputs.fill(device, i, 0, frame_data[i]);
     inputs.fill(device, i, 1, compare, map);
     inputs.fill(device, i, 2, nearest, map);
-    // Without a mouth mirror the shadow map is bound instead; no shader reads it.
+    // Without a mouth mirror the shadow map is bound instead; no shader reads this binding.
     inputs.fill(device, i, 3, linear, mirror.picture.image && i < kSlots ? mirror.picture.view : shadow.map.view);
   }
 
@@ -216,7 +216,7 @@ struct Renderer::Impl {
     return stats;
   }
 
-  /// The scene for the mouth mirror: reflected eyes, and only objects in front of the glass.
+  /// The reflected scene in the mouth mirror: reflected eyes, and only objects in front of the glass.
   Frame in_mirror(const Frame& frame) const {
     Frame out = frame;
     for (Eye& eye : out.eyes) eye = reflected(eye, frame.mirror.X_WM);
@@ -247,8 +247,8 @@ struct Renderer::Impl {
       d->tool_head = d->tool_end = d->tool_motion = d->cursor = d->cursor_down = glm::vec4(0);
     const bool eyes_stay = !std::memcmp(now.clip_from_world, before.clip_from_world, sizeof now.clip_from_world);
     if (!eyes_stay || last_settings != settings_version) ++eyes_version;
-    // Redraw everything with a headset, whose eyes never rest; with glass, which needs an order; and with GPU
-    // particles, whose positions are unknown here.
+    // Redraw everything in three cases: for a headset, because its eyes always move; for glass, because it must be
+    // drawn in order; for GPU particles, because their positions are unknown here.
     if (targets.keeps_depth || (frame.cloud && frame.cloud->changes()) || frame.view == View::kXray ||
         last_view != frame.view || last_settings != settings_version || last_order != bricks.order ||
         std::memcmp(&now, &before, sizeof now) || !same(frame.mirror.X_WM, last_mirror.X_WM))
@@ -271,7 +271,7 @@ struct Renderer::Impl {
         over_tiles[e].mark(particle_tiles[e]);
       }
       if (!targets.layered()) tiles[e].mark(over_tiles[e]);
-      // the glass can show any change
+      // the mirror's glass can show any change
       if (const auto glass = glass_in(frame.eyes[e], frame.mirror, drawn)) tiles[e].mark(*glass);
     }
     const auto marked = [&](const std::array<Tiles, 2>& of) {
@@ -327,7 +327,7 @@ struct Renderer::Impl {
     particles.prepare(context, slot, frame.particles);
     const auto views = static_cast<std::size_t>(frame.views);
 
-    // Find which eyes see the glass, and where.
+    // Find the parts of the pictures that changed.
     const VkExtent2D extent = targets.pictures.options.size;
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
@@ -347,7 +347,7 @@ struct Renderer::Impl {
       for (std::size_t e = 0; e < views; ++e) {
         scene_boxes[e] = tiles[e].boxes(true, tiles[e].picture());
         kept[e] = tiles[e].boxes(false, tiles[e].bounds());
-        // Particles are blended over a restored scene: all of them or none.
+        // Particles are blended over the restored scene. If one of their tiles is redrawn, redraw all of them.
         Tiles shown = tiles[e];
         shown.mark(over_tiles[e]);
         if (targets.layered() && shown.touch(particle_tiles[e])) shown.mark(particle_tiles[e]);
@@ -376,7 +376,7 @@ struct Renderer::Impl {
     write_set(own);
     timer.begin(commands, slot);
 
-    // Redraw the shadow map only if a caster or the lamp changed, and only the affected part.
+    // Redraw the shadow map only if a body or the lamp changed, and only the affected part.
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
@@ -420,7 +420,7 @@ struct Renderer::Impl {
         tool.record(context, commands, mirror.body, frame.mirror.X_WM, stats);
         if (reflects) mirror.record_glass(context, commands, frame.mirror, stats);
       }
-      // Over kept content, black is drawn like any other background.
+      // A partial redraw draws a black background, too, because the pixels still have their old content.
       if (frame.background == Background::kGradient || partly) background.record(context, commands, stats);
       surface.record(context, commands, bricks, slot, bricks.indirect, groups, frame, true, stats);
       if (!targets.layered()) particles.record(context, commands, slot, frame.cloud, stats);

@@ -1,8 +1,7 @@
 // Draws the workbench for both eyes: tissue bricks, tool, particles, static surroundings. The render thread owns it. It
-// draws two eyes in one pass (multiview) into a picture with two layers, which a display composes and shows
-// (engine/display).
-// Objects that a frame does not contain have no pipeline and load no shader; a frame equal to the previous one is not
-// drawn again. FrameStats counts the work.
+// draws two eyes in one pass (multiview) into a picture with two layers; a display composes and shows this picture
+// (engine/display). Objects that a frame does not contain have no pipeline and load no shader. A frame equal to the
+// previous one is not drawn again. FrameStats counts the work.
 #pragma once
 
 #include <array>
@@ -24,24 +23,24 @@
 
 namespace typodont::render {
 
-/// A vertex of a surface. All corners of a triangle name the same two tissues; the boundary between them is drawn,
-/// sharp, where the interpolated `second` passes one half.
+/// A vertex of a surface. The three corners of a triangle store the same two tissues. A sharp boundary between the
+/// tissues is drawn where the interpolated `second` passes one half.
 struct Vertex {
   glm::vec3 p{0};        // m, relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kEnamel, Tissue::kEnamel};
   float second = 0;             // 0..1: fraction of tissue[1]
-  Tissue under = Tissue::kAir;  // the tissue below the tissue at the surface
-  float shows = 0;              // fraction of the lower tissue's colour that shows through, 0..1
-  float difference = 0;         // m, tissue still to remove (> 0) or removed too much (< 0), for View::kDifference
+  Tissue under = Tissue::kAir;  // the tissue below the surface tissue
+  float shows = 0;              // 0..1, fraction of the lower tissue's colour that is visible through the surface
+  float difference = 0;         // m, tissue still to remove (> 0) or excess removal (< 0), for View::kDifference
 };
 
-/// The present content of one brick of a mesh. Empty: the brick is gone.
+/// The present content of one brick of a mesh. An empty content removes the brick.
 struct MeshUpdate {
   std::uint64_t brick = 0;  // any number that is unique in its mesh
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
-  bool two_sided = false;              // an open surface: its back is drawn too, in dull blue-grey
+  bool two_sided = false;              // true for an open surface: its back is drawn too, in dull blue-grey
 };
 
 /// A body made of bricks: the working tooth, gingiva, a neighbour.
@@ -55,8 +54,9 @@ inline constexpr MeshId kInsidePulp = 1002, kInsideCaries = 1003, kInsideDentin 
 enum class View {
   kLook,
   kSection,  // tissue is drawn only where section · (p, 1) > 0, with the cut faces of the bodies
-  kXray,     // the working tooth as glass with the tissues inside it; nothing else
-  // the working tooth compared with an ideal (Vertex::difference): blue must still be removed, red should have stayed
+  kXray,     // the working tooth as glass with the tissues inside it; no other body
+  // the working tooth compared with an ideal (Vertex::difference): blue must still be removed, red was removed by
+  // mistake
   kDifference,
 };
 
@@ -76,22 +76,22 @@ struct Particle {
 
 struct ToolState {
   bool visible = false;
-  Pose X_WG;           // the proxy's pose, outside the tissue
+  Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
   double spindle = 0;  // rad/s, sets the motion blur of the flutes
-  double opacity = 1;  // below 1 a fraction of the pixels is left out, as for a hand out of sight
+  double opacity = 1;  // below 1: the other pixels are left out, as for a hand out of sight
 };
 
-/// Marks the point where the tool would meet the scene if it moved along its line: a ring is drawn there. It helps to
-/// judge depth in a mono picture.
+/// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
+/// point. The ring helps to judge depth in a mono picture.
 struct Cursor {
   bool visible = false;
   dvec3 p{0};            // m, W: start of the line
-  dvec3 down{0, 0, -1};  // unit, W: along the line
-  double radius = 1e-3;  // m, of the ring
+  dvec3 down{0, 0, -1};  // unit, W: direction of the line
+  double radius = 1e-3;  // m, radius of the ring
 };
 
-/// Directions are given in W and need no mirroring.
+/// Directions are given in W and are not mirrored.
 struct Lights {
   dvec3 key{-0.35, 0.55, 0.75};  // unit, towards the lamp
   dvec3 up{0, 1, 0};             // unit, towards the ceiling
@@ -100,8 +100,8 @@ struct Lights {
   double ambient = 0.50;
 };
 
-/// A half mirror needs black, where the hand stays visible. Clear is black with opacity 0, where a headset shows the
-/// room.
+/// A half mirror needs kBlack: the hand is visible through black pixels. kClear is black with opacity 0: a headset
+/// shows the room in these pixels.
 enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
@@ -109,11 +109,11 @@ struct Frame {
   int views = 2;  // 1: mono
   ToolState tool;
   Cursor cursor;
-  MouthMirror mirror;  // in the other hand; diameter 0: none
+  MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
   View view = View::kLook;
-  glm::dvec4 section{0, 0, 0, 1};  // xyz: unit normal, W; w: m; for View::kSection
+  glm::dvec4 section{0, 0, 0, 1};  // section plane for View::kSection: xyz: unit normal, W; w: m
   std::span<const Particle> particles;
-  ParticleCloud* cloud = nullptr;  // particles on the GPU; they are moved by the requested time and drawn
+  ParticleCloud* cloud = nullptr;  // particles on the GPU; the renderer moves and draws them
   Lights lights;
   Background background = Background::kGradient;
 };
@@ -130,16 +130,16 @@ struct FrameStats {
   int views = 0;
   double redrawn = 1;  // redrawn fraction of the pictures
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
-  int bricks_unchanged = 0;  // in view, but only in the part that is not redrawn
+  int bricks_unchanged = 0;  // bricks in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
   int passes = 0;           // render passes recorded
   int commands = 0;         // draw calls recorded
-  int bricks_uploaded = 0;  // uploaded since the last frame
+  int bricks_uploaded = 0;  // bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
   int pipelines = 0;  // pipelines that exist now
   double pixel = 0;   // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
-  // Counts for the picture in the mouth mirror; its passes are included in `passes`. Drawn only where an eye sees the
-  // glass.
+  // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
+  // the glass.
   int mirror_passes = 0, mirror_bricks = 0;
   std::uint64_t mirror_triangles = 0;
   double gpu_ms = 0;  // GPU time of the last finished frame; 0 if the device has no timestamps
@@ -147,7 +147,7 @@ struct FrameStats {
 
 class Renderer {
  public:
-  /// Set-up time; throws Error. `size` is one eye's picture.
+  /// Set-up time; throws Error. `size` is the size of one eye's picture.
   Renderer(gpu::Device& device, glm::ivec2 size, const Quality& quality, const MaterialTable& materials);
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -156,8 +156,9 @@ class Renderer {
   void update(MeshId mesh, std::span<const MeshUpdate> bricks);
   void place(MeshId mesh, const Pose& X_WM);
   void remove(MeshId mesh);
-  /// Bricks of the mesh that exist since the start and lie completely where dot(beyond, (p_W, 1)) < 0 are inside
-  /// another body: View::kLook and kDifference do not draw them until they change. Zero: none.
+  /// Sets a plane for bricks that are inside another body: bricks of the mesh that exist since the start and lie
+  /// completely where dot(beyond, (p_W, 1)) < 0. View::kLook and kDifference do not draw them until they change. Zero:
+  /// no plane.
   void cover(MeshId mesh, const glm::dvec4& beyond);
   void set_tool(const ToolMesh& tool);
   void resize(glm::ivec2 size);
@@ -168,7 +169,8 @@ class Renderer {
   /// If true, depth() provides each frame's depth, which a headset's compositor needs.
   void keep_depth(bool keep);
 
-  /// Records the frame unless it equals the last one; the caller submits. `slot` is the index of the frame in flight.
+  /// Records the frame unless it equals the last one; the caller submits the commands. `slot` is the index of the frame
+  /// in flight.
   FrameStats record(VkCommandBuffer commands, const Frame& frame, int slot, std::uint64_t submitted,
                     std::uint64_t finished);
 
@@ -176,7 +178,7 @@ class Renderer {
   const gpu::Image& pictures() const;
   /// The parts of an eye's picture that the last record() redrew.
   std::span<const PixelBox> redrawn(int view) const;
-  /// An eye's depth in D32, in the layout of a copy source after record(); only if depth is kept.
+  /// Depth picture of an eye, format D32, in the layout of a copy source after record(); only if depth is kept.
   struct DepthPicture {
     const gpu::Image* image = nullptr;
     std::uint32_t layer = 0;

@@ -23,7 +23,7 @@ struct FrameData {
   vec4 background;        // x: 1: background drawn, 0: black; w: its opacity
   vec4 picture;           // xy: size of a pixel in clip space
   vec4 clip;              // clip plane: only points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: everything
-  vec4 section;           // the same, but for tissue only
+  vec4 section;           // clip plane for tissue only, as `clip`
   vec4 cursor;            // xyz: start of the cursor's line, m; w: radius of its ring, m; 0: no cursor
   vec4 cursor_down;       // xyz: unit direction of the line
   vec4 mirror;            // x: the mouth mirror's radius, m; y: fog
@@ -34,7 +34,7 @@ struct FrameData {
 // push constants
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
-  vec4 view;  // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out, 0..1
+  vec4 view;          // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out
 };
 
 #ifdef __cplusplus

@@ -20,8 +20,8 @@ using glm::dvec3;
 
 constexpr double kMark = 0.4e-3;       // m, height of a depth mark's ring
 constexpr double kMarkEdge = 0.01e-3;  // m, height of the ring's soft edge
-constexpr int kRingsPerTurn = 10;      // of a thread
-// number of corners around; the head's is divisible by 6, 8 and 12 flutes
+constexpr int kRingsPerTurn = 10;      // number of profile rings per turn of a thread
+// number of corners around the axis; kHeadAround is divisible by 6, 8 and 12 flutes
 constexpr int kHeadAround = 72, kShaftAround = 36;
 
 /// Adds points of an arc (about a quarter circle) around (0, z0), from angle a to b measured from −z.
@@ -32,8 +32,8 @@ void add_arc(std::vector<dvec2>& profile, double radius, double z0, double a, do
   }
 }
 
-/// Adds a surface of revolution: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius;
-/// `marked` tells whether a ring at z is dark.
+/// Adds a surface of revolution: rings of corners along a profile. `cut` maps (radius, z, angle) to the fluted radius.
+/// `marked` returns true if a ring at z is dark.
 template <class Cut, class Marked>
 void add_lathe(ToolMesh& mesh, const std::vector<dvec2>& profile, int around_count, float rough, Cut&& cut,
                Marked&& marked) {
@@ -153,7 +153,7 @@ ToolShape tool_shape(std::string_view shape, double diameter, double length) {
     p.push_back({tool.neck_radius, h + 0.3 * r});
   } else if (shape == "flame") {
     for (int i = 0; i <= 24; ++i) {
-      const double s = i / 24.0;  // swells from a point to its largest radius at 0.6, then narrows
+      const double s = i / 24.0;  // the radius grows from a point to its maximum at s = 0.6, then shrinks
       const double w = s < 0.6 ? std::sin(kPi / 2 * s / 0.6) : std::cos(0.75 * (s - 0.6) / 0.4);
       p.push_back({r * w, -h + length * s});
     }
@@ -180,8 +180,8 @@ ToolMesh make_tool_mesh(const ToolShape& shape) {
   // Head: a blade rises steeply at its cutting edge and falls slowly behind it, like a saw tooth along a helix.
   const auto cut = [&](double r, double z, double angle) {
     if (shape.thread_pitch > 0) {
-      // A sharp right-handed thread: turning clockwise, as seen from the shank, screws it in. The thread fades at both
-      // ends.
+      // A sharp right-handed thread: a clockwise rotation, as seen from the shank, screws it in. The thread fades at
+      // both ends.
       double phase = z / shape.thread_pitch - angle / (2 * kPi);
       phase -= std::floor(phase);
       const double groove = std::abs(2 * phase - 1);

@@ -1,4 +1,4 @@
-// Meshes of burs and probes: a surface of revolution with real flutes, and its shank.
+// Meshes of burs and probes: a surface of revolution with modelled flutes, and the shank.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace typodont::render {
 /// Shape of a cutting head. The origin of the tool frame is the head's centre; z points along the shank.
 struct ToolShape {
   std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, with increasing z
-  int flutes = 8;                   // 0: smooth, a probe
+  int flutes = 8;                   // number of flutes; 0: smooth, a probe
   double flute_depth = 0.15;        // fraction of the local radius
   double helix = 0.5;               // turns of a flute over the length of the head
   double neck_radius = 4e-4;        // m
@@ -24,21 +24,21 @@ struct ToolShape {
   double thread_core = 0;           // m, core radius of the thread
 };
 
-/// Predefined shapes: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the head's
-/// length; a sphere ignores it. Throws Error for another name.
+/// Predefined shapes: sphere, cylinder, round_end_cylinder, cone, pear, flame, inverted_cone. `length` is the length of
+/// the head; a sphere ignores it. Throws Error for another name.
 ToolShape tool_shape(std::string_view shape, double diameter, double length);
 bool has_own_look(std::string_view shape) noexcept;
 /// A shape with another outline. `outline`: ToolShape::profile of the head alone, at least two points.
 ToolShape outlined_shape(std::vector<glm::dvec2> outline);
 
-/// A vertex of the tool and of the hull into which fast rotation blurs it; the renderer interpolates between them by
-/// the spindle speed.
+/// A vertex of the tool, and the same vertex on the hull, which is the blurred picture of a fast rotating tool. The
+/// renderer interpolates between the two by the spindle speed.
 struct ToolVertex {
   glm::vec3 p{0}, n{0, 0, 1};            // m, tool frame
   glm::vec3 hull_p{0}, hull_n{0, 0, 1};  // m
   float spins = 1;                       // 1: the vertex rotates with the spindle
   float rough = 0.3f;
-  float mark = 0;  // 1: on a dark depth mark
+  float mark = 0;  // 1: the vertex is on a dark depth mark
 };
 struct ToolMesh {
   std::vector<ToolVertex> vertices;

@@ -8,7 +8,7 @@ namespace typodont::render {
 
 namespace {
 
-constexpr float kPiece = 0.8e-3f;  // m, size of the pieces in which changed lighting is tracked
+constexpr float kPiece = 0.8e-3f;  // m, size of the pieces for which changed lighting is marked
 constexpr std::uint64_t kBlockVertices = 1u << 17, kBlockIndices = 3u << 18;
 
 std::int16_t snorm16(float v) {
@@ -32,7 +32,8 @@ void measure(Brick& brick, const MeshUpdate& u) {
     brick.lo = glm::min(brick.lo, v.p);
     brick.hi = glm::max(brick.hi, v.p);
   }
-  // The cone contains the triangles' normals, because they, not the vertex normals, decide which faces point away.
+  // The cone contains the normals of the triangles, not of the vertices, because the triangles' normals decide which
+  // faces point away from an eye.
   glm::vec3 sum(0);
   const auto face = [&](std::size_t i) {
     const glm::vec3 a = u.vertices[u.indices[i]].p, b = u.vertices[u.indices[i + 1]].p,
@@ -244,7 +245,8 @@ std::optional<SceneBounds> BrickStore::bounds() const {
 
 namespace {
 
-/// The plane (in mesh coordinates) beyond which another body covers the mesh's first bricks in this view; zero: none.
+/// The plane, in mesh coordinates, beyond which another body covers the mesh's first bricks in this view; zero: no
+/// plane.
 glm::vec4 cover_of(const std::map<MeshId, glm::dvec4>& covers, MeshId id, View view, const Pose& X_WM) {
   const auto found = covers.find(id);
   if (found == covers.end() || view == View::kSection || view == View::kXray) return glm::vec4(0);
@@ -301,7 +303,7 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
         continue;
-      // Process in pieces, because a brick of the gum is large.
+      // Divide the brick into pieces, because a brick of the gum is large.
       const glm::vec3 extent = b.hi - b.lo;
       const glm::ivec3 pieces = glm::clamp(glm::ivec3(glm::ceil(extent / kPiece)), glm::ivec3(1), glm::ivec3(8));
       const glm::vec3 step = extent / glm::vec3(pieces);
@@ -358,7 +360,8 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       } else {
         ++stats.bricks_drawn;
         stats.triangles += b.indices / 3;
-        // The teaching views use the same shader for all bricks; only the difference view shows backs.
+        // The teaching views use the same shader for all bricks, except that View::kDifference has a second one for
+        // two-sided bricks.
         const bool own_code =
             frame.view == View::kLook || (frame.view == View::kDifference && b.kind == BrickKind::kTwoSided);
         const auto kind = static_cast<std::size_t>(own_code ? b.kind : BrickKind::kAny);

@@ -37,8 +37,8 @@ struct Brick {
   glm::vec3 lo{0}, hi{0};  // m, mesh
   glm::vec3 cone_axis{0, 0, 1};
   float cone_cutoff = 1;         // sine of the largest angle between a normal and the axis; 1: all directions
-  bool first = false;            // the brick exists since the start and has not changed
-  std::array<PixelBox, 2> seen;  // box of its pixels for each of BrickStore::eyes
+  bool first = false;            // true if the brick exists since the start and has not changed
+  std::array<PixelBox, 2> seen;  // box of the brick's pixels in each eye's picture
   std::uint64_t seen_by = 0;     // version of the eyes' poses for which `seen` is valid
 };
 
@@ -64,14 +64,15 @@ struct DrawGroup {
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
-/// Bounds in m, W: of the working tooth (of everything if there is none), and of everything.
+/// Bounds of the working tooth (lo, hi) and of all bodies (all_lo, all_hi), in m, W. Without a working tooth both are
+/// equal.
 struct SceneBounds {
   glm::dvec3 lo, hi, all_lo, all_hi;
 };
 
 struct BrickStore {
   std::map<MeshId, Mesh> meshes;
-  // planes beyond which a mesh's first bricks lie within another body (Renderer::cover)
+  // for each mesh: its first bricks beyond this plane are inside another body (Renderer::cover)
   std::map<MeshId, glm::dvec4> covers;
   std::vector<BrickBlock> blocks;
   SlotBuffers indirect, shadow_indirect, mirror_indirect;
@@ -88,15 +89,15 @@ struct BrickStore {
 
   /// Nothing if there are no bricks.
   std::optional<SceneBounds> bounds() const;
-  /// Draw commands for the bricks that an eye sees, written into this slot's buffer of `into`; counts into `stats`.
-  /// `tiles`: for each eye the part of the picture to redraw; null: everything.
+  /// Draw commands for the bricks in an eye's view, written into this slot's buffer of `into`. Adds the counts to
+  /// `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole picture.
   std::vector<DrawGroup> visible(gpu::Device& device, int slot, const Frame& frame, SlotBuffers& into,
                                  FrameStats& stats, const std::array<Tiles, 2>* tiles = nullptr);
-  /// Marks the pixels that show a change since the last frame, or whose light changes through it or through the tool:
-  /// `data` has the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
+  /// Marks the tiles whose content or lighting changed since the last frame because of changed bricks or of the tool.
+  /// `data` contains the present tool, `before` the previous one. `eyes` is the version of the eyes' poses.
   void mark_changed(const Frame& frame, const shared::FrameData& data, const shared::FrameData& before,
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
-  /// Draw commands for all bricks that the view shows and that lie in a part of the shadow map.
+  /// Draw commands for all bricks that the view shows and that lie in the given part of the shadow map.
   std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
                              const LampBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,

@@ -1,5 +1,6 @@
-// Finds the tiles of the pictures that a frame must redraw; the rest keeps its pixels. A tile is redrawn if the tool,
-// its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one. Without Vulkan.
+// Finds the tiles of the pictures that a frame must redraw; the other tiles keep their pixels. A tile is redrawn if the
+// tool, its shadow, changed tissue, the cursor or particles touch it in this frame or the previous one. Does not use
+// Vulkan.
 #pragma once
 
 #include <array>
@@ -16,8 +17,8 @@ namespace typodont::render {
 
 using EyeBoxes = std::array<std::vector<PixelBox>, 2>;  // parts of each eye's picture
 
-/// Pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if the box reaches behind the
-/// eye.
+/// Pixels that a mesh's box can cover, plus one pixel on every side; the whole picture if a part of the box is behind
+/// the eye.
 PixelBox seen_in(const glm::dmat4& clip_from_box, const glm::vec3& lo, const glm::vec3& hi, const glm::ivec2& size);
 
 /// The tiles of one eye's picture, each marked or not.
@@ -32,7 +33,7 @@ class Tiles {
   bool touch(const Tiles& other) const;
   double fraction() const;  // marked fraction of the picture
   bool operator==(const Tiles&) const = default;
-  /// The marked (or unmarked) tiles within `within`, as few boxes.
+  /// The marked (or unmarked) tiles within `within`, combined into few boxes.
   std::vector<PixelBox> boxes(bool marked, const PixelBox& within) const;
   PixelBox picture() const { return {0, 0, size_.x, size_.y}; }
   /// Bounding box of all marked tiles.
@@ -43,13 +44,13 @@ class Tiles {
   std::vector<std::uint8_t> marked_;
 };
 
-/// True if the cursor's ring may be drawn on something inside a ball.
+/// True if the cursor's ring may be drawn on a surface inside this ball.
 bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// True if the tool may shade something inside a ball: its shadow and its occlusion, as in shaders/lighting.glsl.
+/// True if the tool may shade a surface inside this ball by its shadow or its occlusion, as in shaders/lighting.glsl.
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
-/// Area of the shadow map that changed tissue affects: everything whose shadow or occlusion lookup reaches into it.
+/// Area of the shadow map in which changed tissue can change a lookup of the shadow or of the occlusion.
 struct LampBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
@@ -60,7 +61,7 @@ struct LampBox {
   bool meets(const LampBox& b) const { return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y; }
 };
 LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
-/// Reach of the lookups around a point, in map coordinates.
+/// Largest distance from a point to its lookups in the shadow map, in map coordinates.
 float lamp_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

@@ -1,4 +1,4 @@
-// Data that every pass gets: the device, the formats that it draws into, the frame's data, and counters.
+// Data that all passes use: the device, the formats of the pictures, the frame's data, and counters.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace typodont::render {
 
-// encodes to sRGB on write; samples are averaged in linear light
+// format of the pictures: a write encodes to sRGB, and samples are averaged in linear light
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
 inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // the same bytes without conversion
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;

@@ -9,7 +9,7 @@ namespace typodont::render {
 
 namespace {
 
-/// sRGB to linear light, IEC 61966-2-1
+/// Converts sRGB to linear light, IEC 61966-2-1.
 dvec3 linear_light(const dvec3& srgb) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) out[i] = srgb[i] <= 0.04045 ? srgb[i] / 12.92 : std::pow((srgb[i] + 0.055) / 1.055, 2.4);
@@ -44,11 +44,11 @@ shared::FrameData frame_data_of(const Frame& frame, const Quality& quality, cons
     data.tissue_look[t] = glm::vec4(glm::dvec4(look.roughness, look.metal, look.wetness, 0));
   }
 
-  // The lamp's parallel projection: as wide as the crown of the working tooth and its neighbourhood, as deep as the
-  // whole scene.
+  // The lamp's parallel projection is as wide as the crown of the working tooth and its neighbourhood, and as deep as
+  // the whole scene.
   if (quality.shadow_map > 0 && bounds) {
     auto [lo, hi, all_lo, all_hi] = *bounds;
-    // Rounded to steps, so that the map does not move while a tooth is cut.
+    // The bounds are rounded to steps, so that the map does not move while a tooth is cut.
     constexpr double kStep = 2e-3;  // m
     for (glm::dvec3* low : {&lo, &all_lo}) *low = kStep * glm::floor(*low / kStep);
     for (glm::dvec3* high : {&hi, &all_hi}) *high = kStep * glm::ceil(*high / kStep);

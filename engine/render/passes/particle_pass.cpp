@@ -18,7 +18,7 @@ struct Instance {
 void ParticlePass::prepare(PassContext& context, int slot, std::span<const Particle> particles) {
   count = static_cast<std::uint32_t>(particles.size());
   if (!count) return;
-  // Six vertices per particle without instancing: software rendering draws many small instances many times more slowly.
+  // Six vertices per particle, without instancing: software rendering needs many times longer for many small instances.
   gpu::Buffer& buffer = corners.at_least(context.device, slot, 6 * particles.size() * sizeof(Instance),
                                          VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
   auto* out = buffer.mapped<Instance>();
@@ -37,7 +37,7 @@ void ParticlePass::mark(std::span<const Particle> particles, const glm::dmat4& c
   for (const Particle& p : particles) {
     const glm::vec4 c = clip * glm::vec4(p.p, 1);
     if (c.w < 1e-6f) continue;
-    // The quad's corners lie √2 radii from its middle, and perspective enlarges those nearer to the eye.
+    // The quad's corners lie √2 radii from its middle, and perspective enlarges the corners that are nearer to the eye.
     const float reach = 1.6f * std::max(p.radius * scale / c.w, 0.7f) + 2;
     const glm::vec2 middle = (0.5f + 0.5f * glm::vec2(c) / c.w) * glm::vec2(size);
     if (middle.x + reach < 0 || middle.y + reach < 0 || middle.x - reach > static_cast<float>(size.x) ||

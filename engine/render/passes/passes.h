@@ -12,10 +12,10 @@ namespace typodont::render {
 struct ShadowPass {
   gpu::Image map;
   VkPipeline pipeline = VK_NULL_HANDLE;
-  /// Redraws the given part of the map; the rest stays.
+  /// Redraws the given part of the map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
               View view, const glm::mat4& light_from_world, const LampBox& part, FrameStats& stats);
-  void create_map(PassContext& context);  // filled with "nothing there"
+  void create_map(PassContext& context);  // the new map has the largest depth everywhere: no shadow
   void destroy(gpu::Device& device);
 };
 
@@ -23,8 +23,8 @@ struct ShadowPass {
 struct SurfacePass {
   std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of brick that was drawn so far
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
-  View made_for = View::kLook;  // view for which its pipelines were created
-  bool with_cursor = false;     // cursor setting for which its pipelines were created
+  View made_for = View::kLook;  // view for which the pipelines were created
+  bool with_cursor = false;     // cursor setting for which the pipelines were created
   void record(PassContext& context, VkCommandBuffer commands, BrickStore& bricks, int slot, const SlotBuffers& indirect,
               std::span<const DrawGroup> groups, const Frame& frame, bool glass, FrameStats& stats);
   int pipelines() const {
@@ -42,8 +42,9 @@ struct SurfacePass {
 struct ToolBody {
   gpu::Buffer vertices, indices;
   std::uint32_t index_count = 0;
-  double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, dimensions for its shadow
-  /// A piece of the tool along its axis, in B, that contains it at every spindle angle.
+  double head_radius = 0, shank_radius = 0, shank_end = 0;  // m, tool dimensions for the shadow
+  /// A section of the tool along its axis, in the tool's frame: a cylinder that contains the section at every spindle
+  /// angle.
   struct Slice {
     float low = 0, high = 0, radius = 0;  // m
   };
@@ -102,7 +103,7 @@ struct HiddenPass {
   void destroy(gpu::Device& device);
 };
 
-/// Draws the kept part of the pictures first, into the depth only and at the nearest depth, so that nothing else is
+/// Draws the kept parts of the pictures first, into the depth only and at the nearest depth, so that nothing else is
 /// drawn there.
 struct MaskPass {
   VkPipeline pipeline = VK_NULL_HANDLE;

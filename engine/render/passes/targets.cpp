@@ -14,7 +14,7 @@ constexpr VkPipelineStageFlags2 kTests =
 constexpr VkAccessFlags2 kDepthUse =
     VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
 
-/// Begins rendering to a picture of this size with all dynamic state set; `area` of it is drawn.
+/// Begins rendering to a picture of this size with all dynamic state set. Only `area` of the picture is drawn.
 void begin_pass(VkCommandBuffer commands, const Frame& frame, const VkRenderingAttachmentInfo& color_info,
                 const VkRenderingAttachmentInfo& depth_info, std::uint32_t view_mask, const VkExtent2D& extent,
                 const VkRect2D& area) {
@@ -108,7 +108,7 @@ void Targets::begin(VkCommandBuffer commands, const gpu::Image& target, bool par
                   by_command ? VkAccessFlags2{VK_ACCESS_2_TRANSFER_WRITE_BIT}
                              : VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT);
   if (&target != &scene_) return;
-  // A full redraw uses the kept depth; a partial redraw uses another depth image, in which the rest is masked.
+  // A full redraw uses the kept depth. A partial redraw uses another depth image, in which the kept parts are masked.
   gpu::transition(commands, partly ? depth_ : scene_depth_, VK_IMAGE_LAYOUT_UNDEFINED,
                   VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
                   kTests, kDepthUse);

@@ -1,5 +1,5 @@
-// The render targets: the eyes' pictures and their depth, and the begin and end of a pass that draws into them. The
-// device and the quality decide which images exist and how samples are averaged.
+// The render targets: the eyes' pictures and their depth, and the begin and end of each pass that draws into them. The
+// device and the quality determine which images exist and how samples are averaged.
 #pragma once
 
 #include <span>
@@ -31,11 +31,12 @@ class Targets {
   /// The image into which the scene is drawn.
   const gpu::Image& scene() const { return layered() ? scene_ : pictures; }
 
-  /// Call before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: keeps the content of
-  /// the rest.
+  /// Call before and after the passes of a picture (the scene's or the mouth mirror's). `partly`: the parts that are
+  /// not drawn keep their content.
   void begin(VkCommandBuffer commands, const gpu::Image& target, bool partly);
   void end(VkCommandBuffer commands, const gpu::Image& target);
-  /// Begins the pass of one eye, or of both eyes if the device draws them in one pass; `box` of the picture is drawn.
+  /// Begins the pass of one eye, or of both eyes if the device draws them in one pass. Only `box` of the picture is
+  /// drawn.
   void begin_scene(VkCommandBuffer commands, const gpu::Image& target, const Frame& frame, int view,
                    const PixelBox& box, bool partly, const glm::vec3& clear);
   /// `drawn`: the parts of the picture that were drawn and whose samples must still be averaged.
@@ -50,10 +51,10 @@ class Targets {
  private:
   PassContext& context_;
   gpu::Image color_, depth_;
-  gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene alone
+  gpu::Image scene_, scene_depth_;  // if layered(): the pictures and the depth of the scene without particles
 
-  /// How samples are averaged: at the end of the pass if one pass draws both eyes, otherwise by a separate command for
-  /// each eye. lavapipe 22.3 would average into the first layer, whichever layer the pass names, without an error.
+  /// Samples are averaged at the end of the pass if one pass draws both eyes, otherwise by a separate command for each
+  /// eye. lavapipe 22.3 would average into the first layer, whichever layer the pass names, without an error.
   bool resolves_in_pass() const { return context_.samples > 1 && context_.view_mask != 0; }
   bool resolves_by_command() const { return context_.samples > 1 && context_.view_mask == 0; }
 };

@@ -15,7 +15,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   std::memcpy(vertices.memory.mapped, mesh.vertices.data(), mesh.vertices.size() * sizeof(ToolVertex));
   std::memcpy(indices.memory.mapped, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
   index_count = static_cast<std::uint32_t>(mesh.indices.size());
-  // Shape for its shadow: a ball with the head's radius, and the shank.
+  // Shape that casts the shadow: a ball with the head's radius, and the shank.
   head_radius = shank_radius = shank_end = 0;
   for (const ToolVertex& v : mesh.vertices) shank_end = std::max(shank_end, static_cast<double>(v.hull_p.z));
   float low = 0, high = 0;
@@ -26,7 +26,7 @@ void ToolBody::set(gpu::Device& device, const ToolMesh& mesh) {
   const float step = (high - low) / static_cast<float>(slices.size());
   for (std::size_t i = 0; i < slices.size(); ++i)
     slices[i] = {low + step * static_cast<float>(i), low + step * static_cast<float>(i + 1), 0};
-  // A triangle may overlap several slices; each of them includes its radii.
+  // A triangle may overlap several slices; each of these slices includes the triangle's radii.
   for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
     float from = 1e9f, to = -1e9f, radius = 0;
     for (std::size_t k = 0; k < 3; ++k) {
