@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr std::size_t kRemembered = 6;  // frames; more than the number of images of a window
+constexpr std::size_t kRemembered = 6;  // frames, length of the history; more than a window has images
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
   return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
@@ -42,19 +42,19 @@ struct Compositor::Impl {
   gpu::Device& device;
   gpu::ShaderInputs inputs;
   VkSampler sampler = VK_NULL_HANDLE;
-  // by mix, and by whether source and target sizes are equal
+  // first index: the mix; second index: 1 if source and target sizes are equal
   std::array<std::array<VkPipeline, 2>, kMixes> pipelines{};
   VkPipeline writing_pipeline = VK_NULL_HANDLE;
   VkFormat format = VK_FORMAT_UNDEFINED;
 
-  // Stores what the last frames changed, by frame number, and which frame each target holds.
+  // The changes of the last frames, and the number of the frame that each target contains.
   using Parts = std::array<std::vector<Part>, 2>;
   using Rects = std::array<std::vector<VkRect2D>, 2>;
   struct Change {
     Parts pictures;  // changed parts of the eyes' pictures
     Rects written;   // changed parts of the target, for each eye's region
   };
-  std::deque<Change> history;  // newest last, for frame `frame`
+  std::deque<Change> history;  // the newest change is the last; it belongs to frame `frame`
   std::uint64_t frame = 0;
   std::map<VkImage, std::uint64_t> holds;
   VkExtent2D size{};  // size of the pictures that were composed last
@@ -72,8 +72,8 @@ struct Compositor::Impl {
   };
   std::array<OnDevice, kSlots> on_device;
 
-  // Data for composing on the CPU, one for each frame in flight: copies of the eyes' pictures, complete where something
-  // changed, and the work to do once the copies are there.
+  // Data for composing on the CPU, one entry for each frame in flight: copies of the eyes' pictures, which are valid in
+  // the changed parts, and the work that follows after the copies.
   struct ByHand {
     gpu::Buffer eyes;
     VkExtent2D size{};
@@ -83,7 +83,7 @@ struct Compositor::Impl {
     HostPixels to;
     ivec2 target{0};
     Rects parts;         // parts of the target to compose
-    bool waits = false;  // true until it is composed
+    bool waits = false;  // true until the frame is composed
     Writings writing;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
@@ -116,7 +116,7 @@ struct Compositor::Impl {
     writing_pipeline = VK_NULL_HANDLE;
   }
 
-  /// Region of an eye in the target. A stereo surface has one layer for each eye.
+  /// Region of an eye in the target. A target with a stereo surface has one layer for each eye.
   static Place place_on(std::size_t eye, Layout how, const Target& target) {
     return target.layers.size() > 1 ? Place{{0, 0}, target.size} : place_of(static_cast<int>(eye), how, target.size);
   }
@@ -124,7 +124,7 @@ struct Compositor::Impl {
     static const Hud kNothing;
     return hud ? *hud : kNothing;
   }
-  /// Number of regions in the layout.
+  /// Number of regions in a layout.
   static std::size_t places(Layout how) { return two_places(how) ? 2 : 1; }
 
   /// Draws the text that changed. Returns the parts of the target that change, for each eye's region.
@@ -142,8 +142,8 @@ struct Compositor::Impl {
     return changed;
   }
 
-  /// The panels that must be drawn again because a part touches them. Their boxes are added to the parts, because a
-  /// panel must be blended exactly once, completely, over a newly composed background.
+  /// The panels that must be drawn again because a drawn part touches them. Their boxes are added to the parts, because
+  /// a panel must be blended exactly once, completely, over a newly composed background.
   std::array<std::vector<std::size_t>, 2> panels_over(std::optional<Rects>& parts, Layout how,
                                                       const Target& target) const {
     std::array<std::vector<std::size_t>, 2> chosen;
@@ -193,7 +193,8 @@ struct Compositor::Impl {
     inputs.fill(device, static_cast<std::size_t>(slot), 1, there.pixels);
   }
 
-  /// Target area that shows a part of an eye's picture. One pixel larger on every side if pictures are stretched.
+  /// Target area that shows a part of an eye's picture. If pictures are stretched, the area is two pixels larger on
+  /// every side.
   static VkRect2D seen(const Part& part, const Place& place, const ivec2& picture) {
     const dvec2 scale = dvec2(place.size) / dvec2(picture);
     const double more = picture == place.size ? 0 : 2;
@@ -204,7 +205,7 @@ struct Compositor::Impl {
             {static_cast<std::uint32_t>(to.x - from.x), static_cast<std::uint32_t>(to.y - from.y)}};
   }
 
-  /// The parts of the target to draw, for each eye's region; nothing means everything.
+  /// The parts of the target to draw, for each eye's region; no value: draw everything.
   std::optional<Rects> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
                                const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
@@ -289,7 +290,7 @@ struct Compositor::Impl {
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
-    // One pixel more, because the last pixel is interpolated with its neighbour.
+    // The buffer has one pixel more, because the last pixel is interpolated with its neighbour.
     if (job.size.width != now.width || job.size.height != now.height || job.layers != layers) {
       job.eyes.destroy(device);
       job.eyes = gpu::Buffer::create_readback(device, layers * layer_bytes + 4);
@@ -382,7 +383,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
     return drawn;
   };
   if (target.memory.first) {
-    // A frame that was skipped must also be drawn.
+    // If the slot's previous frame was not composed, draw everything.
     if (m.by_hand[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);

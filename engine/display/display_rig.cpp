@@ -64,7 +64,7 @@ Screen parse_screen(const Json& json) {
 Mirror parse_mirror(const Json& json) {
   json.allow_only({"normal", "offset_mm", "glass_thickness_mm", "glass_index"});
   Mirror mirror;
-  // Normalising the normal keeps the plane if the offset is divided by the same length: {p: n·p = c} is {p: n/|n|·p =
+  // If the offset is divided by the normal's length, too, the plane stays the same: {p: n·p = c} is {p: n/|n|·p =
   // c/|n|}.
   const double length = glm::length(json["normal"].vec3());
   mirror.normal = unit_vector(json["normal"]);
@@ -113,7 +113,8 @@ HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
   if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
   if (const auto file = json.find("registration")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // Result of `calibrate register`: the haptic base H in the display's frame D, which is the headset's space here.
+    // The file is the result of `calibrate register`: the haptic base H in the display's frame D, which is the
+    // headset's space here.
     const Json found = Json::load(json.file().parent_path() / file->string());
     hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
   }
@@ -210,7 +211,7 @@ dmat4 opengl_projection(const Frustum& f) {
 }
 
 dmat4 vulkan_projection(const Frustum& f) {
-  // The same projection for Vulkan: the rows of y are negated (Vulkan's y points down), and depth is mapped to 0..1.
+  // The same projection for Vulkan: the y row is negated (Vulkan's y points down), and depth is mapped to 0..1.
   dmat4 m = opengl_projection(f);
   m[1][1] = -m[1][1];
   m[2][1] = -m[2][1];
@@ -224,7 +225,7 @@ dvec3 reflect(const Mirror& mirror, const dvec3& p) {
 }
 
 dmat4 reflection(const Mirror& mirror) {
-  // H = [[I − 2nnᵀ, 2cn], [0, 1]]
+  // Homogeneous matrix H = [[I − 2nnᵀ, 2cn], [0, 1]] for the plane n·p = c.
   const dvec3 n = mirror.normal;
   const glm::dmat3 linear = glm::dmat3(1.0) - 2.0 * glm::outerProduct(n, n);
   dmat4 h(linear);
@@ -242,8 +243,8 @@ Screen reflect(const Mirror& mirror, const Screen& screen) {
 
 dvec3 glass_shift(const Screen& panel, const Mirror& mirror, const dvec3& p_WC) {
   if (mirror.glass_thickness <= 0) return dvec3(0);
-  // Snell's law: a plate displaces what is seen through it along its normal, towards the eye, by t (1 − cos θ / √(n² −
-  // sin² θ)).
+  // Snell's law: a plate displaces the image of an object behind it along the plate's normal, towards the eye, by t (1
+  // − cos θ / √(n² − sin² θ)).
   const Screen screen = reflect(mirror, panel);
   const dvec3 middle = 0.5 * (screen.lower_right + screen.upper_left);
   const dvec3 to_eye = glm::dot(mirror.normal, p_WC) > mirror.offset ? mirror.normal : -mirror.normal;
@@ -291,7 +292,7 @@ std::array<dvec3, 2> eye_positions(const Head& head, Layout layout) {
 }
 
 bool sees(const DisplayRig& rig, const Head& head) noexcept {
-  constexpr double kNearest = 0.05;  // m
+  constexpr double kNearest = 0.05;  // m, smallest distance of an eye from the picture's plane
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
   for (const dvec3& eye : eye_positions(head, rig.screen.layout)) {

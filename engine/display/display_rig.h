@@ -1,7 +1,7 @@
-// Positions of the screen, the mirror, the eyes and the haptic base in the workbench frame W, and the asymmetric view
+//   Positions of the screen, the mirror, the eyes and the haptic base in the workbench frame W, and the asymmetric view
 // frusta computed from them. Pure functions of measured positions, without Vulkan objects. Any thread.
-// Frames: W workbench. E one eye's frame: origin in the eye, x along the picture's right edge-to-edge direction, y
-// along its up direction; the picture lies at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
+// Frames: W workbench. E one eye's frame: origin in the eye, x to the picture's right, y to the picture's top; the
+// picture lies at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
 #pragma once
 
 #include <array>
@@ -33,12 +33,13 @@ struct Screen {
   Layout layout = Layout::kSideBySide;
 };
 
-/// A half mirror: the plane normal · p = offset in W. The glass is optional: its thickness and refractive index
-/// displace what is seen through it (the hand) towards the eyes, and the picture is displaced equally (glass_shift).
+/// A half mirror: the plane normal · p = offset in W. The thickness and refractive index of the glass are optional.
+/// They displace the image of the hand behind the glass towards the eyes, and the picture is displaced equally
+/// (glass_shift).
 struct Mirror {
   dvec3 normal{0, 1, 0};       // unit
   double offset = 0;           // m
-  double glass_thickness = 0;  // m, thickness of the plate through which the hand is seen
+  double glass_thickness = 0;  // m, thickness of the glass plate in front of the hand
   double glass_index = 1.52;
 };
 
@@ -51,17 +52,17 @@ struct Head {
 
 /// A headset: the pose of its space D (x right, y up, the user looks along −z) in the workbench.
 struct HmdRig {
-  bool stage = true;  // true: D is the room's STAGE space; false: LOCAL, whose origin is where the user sits
-  // measured pose, e.g. relative to a haptic arm; nothing: the work is placed in front of the user
+  bool stage = true;  // true: D is the room's STAGE space; false: LOCAL, with its origin at the user's seat
+  // measured pose, e.g. relative to a haptic arm; no value: the work is placed in front of the user
   std::optional<Pose> X_WD;
   double magnify = 1;  // magnification of the picture and of the hand's motion; only if X_WD is not measured
-  double distance = 0.35, below = 0.22;  // m from the eyes to the work, if it is placed in front of the user
+  double distance = 0.35, below = 0.22;  // m, position of the work relative to the eyes, without X_WD
   bool passthrough = false;              // show the room behind the work if the headset can
-  bool depth = true;                     // pass depth to the runtime if it accepts it
+  bool depth = true;                     // pass depth to the runtime if the runtime accepts depth
   double refresh_hz = 0;                 // 0: the runtime chooses
   double resolution = 1;                 // factor on the runtime's recommended width and height
-  double wait = 15;                      // s to wait until the user puts the headset on
-  double stall = 3;                      // s without an answer of the runtime after which the session ends
+  double wait = 15;                      // s, time limit for the user to put the headset on
+  double stall = 3;                      // s, time limit for an answer of the runtime; then the session ends
   dvec3 tip{0, 0, -0.06};                // m, position of the tool's head in the controller's aim frame
 };
 
@@ -77,13 +78,14 @@ struct DisplayRig {
   double pedal_limit = 0;              // s, longest time that the pedal may be pressed without a break; 0: the default
   HmdRig hmd;                          // used only with a headset
   double magnify = 1;                  // magnification of the picture: magnified()
-  std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; nothing: the middle of the work
-  double scale = 1;                    // ratio of the lengths of screen, mirror and eyes here to those on the bench
+  std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
+  double scale = 1;                    // lengths of screen, mirror and eyes in this rig divided by those on the bench
 };
 
 /// Returns a rig whose picture shows the work `rig.magnify` times larger. The fixed point is `rig.magnify_about`, or
-/// `about` (m, W) if the rig has none. Screen, mirror and eyes shrink towards it by that factor, which gives the same
-/// picture. The haptic base does not move, so that the visual and the haptic position agree only at that point.
+/// `about` (m, W) if the rig has none. Screen, mirror and eyes shrink towards this point by that factor, which gives
+/// the same picture. The haptic base does not move, so that the visual and the haptic position agree only at the fixed
+/// point.
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 
 /// Reads a rig file (docs/interface.md). Throws Error naming file, key, found and expected.
@@ -91,7 +93,7 @@ DisplayRig load_rig(const std::filesystem::path& file);
 DisplayRig parse_rig(const Json& json);
 
 struct ClipRange {
-  double near = 0.1;  // m from the eye, along the picture's normal
+  double near = 0.1;  // m, distance from the eye along the picture's normal
   double far = 2.0;   // m
 };
 
@@ -106,24 +108,25 @@ struct EyeView {
   dmat4 view{1.0};          // W → E, m; determinant −1 if flip
   dmat4 projection{1.0};    // E → Vulkan clip space
   Frustum frustum;
-  bool flip = false;  // the picture is seen in a mirror, so the winding of front faces is reversed
+  bool flip = false;  // true if the picture is seen in a mirror; the winding of front faces is then reversed
 };
 
-/// The projection in OpenGL's clip space (y up, depth −1..1), as in the papers; for comparison.
+/// The projection in OpenGL's clip space (y up, depth −1..1), as in the literature; for comparison.
 dmat4 opengl_projection(const Frustum& frustum);
 /// The projection in Vulkan's clip space (y down, depth 0..1).
 dmat4 vulkan_projection(const Frustum& frustum);
 
-/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. It is its own inverse.
+/// Reflection in the plane: p ↦ p − 2 (n·p − c) n. The reflection is its own inverse.
 dvec3 reflect(const Mirror& mirror, const dvec3& p);
 dmat4 reflection(const Mirror& mirror);
 /// The mirror image of the panel.
 Screen reflect(const Mirror& mirror, const Screen& screen);
 
-/// Displacement (m, W) of an object seen through the half mirror's glass, for the ray from the midpoint p_WC between
-/// the eyes to the middle of the picture, where the work is. Both eyes use the same displacement, so that corresponding
-/// points stay in the same row; separate ones would shift rows by some hundredths of a pixel. The remaining error is at
-/// most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45 degrees.
+/// Displacement (m, W) of an object behind the half mirror's glass. It is computed for the ray from the midpoint p_WC
+/// between the eyes to the middle of the picture, where the work is. Both eyes use the same displacement, so that
+/// corresponding points stay in the same row; separate displacements would shift rows by some hundredths of a pixel.
+/// The remaining error is at most 0.05 mm for a point one centimetre off the middle, through 3 mm of glass at 45
+/// degrees.
 dvec3 glass_shift(const Screen& screen, const Mirror& mirror, const dvec3& p_WC);
 
 /// Generalised perspective projection (Kooima 2009) from the eye at p_WE to the screen, or to its mirror image if there
@@ -136,7 +139,7 @@ EyeView eye_view(const Screen& screen, const std::optional<Mirror>& mirror, cons
 std::array<dvec3, 2> eye_positions(const Head& head, Layout layout);
 /// True if both of the head's eyes are at least 5 cm in front of the picture.
 bool sees(const DisplayRig& rig, const Head& head) noexcept;
-/// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is nearer or farther.
+/// Near and far planes around the workspace: 0.1 m and 2 m, or further apart if the picture is closer or more distant.
 ClipRange clip_range(const DisplayRig& rig);
 /// Views of the left and the right eye.
 std::array<EyeView, 2> eye_views(const DisplayRig& rig);
@@ -149,11 +152,11 @@ dmat2 upright(const DisplayRig& rig);
 std::array<double, 16> row_major_mm(const dmat4& view);
 std::array<double, 16> row_major_mm_projection(const Frustum& frustum);
 
-/// Size in pixels of one eye's picture for a screen of the given size, and size of the composed screen for such an eye
-/// picture.
+/// Size in pixels of one eye's picture for a screen of the given size, and size of the composed screen for an eye's
+/// picture of the given size.
 ivec2 eye_pixels(Layout layout, const ivec2& screen_pixels);
 ivec2 screen_pixels(Layout layout, const ivec2& eye_pixels);
-/// The inverse: size in pixels of one eye's picture in a composed screen of the given size.
+/// Inverse of screen_pixels(): size in pixels of one eye's picture in a composed screen of the given size.
 ivec2 eye_pixels_in(Layout layout, const ivec2& composed_pixels);
 
 }  // namespace typodont::display

@@ -23,7 +23,8 @@ namespace {
 constexpr std::string_view kOpenTrack = "opentrack:";
 constexpr std::size_t kPacketBytes = 48;
 
-// Noise of camera trackers behind OpenTrack's own filter, and agility of a head bent over work; see MotionFilter.
+// Parameters of MotionFilter: noise of camera trackers after OpenTrack's own filter, and agility of a user's head
+// during work.
 constexpr double kPositionSigma = 0.5e-3;  // m
 constexpr double kPositionAgility = 0.15;  // m/s^1.5
 constexpr double kDirectionSigma = 5e-3;   // rad
@@ -43,8 +44,8 @@ dvec3 toward_user(const DisplayRig& rig) {
   return glm::normalize(rig.head.eye_center - middle);
 }
 
-/// Age in ns of a message, from the kernel's time stamp. That clock can be changed by users; an impossible age counts
-/// as 0.
+/// Age in ns of a message, from the kernel's time stamp. Users can change the clock of the time stamp; an impossible
+/// age counts as 0.
 Nanos age_of(const msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -104,7 +105,7 @@ void MotionFilter::add(Nanos t, const dvec3& measured) noexcept {
     v_ = dvec3(0);
     p_xx_ = sigma2_;
     p_xv_ = 0;
-    p_vv_ = 1;  // (1 m/s)², variance of the speed of a head
+    p_vv_ = 1;  // (m/s)², variance of the speed of a head
     return;
   }
   const double dt = to_seconds(t - t_);

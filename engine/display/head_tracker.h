@@ -1,6 +1,6 @@
 // Present and predicted positions of the user's eyes: filters the samples of a head tracker and predicts them for the
-// time of display. Has no thread: the render thread empties the socket once per frame, and each packet carries the
-// kernel's time of arrival. Without a tracker in the rig nothing of this is created.
+// time of display. There is no extra thread: the render thread empties the socket once per frame, and each packet has
+// the kernel's time of arrival. Without a tracker in the rig, no HeadTracker is created.
 #pragma once
 
 #include <array>
@@ -15,12 +15,12 @@
 namespace typodont::display {
 
 /// Address for a tracker's packets: "opentrack:PORT" listens on this machine only, "opentrack:ADDRESS:PORT" on the
-/// given numeric IPv4 address ("0.0.0.0": from everywhere).
+/// given numeric IPv4 address ("0.0.0.0": on all addresses of this machine).
 struct TrackerAddress {
   std::array<std::uint8_t, 4> host{127, 0, 0, 1};
   std::uint16_t port = 4242;
 };
-/// Nothing if the text is not a valid address.
+/// No value if the text is not a valid address.
 std::optional<TrackerAddress> parse_tracker_address(std::string_view text);
 
 /// Motion of the head relative to its rest pose, as OpenTrack sends it, in SI units. Axes: x to the user's right, y up,
@@ -30,8 +30,8 @@ struct HeadMotion {
   dvec3 translation{0};                 // m
   double yaw = 0, pitch = 0, roll = 0;  // rad
 };
-/// Parses a packet of 48 bytes: six little-endian doubles, in cm and degrees. Nothing unless every number is finite and
-/// plausible for a head (2 m, 360 degrees).
+/// Parses a packet of 48 bytes: six little-endian doubles, in cm and degrees. No value if a number is not finite or not
+/// plausible for a head (limits: 2 m, 360 degrees).
 std::optional<HeadMotion> parse_opentrack(std::span<const std::byte> packet);
 
 /// Constant-velocity Kalman filter for a vector whose components have equal noise: white measurement noise of standard
@@ -46,9 +46,9 @@ class MotionFilter {
   /// Extrapolates at most kHorizon beyond the newest sample, then stays constant. Zero before the first sample.
   dvec3 at(Nanos t) const noexcept;
 
-  // ns; beyond this horizon a constant value is better than extrapolation
+  // ns, limit of the extrapolation; after a longer time a constant value is better
   static constexpr Nanos kHorizon = 80'000'000;
-  static constexpr Nanos kLost = 500'000'000;  // ns without a sample after which the filter restarts
+  static constexpr Nanos kLost = 500'000'000;  // ns, longest gap between samples before the filter restarts
 
  private:
   double sigma2_, density_;
@@ -76,7 +76,7 @@ class HeadTracker {
 
   /// Reads all packets that have arrived. Never waits.
   void poll() noexcept;
-  /// The head at time t, normally the time of display. The rest pose before the first sample.
+  /// The head at time t, normally the time of display. Returns the rest pose before the first sample.
   Head at(Nanos t) const noexcept;
   Stats stats() const { return stats_; }
 

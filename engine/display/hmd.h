@@ -1,5 +1,5 @@
 // A headset through OpenXR: the poses of the eyes at the time of display, the output of the pictures, and hand input.
-// One thread owns it (the one that draws). OpenXR's loader is opened only here, and only on request. Order of calls:
+// One thread owns it, the render thread. OpenXR's loader is opened only here, and only on request. Order of calls:
 //
 //   open()    loads loader, runtime and headset; Vulkan must then be created with device_options()
 //   begin()   creates the session, a swapchain with two layers, and the actions
@@ -22,7 +22,7 @@
 
 namespace typodont::display {
 
-/// A controller that moves the tool: T at its tip, shank towards the hand.
+/// A controller that moves the tool. The tool's origin is at the controller's tip; the shank points towards the hand.
 struct HmdHand {
   bool tracked = false;
   Pose X_WT;
@@ -35,7 +35,7 @@ struct HmdHand {
 struct HmdFrame {
   bool draw = false;     // a picture is needed; otherwise call submit() without one
   bool focused = false;  // the hands are available to this program
-  Nanos shown_at = 0;    // predicted time of display on the program's clock; 0 if the runtime cannot tell
+  Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
   double period = 0;     // s
   std::array<EyeView, 2> eyes;
   Pose X_WH;                     // pose of the head (x right, y up, looking along −z)
@@ -44,18 +44,18 @@ struct HmdFrame {
 
 /// Timing of a frame; it becomes known some frames later.
 struct HmdTiming {
-  Nanos t = 0;  // time at which its poses were requested
+  Nanos t = 0;  // time at which the frame's poses were requested
   bool drawn = false;
   int missed = 0;             // refreshes of the display without a new picture since the previous frame
-  double pose_to_submit = 0;  // s from the request for poses to the submission of the picture
-  double margin = -1e9;       // s from the submission to the predicted display; −1e9: the runtime cannot tell
-  bool judged = false;        // the predicted head pose could be compared with the measured one
+  double pose_to_submit = 0;  // s, time from the request for poses to the submission of the picture
+  double margin = -1e9;       // s, time from the submission to the predicted display; −1e9: unknown
+  bool judged = false;        // true if the predicted head pose could be compared with the measured one
   double position_error = 0;  // m, error of the predicted head position
   double angle_error = 0;     // rad, error of the predicted head orientation
   Pose X_WH;                  // the predicted head pose
 };
 
-/// Vibration of the controller in the tool's hand. Off while the amplitude is zero.
+/// Vibration of the controller in the tool's hand. An amplitude of zero switches it off.
 struct Vibration {
   double amplitude = 0;  // 0..1
   double frequency = 0;  // Hz; 0: the runtime chooses
@@ -63,20 +63,22 @@ struct Vibration {
 
 class Hmd {
  public:
-  /// Throws Error in one line: no loader, no runtime, no headset, or a runtime that does not support Vulkan.
+  /// Throws Error with a message of one line if there is no loader, no runtime or no headset, or if the runtime does
+  /// not support Vulkan.
   static std::unique_ptr<Hmd> open(const DisplayRig& rig, RuntimeGate& gate);
   virtual ~Hmd() = default;
 
   virtual gpu::DeviceOptions device_options() = 0;
   /// Throws Error. `work_W`: m, W, the point that recentring places in front of the user.
   virtual void begin(gpu::Device& device, const dvec3& work_W) = 0;
-  /// Waits until the user wears the headset and the runtime requests frames. Throws Error if it stays idle.
+  /// Waits until the user wears the headset and the runtime requests frames. Throws Error if the headset stays idle.
   virtual void wake() = 0;
   virtual void end() = 0;
 
-  /// Processes events and session states. False if the session ended normally. Throws RunFailure if it was lost.
+  /// Processes events and session states. False if the session ended normally. Throws RunFailure if the session was
+  /// lost.
   virtual bool poll() = 0;
-  /// True if frames are wanted. Otherwise sleep briefly and poll again.
+  /// True if the runtime requests frames. Otherwise sleep briefly and poll again.
   virtual bool running() const = 0;
   /// Waits for the runtime's next frame, begins it, and locates the head and the hands.
   virtual HmdFrame wait() = 0;
@@ -86,7 +88,7 @@ class Hmd {
     std::uint32_t layer = 0;
   };
   virtual void record(VkCommandBuffer commands, const gpu::Image& pictures, const std::array<Depth, 2>& depth) = 0;
-  /// Call after the commands were submitted (frame.draw), or directly if nothing is drawn.
+  /// Call after the commands were submitted (frame.draw), or directly after wait() if nothing is drawn.
   virtual void submit(const HmdFrame& frame) = 0;
   virtual void vibrate(int hand, const Vibration& vibration) = 0;
   /// Asks the runtime to end the session. poll() then returns false after some calls.
@@ -94,12 +96,13 @@ class Hmd {
 
   virtual ivec2 eye_pixels() const = 0;
   virtual bool wants_depth() const = 0;
-  virtual bool see_through() const = 0;  // the room is visible where nothing is drawn
-  /// Triangles of the hidden area of both eyes, for Renderer::set_hidden; nothing if unchanged since the last call.
+  virtual bool see_through() const = 0;  // true: the room is visible where nothing is drawn
+  /// Triangles of the hidden area of both eyes, for Renderer::set_hidden; no value if they have not changed since the
+  /// last call.
   virtual std::optional<std::vector<glm::vec3>> hidden() = 0;
   /// The timings that became known since the last call.
   virtual std::vector<HmdTiming> timings() = 0;
-  /// Describes in words which features are used and which are not.
+  /// Describes which features are used, and which are not.
   virtual std::vector<std::string> explanations() const = 0;
 };
 

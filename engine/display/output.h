@@ -28,7 +28,7 @@ struct HostPixels {
 struct Target {
   HostPixels memory;  // if set, there is no image: the CPU composes into this memory after the eyes are drawn
   VkImage image = VK_NULL_HANDLE;
-  std::vector<VkImageView> layers;  // one; two if the surface itself is stereo
+  std::vector<VkImageView> layers;  // one view; two if the surface itself is stereo
   ivec2 size{0};
   VkFormat format = VK_FORMAT_UNDEFINED;
   VkImageLayout final_layout = VK_IMAGE_LAYOUT_UNDEFINED;
@@ -50,21 +50,21 @@ class Compositor {
   Compositor(const Compositor&) = delete;
   Compositor& operator=(const Compositor&) = delete;
 
-  /// Text over each eye's picture; null: none. If there is one picture, or the eyes share all regions, only the first
-  /// is used.
+  /// Text over each eye's picture; null: no text. If there is one picture, or the eyes share all regions, only the
+  /// first entry is used.
   using Huds = std::array<const Hud*, 2>;
 
   /// `pictures`: two layers or one, in SHADER_READ_ONLY layout. `first_row`: row of the panel at which the target
-  /// begins, so that a row-interleaved panel shows the right eye wherever the window is. `changed`: the parts of each
-  /// eye's picture that are new since the last record(). If the target holds an earlier frame, only the missing parts
-  /// are drawn. Returns the parts of the target that are drawn; nothing means everything.
+  /// begins, so that a row-interleaved panel shows the correct eye at every window position. `changed`: the parts of
+  /// each eye's picture that are new since the last record(). If the target contains an earlier frame, only the missing
+  /// parts are drawn. Returns the parts of the target that are drawn; no value: everything.
   std::optional<std::vector<Part>> record(VkCommandBuffer commands, const gpu::Image& pictures, Layout layout,
                                           const Target& target, int slot, int first_row = 0,
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
-  /// True if the text differs from the text of the last record(), which had the same layout.
+  /// True if the text differs from the text of the last record() with the same layout.
   bool says_new(const Huds& huds, Layout layout) const;
-  /// If the target is memory: fills it after the device has finished the commands recorded for the slot.
+  /// If the target is memory: fills it after the device has finished the slot's commands.
   void compose(int slot);
 
  private:
@@ -76,19 +76,19 @@ class Compositor {
 struct UserInput {
   bool close = false;
   dvec2 pointer{0, 0};                               // −1..1 over the picture, y up
-  bool left = false, right = false, middle = false;  // button is down, or was pressed and released since the last poll
+  bool left = false, right = false, middle = false;  // true: down, or pressed and released since the last poll
   bool shift = false;                                // the shift key is down
-  double wheel = 0;                                  // steps since the last poll
+  double wheel = 0;                                  // steps of the wheel since the last poll
   std::vector<int> pressed;                          // keys pressed since the last poll, upper-case ASCII or GLFW codes
 
   // Input for a user interface that is drawn into the picture.
   struct Key {
     int code;
     bool down;
-    std::uint32_t typed = 0;  // code point of typed text; then it is no key
+    std::uint32_t typed = 0;  // code point of typed text; 0: the entry is a key
   };
-  std::vector<Key> keys;          // in order, including releases, repeats and typed text
-  std::array<bool, 3> clicked{};  // left, right, middle: pressed since the last poll
+  std::vector<Key> keys;          // events in their order, including releases, repeats and typed text
+  std::array<bool, 3> clicked{};  // left, right, middle: true if pressed since the last poll
   dvec2 pixel{-1, -1};            // position of the pointer from the picture's upper left corner
   bool focused = true;
 
@@ -98,23 +98,23 @@ struct UserInput {
 class Output {
  public:
   virtual ~Output() = default;
-  /// The next target; nothing if the window is minimised or the surface is temporarily lost. Throws RunFailure if it is
-  /// permanently lost.
+  /// The next target; no value if the window is minimised or the surface is temporarily lost. Throws RunFailure if the
+  /// surface is permanently lost.
   virtual std::optional<Target> acquire() = 0;
   /// Shows the last target: all of it, or only the given parts. Call after submitting. If the target is memory,
-  /// `finish` waits for the device and composes; it is called when the picture is due.
+  /// `finish` is called when the picture is due; it waits for the device and composes the picture.
   virtual void present(const std::optional<std::vector<Part>>& drawn = std::nullopt,
                        std::function<void()> finish = {}) = 0;
   virtual ivec2 size() const = 0;
-  /// False if nobody can see the picture, as in a minimised window.
+  /// False if nobody can see the picture, for example in a minimised window.
   virtual bool visible() const { return true; }
-  /// True if the screen lost its content (resized, uncovered): compose again although nothing moved.
+  /// True if the screen lost its content (resized, uncovered): compose again even if nothing moved.
   virtual bool needs_frame() const { return false; }
   virtual void resize(ivec2) {}
   /// Lets the surface fail as if the desktop had removed it. For tests.
   virtual void lose_surface() {}
   virtual UserInput poll() { return {}; }
-  /// Waits until an event of the user or the desktop arrives, at most `most`.
+  /// Waits until an event of the user or the desktop arrives, but at most `most`.
   virtual void wait(Nanos most);
   /// Number of requests that all windows of the program have sent to the desktop so far.
   virtual std::uint64_t requests() const { return 0; }
@@ -125,8 +125,8 @@ class Output {
   virtual void take_focus() {}
   /// Sets the text of the window's title bar.
   virtual void set_title(const std::string&) {}
-  /// Another window covers this monitor: moves this window to the next monitor, if there is one, and limits its size to
-  /// that monitor.
+  /// Call if another window covers this monitor. Moves this window to the next monitor, if one exists, and limits its
+  /// size to that monitor.
   virtual void leave_monitor(int) {}
   /// s between two refreshes of the screen; 0 for a picture in memory.
   virtual double refresh_period() const { return 0; }
@@ -147,7 +147,7 @@ struct WindowOptions {
   bool fits_screen = false;             // limit the window's size to the screen's free area
   bool stereo_surface = false;          // surface with two layers, for frame-sequential displays
   bool composed = false;                // a Compositor fills the targets: with software rendering they are memory
-  double most_frames_per_second = 120;  // limit where presenting does not wait for the screen
+  double most_frames_per_second = 120;  // Hz, limit if presenting does not wait for the screen
 };
 /// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.
 std::vector<const char*> window_extensions();

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kGlassMargin = 0.01;  // m, margin of glass around the lines of sight
 
-/// A half space outward · p ≤ offset, |outward| = 1.
+/// A half space outward · p ≤ offset with |outward| = 1.
 struct Limit {
   dvec3 outward;
   double offset;  // m
   std::string name;
 };
 
-/// The half space bounded by the plane through three points; `inside` lies in it.
+/// The half space bounded by the plane through three points. It contains the point `inside`.
 Limit limit_through(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& inside, std::string name) {
   dvec3 n = glm::normalize(glm::cross(b - a, c - a));
   if (glm::dot(n, inside - a) > 0) n = -n;
@@ -158,7 +158,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const std::array<dvec3, 2> eyes = {rig.head.eye_center - dvec3(0.5 * spec.ipd, 0, 0),
                                      rig.head.eye_center + dvec3(0.5 * spec.ipd, 0, 0)};
 
-  // Find what blocks the user's view of the picture.
+  // Find the objects that block the user's view of the picture.
   const dvec3 towards(0, -up.z, up.y);  // normal of the picture, towards the user
   const auto before_glass = [&](const dvec3& p) { return glm::dot(mirror.normal, p) - mirror.offset; };
   const double to_picture = glm::dot(towards, rig.head.eye_center);
@@ -194,7 +194,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   // Check that the panel blocks neither the view nor the head.
   const dvec3 &eye = rig.head.eye_center, edge_a = reflect(mirror, -along), edge_b = reflect(mirror, along);
   const dvec3 glass_near = foot + near_end * slope, glass_far = foot + far_end * slope;
-  const auto within_view = [&](const dvec3& p) {  // between the outermost lines of sight, in front of the glass
+  const auto within_view = [&](const dvec3& p) {  // p is between the outermost lines of sight, in front of the glass
     const auto side = [](const dvec3& o, const dvec3& a, const dvec3& b) {
       return (a.y - o.y) * (b.z - o.z) - (a.z - o.z) * (b.y - o.y);
     };
@@ -247,7 +247,7 @@ BenchPlan plan_bench(const BenchSpec& spec) {
   const LargestBox box = largest_box(limits);
   plan.low = box.middle - box.half, plan.high = box.middle + box.half;
 
-  // Find the limit of each face: the one that is violated first if the face moves outwards.
+  // Find the limit of each face: the limit that is violated first if the face moves outwards.
   for (std::size_t f = 0; f < 6; ++f) {
     const auto axis = static_cast<int>(f / 2);
     const double sign = f % 2 ? 1 : -1;

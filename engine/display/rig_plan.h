@@ -1,5 +1,5 @@
 // Plans a mirror bench before it is built: the positions of panel, mirror, eyes and arm, the size of the glass, and the
-// size of the workspace that both eyes see and the arm reaches. Pure functions; any thread; set-up time. SI units.
+// size of the workspace that both eyes see and that the arm reaches. Pure functions; any thread; set-up time. SI units.
 // Frame W: origin in the middle of the work, x to the user's right, y away from the user, z up. The user looks down at
 // the work through the half mirror, along the line of sight from the eyes to the origin. The picture appears at the
 // origin; the panel is its mirror image.
@@ -14,24 +14,24 @@
 namespace typodont::display {
 
 struct BenchSpec {
-  double panel_width = 0, panel_height = 0;  // m, of the panel's lit area
+  double panel_width = 0, panel_height = 0;  // m, size of the panel's lit area
   ivec2 pixels{1920, 1080};
   Layout layout = Layout::kSideBySide;
-  double eye_distance = 0.5;    // m, from the midpoint between the eyes to the work
+  double eye_distance = 0.5;    // m, distance from the midpoint between the eyes to the work
   double ipd = 0.063;           // m
   double gaze = 0;              // rad, angle of the line of sight below the horizontal
   double mirror_tilt = 0;       // rad, angle to the horizontal; positive: the glass rises away from the user
   double picture_tilt = 0;      // rad, angle to the horizontal; 90° is upright
   double glass_above_work = 0;  // m, distance of the glass from the origin, along its normal
-  dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around its middle
+  dvec3 arm_box{0, 0, 0};       // m, width, depth and height of the arm's workspace around the middle of the workspace
   double hand_room = 0.04;      // m, clearance between workspace and glass for the hand above the tool
   double head_room = 0.1;       // m, clearance between the eyes and the panel
-  // dioptres, largest difference between the picture and objects shown in front of it or behind it: the eye's depth of
-  // focus (Campbell 1957)
+  // dioptres, largest difference between the picture and objects that appear in front of it or behind it: the eye's
+  // depth of focus (Campbell 1957)
   double comfort = 0.3;
 };
 
-/// A face of the shared workspace, and the limit that it touches.
+/// A face of the common workspace, and the limit that the face touches.
 struct Face {
   dvec3 outward{0, 0, 0};
   std::string limit;  // "the arm", "the picture's left edge", …
@@ -42,11 +42,11 @@ struct BenchPlan {
   Screen picture;                // the panel's mirror image, where the user sees the picture
   std::array<dvec3, 4> glass{};  // m, W: corners of the smallest glass: near left, near right, far right, far left
   double glass_width = 0, glass_length = 0;  // m
-  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; both are equal if there is none
+  dvec3 low{0, 0, 0}, high{0, 0, 0};         // m, W: the largest box inside all limits; low = high: no box exists
   std::array<Face, 6> faces;                 // -x, +x, -y, +y, -z, +z
-  double nearest = 0, farthest = 0;          // m from the eyes, across the picture: range of comfortable depth
+  double nearest = 0, farthest = 0;          // m, comfortable depth: distances from the eyes
   double pixel = 0;                          // m, width of a pixel of one eye's picture
-  std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can
+  std::vector<std::string> conflicts;        // reasons why this bench cannot be built; empty: it can be built
 };
 
 BenchPlan plan_bench(const BenchSpec& spec);

@@ -1,6 +1,6 @@
 // Supervises a thread that calls a headset's runtime. The runtime is foreign code: a call may take seconds or never
-// return. The watching thread measures how long the call takes and can abandon the calling thread. An abandoned thread
-// never executes our code again, so the data that it used can be destroyed.
+// return. The watching thread measures the duration of the call and can abandon the calling thread. An abandoned thread
+// never executes this program's code again, so the data that it used can be destroyed.
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@ class RuntimeGate {
     since_.store(now(), std::memory_order_relaxed);
     where_.store(kInside, std::memory_order_release);
   }
-  /// Does not return if the thread was abandoned during the call.
+  /// Does not return if the watching thread abandoned this thread during the call.
   void leave() noexcept {
     int expected = kInside;
     if (where_.compare_exchange_strong(expected, kOutside, std::memory_order_acq_rel)) {
@@ -28,16 +28,17 @@ class RuntimeGate {
     }
     for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
   }
-  /// Marks that the thread has ended or needs no supervision any more.
+  /// Marks that the thread has ended or that its supervision is over.
   void done() noexcept { where_.store(kDone, std::memory_order_release); }
 
   // Functions for the watching thread:
   /// Duration in s of the present call into the runtime; 0 outside a call.
   double silent() const noexcept { return where_.load(std::memory_order_acquire) == kInside ? age() : 0; }
-  /// Duration in s of our own code since the last call; 0 during a call, or after done().
+  /// Duration in s of the program's own code since the last call; 0 during a call, or after done().
   double busy() const noexcept { return where_.load(std::memory_order_acquire) == kOutside ? age() : 0; }
   const char* call() const noexcept { return call_.load(std::memory_order_relaxed); }
-  /// Abandons the thread. True if it was inside a call, from which it will never return. False if it runs or has ended.
+  /// Abandons the thread. True if the thread is inside a call; it will never return from this call. False if the thread
+  /// is outside a call or has ended.
   bool give_up() noexcept {
     int expected = kInside;
     return where_.compare_exchange_strong(expected, kGivenUp, std::memory_order_acq_rel);

@@ -23,7 +23,7 @@ constexpr Color kInk{236, 240, 244, 255}, kFaint{150, 160, 172, 255}, kPanel{14,
 
 // Lengths in units of half the picture's height.
 constexpr double kLetters = 0.062, kMargin = 0.05, kPad = 0.035, kCorner = 0.028, kLeastPanel = 0.74;
-constexpr double kLeastLetters = 13;  // pixels, smallest height of letters
+constexpr double kLeastLetters = 13;  // pixels, smallest height of the letters
 constexpr std::string_view kGap = "   ";
 
 const font::Glyph* glyph(int code) {
@@ -54,7 +54,7 @@ double width_of(std::string_view text, double height) {
   return x * height / font::kSize;
 }
 
-/// Breaks `text` at `gap` into lines of width `most` or less.
+/// Breaks `text` at each `gap` into lines that are at most `most` wide.
 std::vector<std::string> broken_at(std::string_view gap, std::string_view text, double most, double height) {
   std::vector<std::string> lines;
   for (std::size_t from = 0; from <= text.size();) {
@@ -103,7 +103,7 @@ Color force_color(double fraction) {
 struct Map {
   ivec2 place;
   glm::dmat2 upright;
-  double aspect;  // width / height of the picture as the user sees it
+  double aspect;  // width / height of the picture that the user sees
 
   dvec2 to_pixels(const dvec2& p) const {
     const dvec2 q = upright * dvec2(p.x / aspect, p.y);
@@ -161,7 +161,8 @@ class Painter {
     return {low, high - low};
   }
 
-  /// Signed distance from the edge of a glyph, positive inside, at a position in its box in atlas pixels.
+  /// Signed distance from the edge of a glyph, positive inside. x and y are a position in the glyph's box, in atlas
+  /// pixels.
   static double distance(const font::Glyph& g, double x, double y) {
     const auto at = [&](int i, int j) {
       i = std::clamp(i, 0, g.w - 1), j = std::clamp(j, 0, g.h - 1);
@@ -174,12 +175,12 @@ class Painter {
            0.5;
   }
 
-  /// Fills the area where `inside` is positive. `inside` is any measure that increases inwards and is 0 at the edge.
+  /// Fills the area where `inside` is positive. `inside` is any function that increases inwards and is 0 at the edge.
   /// The edge is one pixel wide.
   template <class Inside>
   void fill(const dvec2& lo, const dvec2& hi, const Color& color, const Inside& inside) {
     const WritingBox box = box_of(lo, hi, panel_.box);
-    // Evaluate the measure at the pixel centres and one pixel beyond on every side, to get its slope.
+    // Evaluate the function at the pixel centres and one pixel beyond on every side, to compute its slope.
     const int stride = box.size.x + 2;
     field_.resize(static_cast<std::size_t>(stride) * static_cast<std::size_t>(box.size.y + 2));
     for (int y = 0; y < box.size.y + 2; ++y)
@@ -203,13 +204,13 @@ class Painter {
 
   const Map& map_;
   Writing::Panel panel_;
-  std::vector<double> field_;  // memory of fill(), kept for reuse
+  std::vector<double> field_;  // buffer of fill(), kept for reuse
 };
 
 }  // namespace
 
 std::string spindle_text(double krpm) {
-  constexpr double kSlow = 10;  // krpm; implant drills and reamers turn slower, turbines never do
+  constexpr double kSlow = 10;  // krpm; implant drills and reamers are slower, turbines are always faster
   return krpm < kSlow ? fmt::format("{:.0f} rpm", 10 * std::round(100 * krpm)) : fmt::format("{:.0f} krpm", krpm);
 }
 
@@ -234,8 +235,8 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
   const Map map{place, hud.upright, turned ? 1 / pixels : pixels};
   const std::string speed = spindle_text(hud.speed_krpm), force = force_text(hud);
 
-  // The text height follows the picture's height, but is at least the readable minimum; the text is not wider than the
-  // picture.
+  // The text height is proportional to the picture's height, but at least the readable minimum. The text is never wider
+  // than the picture.
   double h = std::max(kLetters, 2 * kLeastLetters / (turned ? place.x : place.y));
   const double room = 2 * (map.aspect - kMargin - kPad);
   const auto first_line = [&](double height) { return width_of(hud.tool, height) + width_of(speed, height) + height; };

@@ -1,5 +1,5 @@
-// Text over a picture: tool, speed, force and a line of hints, drawn on the screen plane (no disparity). It has the
-// resolution of the target, even if the picture below is drawn coarser. Render thread.
+// Text over a picture: tool, speed, force and a line of hints, drawn on the screen plane (no disparity). The text has
+// the resolution of the target, even if the picture below it is drawn coarser. Render thread.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ struct WritingBox {
   glm::ivec2 lo{0}, size{0};
 };
 
-/// The text as pixels in a few panels; the rest of the region stays free.
+/// The text as pixels in a few panels. The other pixels of the region are not drawn.
 class Writing {
  public:
   struct Panel {

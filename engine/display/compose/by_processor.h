@@ -12,7 +12,7 @@
 
 namespace typodont::display {
 
-/// The eyes' pictures in RGBA bytes. With a single eye both entries are the same.
+/// The eyes' pictures in RGBA bytes. With a single eye both entries point to the same pixels.
 struct EyePixels {
   std::array<const std::uint8_t*, 2> first{};
   ivec2 size{0};
@@ -27,7 +27,8 @@ class ProcessorComposer {
                std::size_t pitch);
 
  private:
-  // The two source pixels that a target pixel lies between, and the weight of the second, 0..256.
+  // For each target pixel: the first of the two source pixels that it interpolates, and the weight of the second,
+  // 0..256.
   struct Between {
     std::vector<std::int32_t> from;
     std::vector<std::uint32_t> on;
@@ -41,7 +42,7 @@ class ProcessorComposer {
   };
   /// A row of an eye's picture, stretched to the target's columns.
   const std::uint32_t* stretched(const EyePixels& eyes, int eye, int row, int first, int count);
-  std::array<std::array<Row, 2>, 2> rows_;  // for each eye the two rows that were requested last
+  std::array<std::array<Row, 2>, 2> rows_;  // the last two requested rows for each eye
   std::vector<std::uint32_t> other_;        // row of the second eye, if both eyes are mixed into one row
 };
 

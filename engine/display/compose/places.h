@@ -1,5 +1,5 @@
-// Regions of a composed picture for each eye, and how the eyes' pixels are combined there. Used by both composers (GPU
-// and CPU).
+// Regions of a composed picture for each eye, and the combination of the eyes' pixels in these regions. Used by both
+// composers (GPU and CPU).
 #pragma once
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 #include <GLFW/glfw3.h>
 #include <dlfcn.h>
 #include <poll.h>
-// Included last, because Xlib defines macros with names like None, Bool and Status.
+// This include is the last one, because Xlib defines macros with names like None, Bool and Status.
 #include <X11/Xlib.h>
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// A headset through OpenXR. The order of calls follows the specification and assumes nothing about a specific runtime:
-// any order of formats, any number of images, missing extensions, poses that are not yet valid.
+// A headset through OpenXR. The order of calls follows the specification and assumes nothing about a specific runtime.
+// It allows any order of formats, any number of images, missing extensions, and poses that are not yet valid.
 #include "engine/display/hmd.h"
 
 #include <fmt/format.h>
@@ -25,13 +25,13 @@ namespace {
 using namespace xr;
 using namespace std::chrono_literals;
 
-constexpr double kNear = 0.02, kFar = 30;  // m, D
+constexpr double kNear = 0.02, kFar = 30;  // m, distances of the near and far clip planes from the eye
 constexpr XrViewConfigurationType kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 constexpr XrSpaceLocationFlags kLocated =
     XR_SPACE_LOCATION_ORIENTATION_VALID_BIT | XR_SPACE_LOCATION_POSITION_VALID_BIT;
 constexpr XrViewStateFlags kViewsValid = XR_VIEW_STATE_ORIENTATION_VALID_BIT | XR_VIEW_STATE_POSITION_VALID_BIT;
 
-/// A frame whose predicted poses are compared with the measured ones after its display time.
+/// A frame whose predicted poses will be compared with the measured poses after its display time.
 struct Shown {
   XrTime time = 0;
   HmdTiming timing;
@@ -271,7 +271,7 @@ class OpenXrHmd final : public Hmd {
                                           {XR_TYPE_VIEW_CONFIGURATION_VIEW}, api.instance(), system_, kStereo);
     if (views.size() != 2) throw Error("OpenXR", name_, fmt::format("{} views", views.size()), "2");
     for (const XrViewConfigurationView& v : views) {
-      // Recommended size times the rig's factor, within the limits of the headset and the runtime.
+      // The size is the recommended size times the rig's factor, within the limits of the headset and the runtime.
       const auto fit = [&](std::uint32_t recommended, std::uint32_t most, std::uint32_t system_most) {
         const auto wanted = static_cast<std::uint32_t>(std::lround(recommended * rig_.resolution));
         const std::uint32_t limit = std::min(most ? most : wanted, system_most ? system_most : wanted);
@@ -396,7 +396,7 @@ class OpenXrHmd final : public Hmd {
         if (running_) break;
         const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
         const XrResult result = api.attempt("xrBeginSession", api.BeginSession, session_, &info);
-        // the runtime changed its state again: the next event tells the new state
+        // the runtime has changed its state again: the next event contains the new state
         if (result == XR_ERROR_SESSION_NOT_READY) break;
         if (XR_FAILED(result)) Api::fail("xrBeginSession", result);
         running_ = true;
@@ -423,7 +423,7 @@ class OpenXrHmd final : public Hmd {
     }
   }
 
-  /// Locates both eyes. True if both are known.
+  /// Locates both eyes. Returns true if both positions are known.
   bool locate_eyes(HmdFrame& frame) {
     const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, kStereo, display_time_, space_};
     XrViewState state{XR_TYPE_VIEW_STATE};
@@ -503,7 +503,7 @@ class OpenXrHmd final : public Hmd {
   /// Compares the predicted head poses with the measured ones for frames whose display time has passed. (Runtimes keep
   /// at least 50 ms of history.)
   void judge(XrDuration period) {
-    XrTime present = display_time_ - 2 * period;  // surely past, if the runtime does not tell its clock
+    XrTime present = display_time_ - 2 * period;  // certainly in the past; used if the runtime's clock is unknown
     if (api.ConvertTimespecTimeToTimeKHR) {
       const Nanos t = now();
       const timespec at{static_cast<time_t>(t / kNanosPerSecond), static_cast<long>(t % kNanosPerSecond)};

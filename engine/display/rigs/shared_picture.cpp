@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <sys/ipc.h>
 #include <sys/shm.h>
-// Included last, because Xlib defines macros with names like None, Bool and Status.
+// This include is the last one, because Xlib defines macros with names like None, Bool and Status.
 #include <X11/Xlib.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XShm.h>
@@ -19,7 +19,7 @@ namespace typodont::display {
 
 namespace {
 
-bool refused;  // the X server refused to attach the memory
+bool refused;  // true if the X server refused to attach the memory
 int note_refusal(::Display*, XErrorEvent*) {
   refused = true;
   return 0;
@@ -91,7 +91,7 @@ class XPicture final : public SharedPicture {
 
   void show(std::span<const Part> parts, const std::function<void()>& finish) override {
     if (!composed_)
-      // wait for the last frame, which has no successor yet
+      // wait for the last frame, because no later frame has waited for it
       gpu::check(vkQueueWaitIdle(device_.queue), "vkQueueWaitIdle");
     XSync(display_, False);  // wait until the server has read the previous frame
     if (composed_)

@@ -19,13 +19,13 @@ namespace typodont::display {
 class SharedPicture {
  public:
   /// Null if the X server is on another machine, if the desktop is not X11, or if its pixels are not 32-bit BGRA.
-  /// `composed`: the targets are the shared memory itself; otherwise the device draws into an image.
+  /// `composed`: the targets are the shared memory itself. Otherwise the device draws into an image.
   static std::unique_ptr<SharedPicture> open(gpu::Device& device, GLFWwindow* window, bool composed);
   virtual ~SharedPicture() = default;
 
-  /// Size in pixels. The old content is lost. False if no memory can be shared any more.
+  /// Sets the size in pixels. The old content is lost. False if no memory can be shared any more.
   virtual bool resize(ivec2 size) = 0;
-  /// The target to draw into. Its content stays from frame to frame.
+  /// The target to draw into. Its content is kept from frame to frame.
   virtual Target target() = 0;
   /// Shows the finished picture: all of it, or these parts. `finish` fills the memory if the picture is composed on the
   /// CPU.

@@ -20,7 +20,7 @@ namespace typodont::display {
 
 namespace {
 
-/// GLFW stays initialised as long as the program runs, because windows open and close repeatedly.
+/// GLFW stays initialised until the program ends, because windows open and close repeatedly.
 void ensure_glfw() {
   static const bool started = glfwInit() == GLFW_TRUE;
   if (!started) {
@@ -31,7 +31,7 @@ void ensure_glfw() {
   if (!glfwVulkanSupported()) throw Error("window", "", "no Vulkan on this desktop", "a Vulkan driver that presents");
 }
 
-const ivec2 kTitle(0, 30);  // keeps the desktop's title bar on the screen
+const ivec2 kTitle(0, 30);  // pixels, space for the desktop's title bar
 
 class Window final : public Output {
  public:
@@ -54,7 +54,7 @@ class Window final : public Output {
       glfwGetMonitorWorkarea(glfwGetPrimaryMonitor(), &lo.x, &lo.y, &room.x, &room.y);
       if (room.x > 0 && room.y > kTitle.y) size = glm::min(size, room - kTitle);
     }
-    // keep the trainee's full-screen picture when another window gets the focus
+    // keep the trainee's full-screen picture if another window gets the focus
     glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
     window_ = glfwCreateWindow(size.x, size.y, options.title.c_str(), monitor, nullptr);
     if (!window_) {
@@ -131,8 +131,9 @@ class Window final : public Output {
                   .kept = std::exchange(drawn_[index_], std::uint8_t{1}) != 0};
   }
 
-  /// With software rendering, presenting waits for the drawing. So the next frame is prepared meanwhile, and this frame
-  /// is shown at the next acquire() or present(), or at the second poll() if there is no next frame.
+  /// With software rendering, presenting waits for the drawing. Therefore this frame is not shown now, and the next
+  /// frame is prepared meanwhile. This frame is shown at the next acquire() or present(), or at the second poll() if
+  /// there is no next frame.
   void present(const std::optional<std::vector<Part>>& drawn, std::function<void()> finish) override {
     show_finished();
     parts_ = drawn;
@@ -156,7 +157,7 @@ class Window final : public Output {
 
   ivec2 size() const override { return extent_; }
 
-  // X11 only unmaps a minimised window; other desktops set its size to zero.
+  // X11 only unmaps a minimised window. Other desktops set its size to zero.
   bool visible() const override { return on_screen_ && pixels_.x > 0 && pixels_.y > 0; }
   bool needs_frame() const override { return exposed_ || stale_ || lost_ || pixels_ != wanted_; }
 
@@ -207,7 +208,7 @@ class Window final : public Output {
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
     input.pointer = {2 * at.x - 1, 1 - 2 * at.y};
-    // A click that is shorter than a loop of the caller still counts as a press.
+    // A click that is shorter than one loop of the caller still counts as a press.
     const auto down = [&](int button) {
       return glfwGetMouseButton(window_, button) == GLFW_PRESS || input.clicked[static_cast<std::size_t>(button)];
     };
@@ -236,7 +237,7 @@ class Window final : public Output {
     focused_ = glfwGetWindowAttrib(window_, GLFW_FOCUSED) == GLFW_TRUE;
   }
 
-  /// s between two refreshes of the screen that shows the window.
+  /// Time in s between two refreshes of the screen that shows the window.
   static double period_of(GLFWwindow* window) {
     GLFWmonitor* monitor = glfwGetWindowMonitor(window);
     if (!monitor) monitor = glfwGetPrimaryMonitor();
@@ -244,7 +245,7 @@ class Window final : public Output {
     return 1.0 / (mode && mode->refreshRate > 0 ? mode->refreshRate : 60);
   }
 
-  /// Limits the frame rate, because presenting does not wait for the screen everywhere (Xvfb).
+  /// Limits the frame rate, because presenting does not wait for the screen on every desktop (Xvfb).
   void pace() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();
@@ -252,7 +253,7 @@ class Window final : public Output {
     next_ = std::max(next_, t) + period;
   }
 
-  /// False if this frame cannot be shown. Notes what the next frame needs.
+  /// Returns false if this frame cannot be shown. Sets the flags for the next frame.
   bool usable(VkResult result) {
     if (result == VK_SUCCESS) return true;
     if (result == VK_SUBOPTIMAL_KHR) {
@@ -271,7 +272,7 @@ class Window final : public Output {
     return false;
   }
 
-  /// False if no memory can be shared any more; tried again with the next frame.
+  /// Returns false if no memory can be shared; the next frame tries again.
   bool fit_shared() {
     wanted_ = pixels_;
     refresh_period_ = period_of(window_);
@@ -363,7 +364,7 @@ class Window final : public Output {
       }
       done_.push_back(create_semaphore());
     }
-    // One more than frames in flight, so that a semaphore is not reused while it is waited for.
+    // One more than the number of frames in flight, so that no semaphore is reused while a frame waits for it.
     for (int i = 0; i < gpu::FrameRing::kSlots + 1; ++i) ready_.push_back(create_semaphore());
     sync_ = 0;
   }
@@ -402,7 +403,7 @@ class Window final : public Output {
   gpu::Device& device_;
   WindowOptions options_;
   GLFWwindow* window_ = nullptr;
-  std::unique_ptr<SharedPicture> shared_;   // replaces Vulkan's swapchain
+  std::unique_ptr<SharedPicture> shared_;   // set: used instead of Vulkan's swapchain
   std::optional<std::vector<Part>> parts_;  // drawn parts of the last target
   std::function<void()> finish_;            // composes the last target on the CPU
   VkSurfaceKHR surface_ = VK_NULL_HANDLE;
@@ -410,13 +411,13 @@ class Window final : public Output {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   ivec2 extent_{0}, wanted_{0};
   std::vector<VkImage> images_;
-  std::vector<std::uint8_t> drawn_;  // whether each image contains a frame
+  std::vector<std::uint8_t> drawn_;  // for each image: true if it contains a frame
   std::vector<std::vector<VkImageView>> views_;
   std::vector<VkSemaphore> ready_, done_;
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;     // the last target was presented but is not yet shown
+  bool unshown_ = false;     // true if the last target was presented but is not yet shown
   int polls_ = 0;            // number of polls since the last target was presented
   UserInput events_;         // events since the last poll
   std::uint64_t heard_ = 0;  // number of desktop events at the last query

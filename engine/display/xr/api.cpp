@@ -19,9 +19,9 @@ constexpr const char* kWelcome[] = {XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAM
                                     XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
                                     XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, XR_FB_PASSTHROUGH_EXTENSION_NAME};
 
-/// Opened once and never closed, because runtimes cannot be unloaded safely while their threads run.
+/// Opens the loader once and never closes it, because runtimes cannot be unloaded safely while their threads run.
 PFN_xrGetInstanceProcAddr open_loader() {
-  setenv("XR_LOADER_DEBUG", "none", 0);  // the program reports loader errors itself, in one line
+  setenv("XR_LOADER_DEBUG", "none", 0);  // the program itself reports loader errors, in one line
   static void* library = dlopen(kLoader, RTLD_NOW | RTLD_LOCAL);
   if (!library) throw Error("OpenXR", "", fmt::format("no loader ({})", kLoader), "apt install libopenxr-loader1");
   void* symbol = dlsym(library, "xrGetInstanceProcAddr");

@@ -1,4 +1,4 @@
-// OpenXR functions by name, from a loader library that is opened at run time: the program does not link OpenXR.
+// OpenXR functions by name, from a loader library that is opened at run time: the program does not link to OpenXR.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -20,8 +20,8 @@
 
 namespace typodont::display::xr {
 
-/// All functions used. The second list contains functions of extensions; they are null if the extension is not enabled.
-/// (clang-format would reformat the first list at every run.)
+/// All functions that the program uses. The second list contains functions of extensions; they are null if the
+/// extension is not enabled. (clang-format would reformat the first list at every run.)
 // clang-format off
 #define TYPODONT_XR_CORE(_)                                                                                   \
   _(DestroyInstance) _(GetInstanceProperties) _(PollEvent) _(GetSystem) _(GetSystemProperties)                \
@@ -55,7 +55,7 @@ std::string name_of(XrResult result);
 /// An OpenXR instance. Every call goes through the gate.
 class Api {
  public:
-  /// Throws Error in one line.
+  /// Throws Error with a message of one line.
   explicit Api(RuntimeGate& gate);
   ~Api();
   Api(const Api&) = delete;
@@ -72,7 +72,7 @@ class Api {
     if (XR_FAILED(result)) fail(name, result);
     return result;
   }
-  /// As call(), without throwing.
+  /// Same as call(), but never throws.
   template <class F, class... A>
   XrResult attempt(const char* name, F function, A... arguments) {
     gate_.enter(name);

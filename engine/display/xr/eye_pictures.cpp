@@ -25,8 +25,8 @@ EyePictures::EyePictures(Api& api, XrSession session, const std::string& headset
   const auto offers = [&](VkFormat format) {
     return std::find(offered.begin(), offered.end(), format) != offered.end();
   };
-  // Prefer our own format, because then pictures are only copied. A linear format is the last choice: a compositor
-  // takes its bytes as linear light.
+  // Prefer the renderer's own format, because then pictures are only copied. A linear format is the last choice,
+  // because a compositor interprets its bytes as linear light.
   VkFormat format = VK_FORMAT_UNDEFINED;
   for (const VkFormat f : {kPictures, VK_FORMAT_B8G8R8A8_SRGB, VK_FORMAT_R16G16B16A16_SFLOAT, VK_FORMAT_R8G8B8A8_UNORM,
                            VK_FORMAT_B8G8R8A8_UNORM})

@@ -12,7 +12,7 @@ namespace {
 
 struct Binding {
   const char* what;  // name of the action
-  const char* left;  // path after /user/hand/left/; null: none
+  const char* left;  // path after /user/hand/left/; null: no binding
   const char* right;
 };
 
@@ -124,7 +124,7 @@ void Input::suggest() {
     const XrInteractionProfileSuggestedBinding info{XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING, nullptr,
                                                     path(profile.path), static_cast<std::uint32_t>(bindings.size()),
                                                     bindings.data()};
-    // A runtime does not have to know every controller.
+    // A runtime need not support every controller.
     const XrResult result = api.attempt("xrSuggestInteractionProfileBindings", api.SuggestInteractionProfileBindings,
                                         api.instance(), &info);
     if (XR_FAILED(result) && result != XR_ERROR_PATH_UNSUPPORTED)

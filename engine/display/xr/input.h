@@ -29,7 +29,7 @@ class Input {
   };
   State read(XrSpace base, XrTime time);
   void vibrate(int hand, const Vibration& vibration, XrDuration duration);
-  /// Display names of the controllers; call it when they changed.
+  /// Display names of the controllers. Call again after a change of controllers.
   std::string profiles();
 
  private:

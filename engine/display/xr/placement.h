@@ -1,5 +1,5 @@
-// Pose of the headset's space D in the workbench W: either measured, or chosen so that the work is in front of the
-// user.
+// Pose of the headset's space D in the workbench W. The pose is either measured, or chosen so that the work is in front
+// of the user.
 #pragma once
 
 #include <openxr/openxr.h>
@@ -16,14 +16,14 @@ class Placement {
  public:
   Placement(const HmdRig& rig, const dvec3& work_W);
 
-  /// The runtime announces that it will move its space at `time`, by X_old_new if that is known.
+  /// Stores the runtime's announcement that it will move its space at `time`, by X_old_new if that pose is known.
   void will_move(XrTime time, const std::optional<Pose>& X_old_new) { moves_.push_back({time, X_old_new}); }
-  /// Applies moves of the space. A measured workbench keeps its place in the room; otherwise the work is placed in
-  /// front of the user again.
+  /// Applies the announced moves of the space. A measured workbench keeps its place in the room. Otherwise the work is
+  /// placed in front of the user again.
   void follow(XrTime display_time);
   /// Places the work in front of the user again, unless its place is measured.
   void recentre();
-  /// Call when the head was located at X_DV: places the work in front of it if it has no place yet.
+  /// Call when the head was located at X_DV. If the work has no place yet, it is placed in front of the head.
   void see(const Pose& X_DV) {
     if (!known()) place(X_DV);
   }
