@@ -1,4 +1,4 @@
-//   Positions of the screen, the mirror, the eyes and the haptic base in the workbench frame W, and the asymmetric view
+// Positions of the screen, the mirror, the eyes and the haptic base in the workbench frame W, and the asymmetric view
 // frusta computed from them. Pure functions of measured positions, without Vulkan objects. Any thread.
 // Frames: W workbench. E one eye's frame: origin in the eye, x to the picture's right, y to the picture's top; the
 // picture lies at negative z. Clip space is Vulkan's: x right, y down, depth 0..1.
