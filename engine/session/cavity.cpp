@@ -15,15 +15,15 @@ namespace typodont::session {
 namespace {
 
 constexpr double kNewSurface = 0.75;             // voxels below the old surface from which a surface counts as new
-const double kFloor = std::cos(30 * kPi / 180);  // a floor is inclined by less than 30° to the axis
-constexpr double kWall = 0.5;       // sine of 30°: a wall deviates by less than 30° from the axis direction
-constexpr double kOneWay = 0.98;    // lower limit of the gradient's length; if it is shorter, the stencil spans an edge
-constexpr double kRounding = 1e-9;  // voxels, tolerance for rounding
-constexpr double kLeastPart = 0.1e-6;  // m², smallest total area of a floor or of walls
-// fraction of a wall's inclinations that is omitted at either end, because they belong to its edges
+const double kFloor = std::cos(30 * kPi / 180);  // limit: a floor's normal is within 30° of the axis
+constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall deviates by less than 30° from the axis
+constexpr double kOneWay = 0.98;                 // limit for the gradient's length; below it the stencil spans an edge
+constexpr double kRounding = 1e-9;               // voxels, tolerance for rounding
+constexpr double kLeastPart = 0.1e-6;            // m², limit: a smaller total area of a floor or of walls is ignored
+// fraction of a wall's inclinations that is omitted at either end, because these belong to the wall's edges
 constexpr double kTrimmed = 0.1;
-constexpr double kRim = 1e-3;  // m below the old surface; above this depth a wall is a rim, which is always thin
-// voxels to either side over which a wall's inclination is measured, to average out ripples
+constexpr double kRim = 1e-3;  // m below the old surface; nearer to it a wall is a rim, which is always thin
+// voxels, half width over which a wall's inclination is measured, so that ripples average out
 constexpr double kAcross = 1.5;
 constexpr double kFarthestWall = 5e-3;  // m, search range for the far side of a wall
 constexpr double kSmoothing = 0.25e-3;  // m, smoothing length for the margin
@@ -55,7 +55,7 @@ double trimmed_mean(std::vector<std::pair<double, double>> values, double trim) 
   return weight > 0 ? sum / weight : 0;
 }
 
-/// Weighted quantile: the value below which `weight` lies.
+/// Weighted quantile: the smallest value at which the sorted values' total weight reaches `weight`.
 double lowest(std::vector<std::pair<double, double>> values, double weight) {
   std::sort(values.begin(), values.end());
   for (const auto& [v, w] : values) {
@@ -75,7 +75,8 @@ Axes axes_about(const dvec3& axis) {
   return {u, glm::cross(w, u), w};
 }
 
-/// Least-squares plane w = c0 + c1 u + c2 v through weighted points; false if the points do not determine a plane.
+/// Plane w = c0 + c1 u + c2 v. fit_plane() fits it to weighted points by least squares; it returns false if the points
+/// do not determine a plane.
 struct Plane {
   double c0 = 0, c1 = 0, c2 = 0;
 };
@@ -102,8 +103,8 @@ bool fit_plane(const std::vector<Facet>& facets, const Axes& axes, Plane& plane)
   return true;
 }
 
-/// Sphere fitted to weighted points by least squares of |p - c|² - r²; nothing if the points do not determine one.
-/// Voxels.
+/// Sphere in voxels. fit_ball() fits it to weighted points by least squares of |p - c|² - r²; it returns no value if
+/// the points do not determine a sphere.
 struct Ball {
   dvec3 center;
   double radius;
@@ -129,7 +130,7 @@ std::optional<Ball> fit_ball(const std::vector<Facet>& facets) {
   return Ball{mean + c, std::sqrt(square / weight + glm::dot(c, c))};
 }
 
-/// Distance (voxels) from p along `direction` to the last point inside the field.
+/// Distance in voxels from p to the last point along `direction` that is inside the field.
 double last_inside(const DenseField& field, const dvec3& p, const dvec3& direction) {
   const double longest = glm::length(dvec3(field.size));
   double last = 0, previous = field.sample(p);
@@ -143,10 +144,10 @@ double last_inside(const DenseField& field, const dvec3& p, const dvec3& directi
   return last;
 }
 
-/// The margins: curves on the old surface that bound the cut. Each is a list of points in order. Voxels.
+/// The margins: curves on the old surface that bound the cut. Each curve is a list of points in order. Voxels.
 std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseField& after) {
-  // On the old surface the depth of the cut is after - before. It is zero where nothing was cut, and increases from the
-  // margin.
+  // On the old surface the depth of the cut is after - before. It is zero where no tissue was cut, and increases from
+  // the margin.
   constexpr double kLevel = 0.5;           // voxels, depth that defines the margin
   using Key = std::array<std::size_t, 4>;  // identifies a point on the edge between two points of the surface
   struct End {
@@ -175,7 +176,7 @@ std::vector<std::vector<dvec3>> margins(const DenseField& before, const DenseFie
     segments.push_back({crossed[0], crossed[1]});
   });
 
-  // Connect the segments from end to end. Start with open curves, so that none is started in its middle.
+  // Connect the segments from end to end. Start with the open curves, so that no open curve is started in its middle.
   std::vector<bool> used(segments.size(), false);
   std::vector<std::vector<dvec3>> curves;
   const auto follow = [&](std::size_t start) {
@@ -242,9 +243,10 @@ std::pair<double, double> roughness(const std::vector<dvec3>& curve, double sigm
   return counted > 0 ? std::pair(square / static_cast<double>(counted), length) : std::pair(0.0, 0.0);
 }
 
-/// Narrowest width across the cavity's longer axis at height `w` along the axis, without its ends. Voxels.
+/// Narrowest width across the cavity's longer axis, in voxels, at height `w` along `axes.w`. The ends of the cavity are
+/// excluded.
 std::optional<double> narrowest(const DenseField& before, const DenseField& after, const Axes& axes, double w) {
-  // Outline of the removed tissue as seen along the axis.
+  // Compute the outline of the removed tissue as seen along the axis.
   double count = 0, mu = 0, mv = 0, uu = 0, uv = 0, vv = 0;
   const auto each_removed = [&](auto&& use) {
     for (int x = 0; x < before.size.x; ++x) {
@@ -268,7 +270,8 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   const dvec3 across = -std::sin(angle) * axes.u + std::cos(angle) * axes.v;
   const dvec3 center = mu * axes.u + mv * axes.v + w * axes.w;
 
-  // Width of each section: the longest interval that is empty now, was tissue before, and ends at two walls.
+  // Compute the width of each section: the longest interval that is empty now, was tissue before, and ends at two
+  // walls.
   const double reach = glm::length(dvec3(before.size));
   struct Section {
     double s, width;
@@ -286,7 +289,7 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
       const double a = after.sample(p), b = before.sample(p);
       if (!open && a >= 0 && b < 0) {
         open = true;
-        walled = last < 0 && before_last < 0;  // there was tissue before and there still is: a wall
+        walled = last < 0 && before_last < 0;  // the sample beside the interval was tissue and still is: a wall
         begin = walled ? t - 0.5 + 0.5 * last / (last - a) : t;
       } else if (open && a < 0) {
         if (walled) best = std::max(best, t - 0.5 + 0.5 * last / (last - a) - begin);
@@ -310,11 +313,11 @@ std::optional<double> narrowest(const DenseField& before, const DenseField& afte
   return narrow ? narrow : 2 * half;
 }
 
-/// Data that does not depend on the result.
+/// Data that depend only on the preparation before the work and on the ideal, not on the result.
 struct Given {
   DenseField before, ideal;          // true distances
-  std::vector<bool> pulp;            // marks the voxels of pulp
-  std::vector<std::size_t> to_pulp;  // for each voxel its nearest pulp voxel; empty without pulp
+  std::vector<bool> pulp;            // for each voxel: true if it is pulp
+  std::vector<std::size_t> to_pulp;  // for each voxel the index of its nearest pulp voxel; empty without pulp
 };
 Given given(const Preparation& in) {
   Given g{redistanced(in.before), in.ideal.distance.empty() ? DenseField{} : redistanced(in.ideal), {}, {}};
@@ -328,7 +331,7 @@ Given given(const Preparation& in) {
   return g;
 }
 
-/// Marks the air voxels that are connected to the border of the box through air. The others are pores.
+/// Marks the air voxels that are connected through air to the border of the box. The other air voxels are pores.
 std::vector<bool> open_air(const DenseField& field) {
   std::vector<bool> open(field.distance.size());
   std::vector<glm::ivec3> front;
@@ -369,7 +372,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   const DenseField &before = known.before, &ideal = known.ideal;
   const std::size_t count = after.distance.size();
 
-  // Volumes: each voxel counts by the fraction of it inside each surface.
+  // Compute the volumes. Each voxel counts by the fraction of its volume inside each surface.
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
@@ -390,8 +393,8 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   m.wanted *= h3, m.done *= h3, m.over_volume *= h3, m.under_volume *= h3;
   if (any_kept) m.kept_removed = kept_removed * h3;
 
-  // The final surface: its distance from the ideal, and its new parts. The inside of a pore is excluded, because no
-  // probe reaches it; a pore does count in the volumes above.
+  // Visit the final surface: its distance from the ideal, and its new parts. The inside of a pore is excluded, because
+  // no probe reaches it; the volumes above include pores.
   std::vector<Facet> fresh, floor, walls;
   const Axes axes = axes_about(in.axis_W);
   const std::vector<bool> open = open_air(after);
@@ -416,7 +419,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
       if (std::abs(d) * h > place.depth) place = {std::abs(d) * h, in.frame.to_world(e.p)};
     }
     // A facet is new if it lies clearly below the old surface. It is compared with the ideal if it was changed or
-    // should have been.
+    // should have been changed.
     if (m.has_ideal && (std::abs(old) > kNewSurface || std::abs(off) > kNewSurface)) {
       contour_square += f.area * off * off;
       contour_area += f.area;
@@ -475,13 +478,13 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
-      // Near an edge the stencil covers both faces, so its inclination is not that of the wall.
+      // Near an edge the stencil covers both faces, so the inclination there is not the wall's inclination.
       if (glm::length(g) >= kOneWay)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
-      // Measure the thickness of hard tissue behind the wall up to open air. If pulp comes first, it is not an outer
-      // wall.
+      // Measure the thickness of hard tissue behind the wall up to open air. If pulp comes before air, the wall is no
+      // outer wall.
       double last = 0;
       for (double s = 1; s * h < kFarthestWall; s += 0.5) {
         const dvec3 q = f.p - s * f.n;

@@ -1,5 +1,5 @@
-// Geometry of a preparation: compares the tissue removed (or added) with the ideal. Pure functions of dense fields,
-// with no error beyond that of the fields; without haptics or surface mesher. Lengths in metres.
+// Geometry of a preparation: compares the removed (or added) tissue with the ideal. Pure functions of dense fields,
+// with no error beyond the error of the fields; without haptics or surface mesher. Lengths in metres.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@
 
 namespace typodont::session {
 
-/// One piece of tissue before, after and in its ideal form, all on the same voxels.
+/// One piece of tissue before the work, after the work and in its ideal form. All fields use the same voxels.
 struct Preparation {
   VoxelFrame frame;            // sample (0,0,0) lies at the frame's origin
-  DenseField before, after;    // at the start and at the end
-  DenseField ideal;            // the ideal result; empty: the task has none
+  DenseField before, after;    // distance fields at the start and at the end
+  DenseField ideal;            // the ideal result; empty: the task has no ideal
   std::vector<Tissue> tissue;  // labels at the start
   std::vector<bool> keep;      // voxels that must not be removed (a neighbouring tooth); may be empty
-  dvec3 axis_W{0, 0, 1};       // unit, out of the opening: from where the bur approaches and where a crown is placed
+  dvec3 axis_W{0, 0, 1};       // unit, out of the opening; the bur approaches, and a crown is placed, from this side
 };
 
 struct Place {
@@ -27,47 +27,46 @@ struct Place {
   dvec3 p_W{0};      // valid if depth > 0
 };
 
-/// SI units. A measure that this preparation does not have (no floor, no pulp …) is absent.
+/// SI units. A measure that does not apply to this preparation (no floor, no pulp …) is absent.
 struct CavityMeasures {
   bool has_ideal = false;
   double wanted = 0;        // m³ that the ideal removes or adds
-  double done = 0;          // m³ of `wanted` that was done
-  double over_volume = 0;   // m³ missing although the ideal keeps (or adds) them
-  double under_volume = 0;  // m³ present although the ideal removes them (or too much filling)
+  double done = 0;          // m³, completed part of `wanted`
+  double over_volume = 0;   // m³ of missing tissue that the ideal keeps (or adds)
+  double under_volume = 0;  // m³ of remaining tissue that the ideal removes (or too much filling)
   Place over, under;        // largest deviations of the surface into the tissue and out of it
-  // m rms distance from the ideal's surface, over all parts that changed or should have changed, without closed
-  // pores
+  // m rms, distance from the ideal's surface over all parts that changed or should have changed, without closed pores
   std::optional<double> contour;
 
   double cut_area = 0;                   // m², area of new surface
   std::optional<double> floor_depth;     // m, mean depth along the axis below the old surface
-  std::optional<double> floor_flatness;  // m rms distance from the floor's plane
-  std::optional<double> floor_tilt;      // rad between the floor's plane and the axis
-  // rad, total occlusal convergence: twice the mean inclination of the walls; above 0 they open outwards
+  std::optional<double> floor_flatness;  // m rms, distance from the floor's plane
+  std::optional<double> floor_tilt;      // rad, angle between the floor's plane and the plane across the axis
+  // rad, total occlusal convergence: twice the mean inclination of the walls; positive: the walls open outwards
   std::optional<double> taper;
   std::optional<double> wall_depth;  // m, mean depth perpendicular to the old surface: the axial reduction of a crown
   std::optional<double> wall_thickness;    // m, smallest thickness of hard tissue behind the walls, below their rim
   std::optional<double> isthmus;           // m, smallest width across the cavity's length, at half its depth
-  std::optional<double> margin_roughness;  // m rms distance of the margin from the margin smoothed over 0.25 mm
-  std::optional<double> pulp_distance;     // m from the new surface to the pulp; at most kPulpReach
-  std::optional<double> pulp_exposed;      // m² of exposed pulp; absent without pulp
+  std::optional<double> margin_roughness;  // m rms, distance of the margin from the same margin smoothed over 0.25 mm
+  std::optional<double> pulp_distance;     // m, distance from the new surface to the pulp; at most kPulpReach
+  std::optional<double> pulp_exposed;      // m², area of exposed pulp; absent without pulp
   struct Cup {
     dvec3 center_W{0};  // m
     double radius = 0;  // m
     dvec3 axis_W{0};    // unit, out of the opening: the mean of the new surface's normals
   };
   std::optional<Cup> cup;              // sphere fitted to the new surface, for a reamed socket
-  std::optional<double> cup_offset;    // m between the centres of cup and ideal cup
-  std::optional<double> cup_tilt;      // rad between the axes of cup and ideal cup
-  std::optional<double> kept_removed;  // m³ removed from tissue that must be kept; absent if there is none
+  std::optional<double> cup_offset;    // m, distance between the centres of cup and ideal cup
+  std::optional<double> cup_tilt;      // rad, angle between the axes of cup and ideal cup
+  std::optional<double> kept_removed;  // m³ removed from tissue that must be kept; absent if there is no such tissue
 };
 
-/// m, largest distance to the pulp that is measured
+/// m, limit of the measured distance to the pulp
 inline constexpr double kPulpReach = 2e-3;
 
 CavityMeasures measure_cavity(const Preparation& preparation);
 
-/// Measures of the result, and of the ideal itself, which a perfect hand would reach.
+/// Measures of the result, and of the ideal itself, which a perfect hand would achieve.
 struct CavityAndIdeal {
   CavityMeasures result;
   std::optional<CavityMeasures> ideal;  // absent if there is no ideal

@@ -13,8 +13,8 @@ constexpr float kSlid = 20;  // voxels, largest distance to refine; beyond it th
 constexpr float kKept =
     1.8f;  // voxels, distance up to which the field keeps its own values; longer than a voxel's diagonal
 
-/// Propagates the nearest seed from neighbour to neighbour for every voxel, in sweeps in all eight directions.
-/// `closer(to, from)` replaces the seed of `to` by that of `from` if that is nearer.
+/// Propagates the nearest seed to every voxel, from neighbour to neighbour, in sweeps in all eight directions.
+/// `closer(to, from)` gives the seed of `from` to `to` if this seed is nearer.
 template <class Closer>
 void sweep_all(const glm::ivec3& size, Closer&& closer) {
   const auto n = glm::ivec3(size);
@@ -74,7 +74,7 @@ DenseField redistanced(const DenseField& field) {
   std::vector<glm::vec3> closest(count);
   std::vector<float> best(count, kFar);
 
-  // Seeds: voxels with a neighbour of the other sign know the closest point of the surface.
+  // Seeds: a voxel with a neighbour of the other sign gets its closest point on the surface from its own gradient.
   const auto inside = [&](int x, int y, int z) { return field.distance[field.at(x, y, z)] < 0; };
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {
@@ -102,7 +102,8 @@ DenseField redistanced(const DenseField& field) {
     closest[to] = closest[from];
   });
 
-  // The propagated point is the closest of the seeds. Move it along the surface to the closest point.
+  // The propagated point is the closest of the seeds. Move it along the surface to the point that is closest to the
+  // voxel.
   DenseField result = field;
   for (int x = 0; x < n.x; ++x) {
     for (int y = 0; y < n.y; ++y) {

@@ -1,5 +1,4 @@
-// A box of distance samples as plain arrays, with the functions that scores and pictures need. Pure functions; set-up
-// time.
+// A box of distance samples as plain arrays, with the functions for scores and pictures. Pure functions; set-up time.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +20,7 @@ struct DenseField {
                static_cast<std::size_t>(size.z) +
            static_cast<std::size_t>(z);
   }
-  /// Trilinear interpolation; outside the box the value at its border.
+  /// Trilinear interpolation. Outside the box the function returns the value at the box's border.
   double sample(const glm::dvec3& p) const;
   /// Gradient of the trilinear field by central differences over `reach` voxels to either side; not normalised.
   glm::dvec3 gradient(const glm::dvec3& p, double reach = 0.5) const;
@@ -30,12 +29,13 @@ struct DenseField {
 /// Fraction of a voxel inside a surface at `distance` voxels from its centre.
 double share_inside(double distance);
 
-/// Computes true distances from a field that is correct only near its surface (cut fields are): the closest surface
-/// points are propagated from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points between
-/// the voxels). Samples within 1.8 voxels of the surface keep their bits. A field without surface stays unchanged.
+/// Computes true distances from a field that is correct only near its surface, like the field after cuts. The closest
+/// surface points are propagated from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points
+/// between the voxels). Samples within 1.8 voxels of the surface keep their bits. A field without surface is returned
+/// unchanged.
 DenseField redistanced(const DenseField& field);
 
-/// For every voxel the array index of the nearest marked voxel; SIZE_MAX everywhere if none is marked.
+/// For every voxel the array index of the nearest marked voxel; SIZE_MAX everywhere if no voxel is marked.
 std::vector<std::size_t> nearest_marked(const glm::ivec3& size, const std::vector<bool>& marked);
 
 }  // namespace typodont::session

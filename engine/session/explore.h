@@ -1,4 +1,5 @@
-// Evaluates an exploration: where the tip touched, and where the trainee pressed the pedal to mark caries.
+// Evaluates an exploration: the places that the tip touched, and the places that the trainee marked as caries with the
+// pedal.
 #pragma once
 
 #include <span>
@@ -12,12 +13,12 @@ namespace typodont::session {
 
 struct ExploreMeasures {
   int lesions = 0;      // connected pieces of caries that reach the surface
-  int found = 0;        // lesions that were marked
-  int false_finds = 0;  // marks on sound tissue
-  double explored = 0;  // fraction of the region's surface that the tip came near, 0..1
+  int found = 0;        // number of lesions that were marked
+  int false_finds = 0;  // number of marks on sound tissue
+  double explored = 0;  // fraction of the region's surface that the tip explored, 0..1
 };
 
-/// Feed ticks in order. A mark is the press of the pedal while the tip touches the tissue.
+/// Feed ticks in order. The trainee sets a mark by pressing the pedal while the tip touches the tissue.
 class ExploreMeter {
  public:
   /// `region`: voxels whose surface must be explored; empty: the whole surface.
@@ -29,10 +30,10 @@ class ExploreMeter {
  private:
   VoxelFrame frame_;
   DenseField surface_;
-  std::vector<int> lesion_;  // for each voxel the number of its lesion 1, 2 …; 0: none
+  std::vector<int> lesion_;  // for each voxel the number of its lesion 1, 2 …; 0: no lesion
   std::vector<bool> to_explore_, explored_;
   std::size_t surface_count_ = 0, explored_count_ = 0;
-  std::vector<bool> found_;  // for each lesion
+  std::vector<bool> found_;  // for each lesion: true if a mark found it
   int false_finds_ = 0;
   bool pedal_down_ = false;
   dvec3 last_{1e9, 0, 0};  // voxels, position of the last update

@@ -24,8 +24,8 @@ namespace typodont::session {
 
 namespace {
 
-/// Starts `arguments` with standard input from `input` (-1: none) and standard error to `log`. Returns -1 if it cannot
-/// be started.
+/// Starts the program `arguments` with standard input from `input` (-1: no input) and standard error to `log`. Returns
+/// -1 if the program cannot be started.
 pid_t start(const std::vector<std::string>& arguments, int input, const std::filesystem::path& log) {
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
@@ -39,7 +39,7 @@ pid_t start(const std::vector<std::string>& arguments, int input, const std::fil
   }
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600);
-  // The encoder gets its own process group, so that Ctrl-C on the terminal reaches only this program, which then ends
+  // The encoder gets its own process group. Therefore Ctrl-C on the terminal reaches only this program, which then ends
   // the encoder.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);

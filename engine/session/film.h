@@ -1,4 +1,4 @@
-// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg there is no film but a
+// Makes session.mp4 from pictures and a WAV with the packaged program `ffmpeg`. Without ffmpeg there is no film, but a
 // message.
 #pragma once
 
@@ -17,7 +17,7 @@ struct FilmOptions {
 };
 
 /// One thread. Frames are compressed as they arrive; finish() creates the film completely or not at all. Never throws:
-/// a missing or failing encoder results in a message.
+/// if the encoder is missing or fails, message() gives the reason.
 class FilmWriter {
  public:
   FilmWriter(const std::filesystem::path& file, const FilmOptions& options);
@@ -27,9 +27,10 @@ class FilmWriter {
 
   /// `rgb`: width × height × 3 bytes, rows from the top, sRGB. False if there is no running encoder.
   bool add(std::span<const std::uint8_t> rgb) noexcept;
-  /// Adds the sound if there is one, and makes the file. True when the film is there; else see message().
+  /// Adds the sound if `wav` is given, and makes the file. True if the film exists; otherwise message() gives the
+  /// reason.
   bool finish(const std::optional<std::filesystem::path>& wav = std::nullopt) noexcept;
-  /// The reason why there is no film or why it is incomplete; empty if it is complete.
+  /// The reason why there is no film or why the film is incomplete; empty if the film is complete.
   const std::string& message() const noexcept;
 
  private:
@@ -37,7 +38,7 @@ class FilmWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The encoder in PATH, if there is one.
+/// Path of the encoder in PATH; no value if it is not installed.
 std::optional<std::filesystem::path> find_ffmpeg();
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Hashes that tell whether files, forces or fields have the same bits. Not for security.
+// Hashes that show whether files, forces or fields have the same bits. Not for security.
 #pragma once
 
 #include <filesystem>
@@ -14,11 +14,11 @@ namespace typodont::session {
 /// "fnv1a64:0123456789abcdef".
 std::string to_text(const Fnv1a& hash);
 
-/// Adds every bit of force and torque of every tick, in order: equal runs have equal hashes. Start with a default Fnv1a
+/// Adds every bit of force and torque of every tick, in order. Equal runs have equal hashes. Start with a default Fnv1a
 /// and feed the ticks in pieces of any size.
 void add_forces(Fnv1a& hash, std::span<const ServoTick> ticks) noexcept;
 
-/// Reads the whole file. Throws Error if it cannot.
+/// Reads the whole file and returns its size and hash. Throws Error on failure.
 SourceFile describe_file(const std::filesystem::path& file);
 
 }  // namespace typodont::session

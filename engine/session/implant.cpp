@@ -14,17 +14,17 @@ namespace {
 constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "check", "tap", "place", "close"};
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
-constexpr double kOverSpeed = 1.1;  // ratio to the phase's speed limit above which the speed is too high
-constexpr double kLater = 1.5;  // s of contact with a later phase's tool after which that phase becomes the present one
-constexpr double kHeld = 0.3;   // s for which the goal of a smoothing, marking or checking phase must be met
+constexpr double kOverSpeed = 1.1;  // limit: ratio of the spindle speed to the phase's speed limit
+constexpr double kLater = 1.5;  // s, contact time with a later phase's tool after which that phase is the present one
+constexpr double kHeld = 0.3;   // s, time for which the goal of a smoothing, marking or checking phase must be met
 constexpr double kDrilled = 0.05e-3;   // m, depth tolerance of a drill
 constexpr double kChecked = 0.25e-3;   // m, depth tolerance of a gauge
 constexpr double kThreaded = 0.3e-3;   // m, depth tolerance of a tap
-constexpr double kFelt = 0.05;         // N; a smaller force counts as no contact, because the tool follows the hand
-constexpr double kSeats = 1e-3;        // m by which a placed implant or screw may protrude
-constexpr double kGoesIn = 0.1e-3;     // m/s along the plan's axis above which the tool is moving in
-constexpr double kGoesInTime = 0.1;    // s, time constant of the filter for that speed
-constexpr double kAtSite = 3e-3;       // m from the plan's axis within which a mark is at the site
+constexpr double kFelt = 0.05;         // N, limit: a smaller force is no contact, because the tool follows the hand
+constexpr double kSeats = 1e-3;        // m, limit: a placed implant or screw may protrude by this length
+constexpr double kGoesIn = 0.1e-3;     // m/s, limit: a faster tool along the plan's axis moves into the bone
+constexpr double kGoesInTime = 0.1;    // s, time constant of the filter for the speed along the axis
+constexpr double kAtSite = 3e-3;       // m, limit: a mark within this distance of the plan's axis is at the site
 constexpr double kOffAxisFrom = 1e-3;  // m, depth from which the axis is checked
 
 double volume_of(const ServoTick& tick) {
@@ -53,7 +53,7 @@ struct BedShape {
     return std::hypot(aside, std::max({along, -along - length, 0.0}));
   }
   double distance_to(const std::vector<dvec3>& path_W) const {
-    // m; with this step the distance to a straight line is 1 µm too large at most, at a distance of 0.3 mm
+    // m, step size; the distance to a straight line is then too large by at most 1 µm, at a distance of 0.3 mm
     constexpr double kStep = 0.05e-3;
     double best = 1e9;
     for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
@@ -110,7 +110,7 @@ void ImplantMeter::add(std::span<const ServoTick> ticks) {
 }
 
 void ImplantMeter::heat(const ServoTick& tick, double dt, bool irrigated) {
-  // A tool outside a bed moves freely; it heats at least a bed as deep as it is wide.
+  // A tool outside a bed heats at least the bone around a bed that is as deep as wide.
   const double r = task_.radius[tick.tool], deep = std::max(depth_, 2 * r), s = HeatModel::shell;
   const double warmed = kPi * ((r + s) * (r + s) - r * r) * deep * HeatModel::heat_capacity;  // J/K
   const double time = irrigated ? HeatModel::cooled_time : HeatModel::dry_time;
@@ -206,11 +206,11 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const bool touches = tick.contact_area > 0 || force > kFelt;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
-  // Pulling out the last phase's tool is not work: a tool works if it cuts or moves deeper.
+  // Pulling out the last phase's tool is not work. A tool works if it cuts or moves deeper.
   if (dt > 0) going_in_ += ((depth_ - last_depth_) / dt - going_in_) * (1 - std::exp(-dt / kGoesInTime));
   last_depth_ = depth_;
   works_ = touches && (tick.cutting_power > 0 || going_in_ > kGoesIn);
-  // A bur that has finished smoothing or marking may continue as long as it stays in the hand.
+  // A bur that has finished smoothing or marking may continue until the tool is changed.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
       (before->deed == ImplantDeed::kSmooth || before->deed == ImplantDeed::kMark))
@@ -234,7 +234,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   note_ = note_of(tick, tip_W, axis_W, touches);
   if (touches && force > task_.greatest_force) measures_.over_force += dt;
 
-  // Bed geometry from the positions of the drills in it.
+  // Compute the bed's geometry from the positions of the drills in it.
   if (tick.level == implant_level::kDrilling || tick.level == implant_level::kPerforating) {
     axis_sum_ += axis_W * dt;
     if (depth_ < top_) top_ = depth_, top_W_ = tip_W;
@@ -281,7 +281,7 @@ ImplantMeasures ImplantMeter::result() const {
   const dvec3 axis = glm::normalize(axis_sum_);
   bed.axis_error = std::acos(std::clamp(glm::dot(axis, plan.axis_W), -1.0, 1.0));
   bed.depth = bottom_;
-  // Intersection of the bed's axis with the plan's platform.
+  // Intersect the bed's axis with the plan's platform.
   const double to_platform =
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);

@@ -22,10 +22,10 @@ inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforat
 
 /// Planned position of an implant. SI units, frame W.
 struct ImplantPlan {
-  dvec3 entry_W{0};         // middle of its platform
+  dvec3 entry_W{0};         // m, middle of the implant's platform
   dvec3 axis_W{0, 0, -1};   // unit, into the bone
   double length = 0;        // m
-  double diameter = 0;      // m, of the thread
+  double diameter = 0;      // m, diameter of the thread
   double bed_diameter = 0;  // m, diameter of the last drill
   dvec3 apex_W() const { return entry_W + length * axis_W; }
 };
@@ -42,8 +42,8 @@ struct ImplantPhase {
   std::uint32_t tool = 0;  // index among the session's tools
   double depth = 0;        // m, required depth of the tool's tip below the plan's entry
   double volume = 0;       // m³ to remove, for kSmooth and kMark
-  double speed = 0;        // rad/s, speed limit of the tool; 0: it does not turn
-  bool irrigated = false;  // cooled with water
+  double speed = 0;        // rad/s, speed limit of the tool; 0: the tool does not turn
+  bool irrigated = false;  // true if the bone is cooled with water
 };
 
 /// A neighbouring root: all points within `radius` of the line from a to b.
@@ -57,24 +57,24 @@ struct ImplantTask {
   ImplantPlan plan;
   std::vector<ImplantPhase> phases;
   std::vector<double> tip;     // m, for each tool the distance from its origin to its tip
-  std::vector<double> radius;  // m, for each tool
-  double greatest_force = 0;   // N; time above this force counts as over-force
-  double greatest_angle = 0;   // rad to the plan's axis; above it the trainee is warned
-  double depth_tolerance = 0;  // m too deep; above it the trainee is warned
-  double canal_clearance = 0;  // m to the nerve canal; below it the trainee is warned
+  std::vector<double> radius;  // m, for each tool its radius
+  double greatest_force = 0;   // N, limit; time with a larger force counts as over-force
+  double greatest_angle = 0;   // rad, limit for the angle to the plan's axis; beyond it the trainee is warned
+  double depth_tolerance = 0;  // m, limit for excess depth; beyond it the trainee is warned
+  double canal_clearance = 0;  // m, limit for the distance to the nerve canal; below it the trainee is warned
   std::vector<dvec3> canal_W;  // polyline; empty: no canal
   double canal_radius = 0;     // m
   std::vector<NeighbourRoot> neighbours;
 };
 
-/// Follows a hand through the phases. Feed ticks in order; doing so never allocates.
+/// Follows a hand through the phases. Feed ticks in order. add() never allocates.
 class ImplantMeter {
  public:
   explicit ImplantMeter(ImplantTask task);
   void add(std::span<const ServoTick> ticks);
   ImplantMeasures result() const;
 
-  /// Index of the present phase; equals the number of phases when all are finished.
+  /// Index of the present phase. After the last phase it equals the number of phases.
   std::size_t phase() const { return phase_; }
   /// The note shown to the trainee now.
   ImplantNote note() const { return note_; }
@@ -99,16 +99,16 @@ class ImplantMeter {
   bool started_ = false;
   Nanos last_t_ = 0;
   double removed_last_ = 0, removed_in_phase_ = 0;  // m³
-  double held_ = 0;                                 // s for which the phase's goal has been met
-  double wrong_for_ = 0;                            // s of work with the tool of a later phase
-  bool works_ = false;                              // the tool in the hand is working on the bone
+  double held_ = 0;                                 // s, time for which the phase's goal has been met
+  double wrong_for_ = 0;                            // s, time of work with the tool of a later phase
+  bool works_ = false;                              // true if the tool in the hand is working on the bone
   double last_depth_ = 0;                           // m
-  double going_in_ = 0;                             // m/s along the plan's axis, smoothed
-  // Force curve of this phase. When it is full, its resolution is halved.
+  double going_in_ = 0;                             // m/s, smoothed speed along the plan's axis
+  // Force curve of this phase. When the curve is full, its resolution is halved.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;
   double span_ = 0.01, span_filled_ = 0, across_sum_ = 0, along_sum_ = 0;
-  // Sums for the bed, from the drill's positions along its path.
+  // Sums for the bed, from the positions of the drill.
   dvec3 axis_sum_{0}, top_W_{0}, bottom_W_{0};
   double top_ = 1e9, bottom_ = -1e9;
   double bed_radius_ = 0;

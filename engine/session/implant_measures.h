@@ -25,11 +25,11 @@ enum class ImplantNote {
 inline constexpr std::size_t kImplantNoteCount = 8;
 std::string_view name_of(ImplantNote note) noexcept;
 
-/// Bone temperature at the drill: a mass of bone around the bed, heated by a fraction of the cutting power, cooling
-/// towards body temperature. The parameters are estimates, except the threshold: Eriksson & Albrektsson, J Prosthet
-/// Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
+/// Bone temperature at the drill. The model is a mass of bone around the bed. A fraction of the cutting power heats it,
+/// and it cools towards body temperature. The parameters are estimates, except the threshold: Eriksson & Albrektsson, J
+/// Prosthet Dent 1983;50:101-107, found bone damage from 47 °C for one minute.
 struct HeatModel {
-  // fraction of the cutting power that heats the bone; the chips carry away the rest
+  // fraction of the cutting power that heats the bone; the chips remove the rest of the heat
   static constexpr double fraction = 0.3;
   static constexpr double shell = 1e-3;             // m, thickness of the heated bone around the bed
   static constexpr double heat_capacity = 2.5e6;    // J/(m³ K): 1.9 g/cm³ at 1.3 J/(g K)
@@ -38,7 +38,7 @@ struct HeatModel {
   static constexpr double body = 37, harmful = 47;  // °C
 };
 
-/// A force curve: means over intervals of equal length of a phase's time in contact.
+/// A force curve: mean forces over intervals of equal length, counted in time of contact during a phase.
 struct ForceCurve {
   std::vector<float> across, along;  // N, perpendicular to the plan's axis and along it
   double span = 0;                   // s, length of an interval
@@ -47,12 +47,12 @@ struct ForceCurve {
 struct ImplantPhaseMeasures {
   std::array<std::string, kLanguageCount> name;
   bool done = false, skipped = false;
-  double began = -1, ended = -1;                  // s, times of the first contact and of the end; negative: none
+  double began = -1, ended = -1;                  // s, times of the first contact and of the end; negative: not yet
   double force_max = 0;                           // N
-  double over_force = 0;                          // s above the force limit
+  double over_force = 0;                          // s, time above the force limit
   double depth = 0;                               // m, largest depth below the plan's entry
   double hottest = HeatModel::body;               // °C, highest temperature
-  std::array<double, kImplantNoteCount> noted{};  // s for which each note was shown
+  std::array<double, kImplantNoteCount> noted{};  // s, display time of each note
   ForceCurve force;
 };
 
@@ -61,12 +61,12 @@ struct ImplantBedMeasures {
   bool found = false;
   double entry_error = 0, apex_error = 0;  // m, distances from the planned points
   double axis_error = 0;                   // rad, angle to the planned axis
-  double depth = 0;                        // m below the plan's entry
-  double canal_distance = 1e9;             // m from the bed's wall or bottom to the canal's wall
-  double neighbour_distance = 1e9;         // m from the bed's wall to the nearest root
-  // The next measures come from the tissue, see measure_bed(); negative if unknown.
+  double depth = 0;                        // m, depth below the plan's entry
+  double canal_distance = 1e9;             // m, distance from the bed's wall or bottom to the canal's wall
+  double neighbour_distance = 1e9;         // m, distance from the bed's wall to the nearest root
+  // The next measures are computed from the tissue, see measure_bed(); negative if unknown.
   double diameter = -1, ovality = -1;  // m
-  double perforated = -1;              // fraction of the upper nine tenths of the wall without bone behind it
+  double perforated = -1;              // fraction of the wall's upper nine tenths that has no bone behind it
 };
 
 struct ImplantMeasures {
@@ -74,10 +74,10 @@ struct ImplantMeasures {
   ImplantBedMeasures bed;
   bool placed = false;
   double insertion_torque = 0;       // N·m, largest torque while the implant was inserted
-  double bone_contact = -1;          // fraction of its surface in contact with bone; negative if unknown
-  double over_force = 0;             // s above the force limit
+  double bone_contact = -1;          // fraction of the implant's surface in contact with bone; negative if unknown
+  double over_force = 0;             // s, time above the force limit
   double hottest = HeatModel::body;  // °C, highest temperature
-  double phases_done() const;        // fraction
+  double phases_done() const;        // completed fraction of the phases
 };
 
 }  // namespace typodont::session

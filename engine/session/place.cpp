@@ -12,16 +12,16 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kSquare = 0.05;   // largest allowed |cosine| between mesial and buccal
-constexpr double kLevel = 0.7;     // cosine to the axis above which a surface is a floor, not a wall
-constexpr double kCentral = 0.25;  // fraction of the work's half width around its middle that is called central
+constexpr double kSquare = 0.05;   // limit for |cosine| of the angle between mesial and buccal
+constexpr double kLevel = 0.7;     // limit: at a larger cosine to the axis the surface is a floor, not a wall
+constexpr double kCentral = 0.25;  // fraction of the work's half width; closer to its middle is "central"
 
-/// Extent of everything that was changed or should have been.
+/// Extent of all tissue that was changed or should have been changed.
 struct Work {
   dvec3 middle_W{0};           // centre of its volume
   double low = 0, high = 0;    // m along the axis
   double half_width = 0;       // m, largest distance from the middle perpendicular to the axis
-  bool around_tissue = false;  // the middle is solid in the ideal: the stump of a crown, or a filling
+  bool around_tissue = false;  // true if the middle is solid in the ideal: a crown's stump, or a filling
 };
 
 Work work_of(const Preparation& in) {
@@ -54,7 +54,7 @@ Work work_of(const Preparation& in) {
   return work;
 }
 
-/// Counter-clockwise from mesial in steps of 45°; buccal is at 90°.
+/// Sides counter-clockwise from mesial in steps of 45°; buccal is at 90°.
 constexpr std::array<std::string_view, 8> kSides = {"mesial", "mesiobuccal",  "buccal",  "distobuccal",
                                                     "distal", "distolingual", "lingual", "mesiolingual"};
 
@@ -103,7 +103,7 @@ PlaceName place_name(const Preparation& in, const ToothSides& tooth, const dvec3
 }
 
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W) {
-  constexpr double kSquarely = 0.95;  // cosine above which a view counts as being from that side
+  constexpr double kSquarely = 0.95;  // limit: at a larger cosine the view counts as a view from that side
   const dvec3 to_eye = -glm::normalize(look_W);
   const auto along = [&](const dvec3& side) { return glm::dot(to_eye, side); };
   if (along(axis_W) > kSquarely) return "occlusal";

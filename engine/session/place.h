@@ -17,26 +17,27 @@ struct ToothSides {
   dvec3 mesial_W{1, 0, 0}, buccal_W{0, 1, 0};  // unit, perpendicular to each other
 };
 
-/// Reads a scene's "tooth": {"mesial": [x, y, z], "buccal": [x, y, z]}; nothing if it has none. Throws Error.
+/// Reads a scene's "tooth": {"mesial": [x, y, z], "buccal": [x, y, z]}; no value if the scene has no "tooth". Throws
+/// Error.
 std::optional<ToothSides> tooth_sides(const Json& scene);
 
 /// Keys of the text catalogue (after the prefix "place."); the same in every language.
 struct PlaceName {
   std::string_view part;  // floor, wall (of a cavity), occlusal, axial, shoulder (of a crown or filling)
   std::string_view side;  // mesial, mesiobuccal, … as seen from the middle of the work; central near the middle
-  // occlusal, middle or cervical third of the work's height along the axis; empty on a floor, a shoulder and the
+  // occlusal, middle or cervical third of the work's height along the axis; empty on a floor, a shoulder or the
   // occlusal surface
   std::string_view third;
 };
 
-/// Names a point on the final surface. The work is everything that was changed or should have been.
+/// Names a point on the final surface. The work is all tissue that was changed or should have been changed.
 PlaceName place_name(const Preparation& preparation, const ToothSides& tooth, const dvec3& p_W);
 
-/// The side from which a viewer who looks along `look_W` sees the tooth: occlusal, mesial, distal, buccal, lingual;
-/// empty for directions in between and from below.
+/// The side that faces a viewer who looks along `look_W`: occlusal, mesial, distal, buccal, lingual. Empty for
+/// directions in between, and for a view from below.
 std::string_view side_seen(const ToothSides& tooth, const dvec3& axis_W, const dvec3& look_W);
 
-/// "mesiobuccal wall, occlusal third".
+/// The name as text, for example "mesiobuccal wall, occlusal third".
 std::string place_text(const PlaceName& place, Language language);
 
 }  // namespace typodont::session

@@ -74,7 +74,7 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // set if `written_to` is not `file`
+  std::optional<PartialFile> partial;  // only if the file is written under another name (`written_to`)
   std::optional<Journal> journal;      // for live recordings; outlives h5
   WriterOptions options;
   WriterStatus status;
@@ -114,7 +114,7 @@ struct SessionWriter::Impl {
            status.state == WriterStatus::State::kDiskFull;
   }
   bool close() noexcept;
-  /// True if the file was removed or replaced by another one.
+  /// True if the file was removed or if another file replaced it.
   bool is_gone() const noexcept;
 
   template <class Message>
@@ -150,26 +150,26 @@ void SessionWriter::Impl::create(const SessionHeader& header) {
   H5Pset_libver_bounds(access.get(), H5F_LIBVER_V110, H5F_LIBVER_V110);  // SWMR needs this version
   H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG);
   if (!options.whole_or_nothing && !options.rewrites && !journal.emplace(file).use(access.get())) refuse(h5_reason());
-  // Rows are written in order, so only the present chunk of each column needs caching. HDF5's default of 1 MB per
-  // column would use 50 MB in vain. It is set for the file, because SWMR opens the datasets anew and forgets their own
-  // settings.
+  // Rows are written in order, so each column needs a cache only for its present chunk. HDF5's default of 1 MB per
+  // column would use 50 MB for nothing. The cache size is set for the whole file, because SWMR opens the datasets again
+  // and loses their own settings.
   H5Pset_cache(access.get(), 0, 11, kLargestChunkBytes, 1.0);
   H5 creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
   errno = 0;
   h5 = H5(H5Fcreate(written_to.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
   if (!h5) refuse(errno ? std::strerror(errno) : h5_reason());
-  // Handles on objects must not be open while SWMR starts; datasets may be.
+  // No handles on groups or attributes may be open while SWMR starts; handles on datasets may be open.
   if (!create_header(header) || !create_tables(header) || !create_result() || !create_loop() ||
       H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0 || H5Fstart_swmr_write(h5.get()) < 0) {
     refuse(h5_reason());
   }
   lock_fd = lock_while_recording(written_to);
-  // A live recording gets its final name as soon as it can be opened after a kill, and not earlier.
+  // A live recording gets its final name as soon as the file can be opened after a kill, not earlier.
   if (!options.whole_or_nothing) {
     try {
       if (journal) {
-        // Remove a journal that an earlier recording with this name left behind.
+        // Remove the journal of an earlier recording with this name.
         std::error_code code;
         if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);
         journal->start();
@@ -207,7 +207,7 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
   nlohmann::json files = nlohmann::json::array(), seeds = nlohmann::json::array(),
                  streams_json = nlohmann::json::array();
   for (const SourceFile& f : header.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"hash", f.hash}});
-  // Seeds are stored as text, because JSON numbers do not hold 64 bits everywhere.
+  // Seeds are stored as text, because some JSON readers cannot represent 64-bit numbers.
   for (const auto& [name, seed] : header.seeds) seeds.push_back({{"name", name}, {"seed", std::to_string(seed)}});
   for (const StreamSpec& s : header.streams) {
     nlohmann::json columns = nlohmann::json::array();
@@ -242,9 +242,9 @@ bool SessionWriter::Impl::create_header(const SessionHeader& header) {
 }
 
 bool SessionWriter::Impl::create_tables(const SessionHeader& header) {
-  // A chunk of ticks is filled shortly before a flush is due, and is written by that flush. So each chunk is written
-  // once, and the flush's fixed cost occurs twice per second. This holds for a servo with at least nine tenths of its
-  // rate.
+  // A chunk of ticks becomes full shortly before a flush is due, and that flush writes it. So each chunk is written
+  // only once, and the fixed cost of a flush occurs twice per second. This holds if the servo reaches at least nine
+  // tenths of its rate.
   constexpr double kOfAFlush = 0.9;
   const double rows = std::clamp(header.servo_rate * to_seconds(options.flush_interval) * kOfAFlush, 256.0, 8192.0);
   const auto tick_chunk = static_cast<std::size_t>(rows);
@@ -400,7 +400,7 @@ bool SessionWriter::Impl::disk_has_room() noexcept {
   return false;
 }
 
-/// Writes the table's buffered rows; counts them as lost if that fails.
+/// Writes the table's buffered rows. If this fails, the rows count as lost.
 bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) noexcept {
   if (open() && disk_has_room()) {
     errno = 0;
@@ -413,7 +413,7 @@ bool SessionWriter::Impl::write_table(Table& table, std::uint64_t& lost_rows) no
   return false;
 }
 
-/// Writes patches and cuts first, so that the cuts of every stored tick are stored, too.
+/// Writes patches and cuts first, so that the file also contains the cuts of every stored tick.
 void SessionWriter::Impl::write_all() noexcept {
   const H5Quiet quiet;
   const Nanos begin = now();
@@ -438,7 +438,7 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // Measured from the beginning of the write, so that a slow disk does not also reduce the rate of flushes.
+  // The interval starts at the beginning of the write, so that a slow disk does not also reduce the rate of flushes.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }
@@ -624,7 +624,7 @@ bool SessionWriter::finish(const SessionResult& result) noexcept {
     }
     s.write_table(s.pictures, s.status.lost.pictures_disk);
     good = s.write_lost() && good;
-    // "complete" is written last, when everything else is in the file.
+    // "complete" is written last, after all other data is in the file.
     const std::uint64_t one = 1;
     errno = 0;
     if (!good || H5Fflush(s.h5.get(), H5F_SCOPE_GLOBAL) < 0 || !overwrite(s.complete, H5T_NATIVE_UINT64, &one)) {

@@ -1,6 +1,6 @@
 // Writes a session to disk while it runs. The program's recorder thread owns the writer, passes the contents of the
-// rings to append() and calls heartbeat() often. If the process is killed, the file can be opened and contains
-// everything up to half a second before.
+// rings to append() and calls heartbeat() often. If the process is killed, the file can be opened and contains all data
+// up to half a second before.
 // The file is HDF5 in single-writer-multiple-readers mode: after every flush it is readable, so another process can
 // also watch a running session. The layout is described in docs/session_format.md.
 #pragma once
@@ -20,7 +20,7 @@
 namespace typodont::session {
 
 struct WriterOptions {
-  Nanos flush_interval = kNanosPerSecond / 2;  // ns, longest time that data stays only in memory (heartbeat)
+  Nanos flush_interval = kNanosPerSecond / 2;  // ns, longest time that data is stored only in memory (heartbeat)
   int deflate = 3;                             // compression level 1..9; the bytes are shuffled first, which saves most
   // Free bytes on the disk. With less than `disk_needed` the constructor throws Error. Below `disk_low` the status
   // warns. Below `disk_reserve` (about two flushes with their journal) rows are counted as lost instead of written.
@@ -28,47 +28,47 @@ struct WriterOptions {
   std::function<std::uint64_t()> free_bytes;  // returns the free bytes; empty: ask the file system
   // write a temporary file and rename it in finish(); for results, not for live sessions
   bool whole_or_nothing = false;
-  bool rewrites = false;  // writes a recorded session again: all events are given, so none is derived from the ticks
-  Lost lost_before;       // initial loss counts, for a rewritten session
+  bool rewrites = false;  // writes a recorded session again: all events are given and none is derived from ticks
+  Lost lost_before;       // initial loss counts, for a session that is written again
 };
 
-/// State of the recording. `message` says in words what was refused, or that the disk is nearly full.
+/// State of the recording. `message` describes a refused operation, or a nearly full disk.
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
   std::uint64_t ticks = 0, cuts = 0;  // rows written to the file
-  Nanos slowest_flush = 0;            // ns of wall time, the slowest write so far
+  Nanos slowest_flush = 0;            // ns of wall time, duration of the slowest write so far
   std::string message;
 };
 
-/// One thread at a time. The constructor throws Error if the file cannot be created. Afterwards nothing throws: losses
-/// on a full or failing disk are counted in status(), and the session continues.
+/// One thread at a time. The constructor throws Error if the file cannot be created. The other functions never throw:
+/// losses on a full or failing disk are counted in status(), and the session continues.
 class SessionWriter {
  public:
   SessionWriter(const std::filesystem::path& file, const SessionHeader& header, const WriterOptions& options = {});
-  ~SessionWriter();  // ends like a kill, but writes all buffered data first
+  ~SessionWriter();  // stops the recording as a kill would, but writes all buffered data first
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // Append patches and cuts before the ticks that name them; then the file is complete up to its last tick.
+  // Append patches and cuts before the ticks that name them. Then the file is complete up to its last tick.
   void append(std::span<const ServoTick> ticks) noexcept;
   void append(std::span<const Cut> cuts) noexcept;
   void append(std::span<const PatchUse> patches) noexcept;
   void append(const SessionEvent& event) noexcept;
   void event(Nanos t, EventKind kind, std::string_view text) noexcept;
-  /// Sets the timing of the servo loop so far; the next flush writes the latest one.
+  /// Sets the timing of the servo loop so far. The next flush writes the newest one.
   void loop(const LoopReport& report) noexcept;
-  /// Adds one sample to header.streams[stream]; it has as many values as the stream has columns.
+  /// Adds one sample to header.streams[stream], with one value for each of the stream's columns.
   void append(std::size_t stream, Nanos t, std::span<const double> values) noexcept;
 
-  /// Sets the total numbers of values that the rings dropped (Ring::dropped()); they are written to the file.
+  /// Sets the total numbers of values that the rings have dropped (Ring::dropped()). The file stores these numbers.
   void count_ring_losses(std::uint64_t ticks, std::uint64_t cuts, std::uint64_t other) noexcept;
 
-  /// Call at least every 100 ms. Writes data that has waited longer than the flush interval.
+  /// Call at least every 100 ms. Writes data that is older than the flush interval.
   void heartbeat() noexcept;
-  /// When it returns, all data so far has been passed to the operating system.
+  /// After it returns, the operating system has all data so far.
   void flush() noexcept;
-  /// Writes the remaining data and the result, and closes the file. False if something is missing (see status()).
+  /// Writes the remaining data and the result, and closes the file. False if data is missing (see status()).
   bool finish(const SessionResult& result) noexcept;
 
   const WriterStatus& status() const noexcept;

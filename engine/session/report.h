@@ -1,4 +1,4 @@
-// Writes a session as one self-contained HTML page without network access, for print, light and dark mode. Only the
+// Writes a session as one self-contained HTML page that needs no network, for print, light and dark mode. Only the
 // rotatable view of the result needs a script.
 #pragma once
 
@@ -16,12 +16,12 @@
 
 namespace typodont::session {
 
-/// Summary of a session, to compare it with others.
+/// Summary of a session, for comparison with other sessions.
 struct SessionSummary {
   std::string file, date, trainee, scene;
   bool truncated = false;
   Score score;
-  TaskText title;  // title of the scene's task; empty if it has none
+  TaskText title;  // title of the scene's task; empty if the task has no title
 };
 
 /// Result of the replay check of a recording.
@@ -30,16 +30,16 @@ struct Verification {
   std::string what;  // description of the difference
 };
 
-/// Additional input that is not in the file: geometry, and other sessions for comparison.
+/// Additional input that is not in the session file: geometry, and other sessions for comparison.
 struct ReportOptions {
   Language language = Language::kEnglish;
   Verification verification;
   std::vector<SessionPicture> more_pictures;  // pictures in addition to those in the session
-  std::optional<Score> score;                 // nothing: computed by score_session()
-  std::optional<ScoreInput> input;            // input of the score, if more was measured than the file contains
+  std::optional<Score> score;                 // no value: score_session() computes it
+  std::optional<ScoreInput> input;            // input of the score, if it contains more measures than the file
   std::optional<ResultModel> result, ideal;   // final surface with its deviation; surface of the ideal
   std::optional<Preparation> preparation;     // for sections
-  bool encloses_nothing = false;              // the tissue is an open surface: only removed tissue has a volume
+  bool encloses_nothing = false;              // true if the tissue is an open surface: only removed tissue has a volume
   std::vector<SessionSummary> earlier;        // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;
 };
@@ -47,19 +47,19 @@ struct ReportOptions {
 /// Reads a PNG for a report or a session. Throws Error if the file is not a PNG.
 SessionPicture read_picture(const std::filesystem::path& png, std::string_view name, std::string_view title = "");
 
-/// Volumes, hand measures and result of a session, as far as it contains them. Without a result, the final volumes are
-/// the initial ones minus what the ticks removed.
+/// Volumes, hand measures and result of a session, as far as the session contains them. Without a result, the final
+/// volumes are the initial volumes minus the removed volumes in the ticks.
 ScoreInput score_input(const SessionReader& session);
 /// Score by the rules in the session's scene.
 Score score_session(const SessionReader& session);
 
 std::string report_html(const SessionReader& session, const ReportOptions& options = {});
 
-/// `score`: nothing: computed by score_session().
+/// If `score` has no value, score_session() computes it.
 SessionSummary summarize(const SessionReader& session, std::optional<Score> score = {});
 
-/// A trainee's sessions as one page: the development of the score and of its main items, for each scene, in the order
-/// of dates.
+/// A trainee's sessions as one page: the development of the score and of its main items over time, separately for each
+/// scene.
 std::string learning_curve_html(std::span<const SessionSummary> sessions, Language language);
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// The final surface as triangles for the report: the reader can rotate it, and pictures of it are drawn without a
+// The final surface as triangles for the report. The reader can rotate it, and pictures of it are drawn without a
 // graphics card.
 #pragma once
 
@@ -13,10 +13,10 @@
 
 namespace typodont::session {
 
-/// Tissue labels on a grid, for the cut face of a section; air where there never was tissue.
+/// Tissue labels on a grid, for the cut face of a section; air where there was never tissue.
 struct TissueLabels {
   VoxelFrame frame;            // sample (0,0,0) lies at the frame's origin
-  glm::ivec3 size{0};          // 0: none
+  glm::ivec3 size{0};          // 0: no labels
   std::vector<Tissue> tissue;  // z is the fastest index
 };
 
@@ -25,14 +25,14 @@ struct ResultModel {
     glm::vec3 p_W{0};  // m
     glm::vec3 n{0};    // unit, out of the tissue
     Tissue tissue = Tissue::kAir;
-    float off = 0;  // m, distance from the ideal's surface: above 0 too much is left, below 0 cut too deep
+    float off = 0;  // m, distance from the ideal's surface; above 0: too much is left, below 0: cut too deep
   };
   std::vector<Vertex> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise as seen from outside
   TissueLabels labels;                                  // tissue inside the model
 };
 
-/// m, deviation from which on the difference map shows its full colour
+/// m, deviation at which the difference map reaches its full colour
 inline constexpr double kFullColor = 0.5e-3;
 
 /// An orthographic view along `look_W`; `up_W` points up in the picture.
@@ -40,14 +40,14 @@ struct ModelView {
   dvec3 look_W{0, 0, -1}, up_W{0, 1, 0};
 };
 
-/// A view from above at an angle, as in the report's first picture; `axis_W`: out of the opening.
+/// An angled view from above, as in the report's first picture. `axis_W` points out of the opening.
 ModelView angled_view(const dvec3& axis_W);
 
-/// Draws three bytes per pixel, sRGB, top row first, on this background grey (0 to 255). `difference`: draws the
-/// deviations instead of the tissues' colours.
+/// Draws three bytes per pixel, sRGB, top row first. `ground`: grey of the background, 0 to 255. `difference`: draws
+/// the deviations instead of the tissues' colours.
 std::vector<std::uint8_t> draw_model_pixels(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
                                             bool difference, const glm::vec3& ground);
-/// As draw_model_pixels(), as a PNG picture on white.
+/// Same as draw_model_pixels(), as a PNG picture on a white background.
 std::vector<std::uint8_t> draw_model(const ResultModel& model, const ModelView& view, glm::ivec2 pixels,
                                      bool difference);
 

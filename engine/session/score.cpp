@@ -13,17 +13,17 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kTremorCutoff = 5.0;  // Hz; physiological tremor is at 8 to 12 Hz, intended motion below 3 Hz
-// s, averaging interval of the path length, so that tremor does not lengthen the path
+constexpr double kTremorCutoff = 5.0;  // Hz, cut-off; physiological tremor is at 8 to 12 Hz, intended motion below 3 Hz
+// s, averaging interval for the path length, so that tremor does not lengthen the path
 constexpr double kPathBlock = 0.1;
-constexpr double kFreeBetween = 0.1;     // s without contact that end a stroke
-constexpr double kLeastRemoved = 1e-15;  // m³; a contact that removed less is not a stroke
+constexpr double kFreeBetween = 0.1;     // s, time without contact that ends a stroke
+constexpr double kLeastRemoved = 1e-15;  // m³, limit; a contact that removed less is not a stroke
 
 }  // namespace
 
 HandMeter::HandMeter(double servo_rate)
     : rate_(servo_rate), block_size_(static_cast<std::uint64_t>(std::max(1.0, std::round(servo_rate * kPathBlock)))) {
-  // Second-order Butterworth high-pass by the bilinear transform, pre-warped.
+  // Second-order Butterworth high-pass filter by the bilinear transform, pre-warped.
   const double k = std::tan(kPi * std::min(kTremorCutoff / rate_, 0.45));
   const double norm = 1.0 / (1.0 + std::numbers::sqrt2 * k + k * k);
   b0_ = norm;
@@ -34,7 +34,7 @@ HandMeter::HandMeter(double servo_rate)
 void HandMeter::add(std::span<const ServoTick> ticks) {
   for (const ServoTick& tick : ticks) {
     const dvec3& p = tick.X_WT.p;
-    const bool held = tick.faults & bits(Fault::kHeld);  // by the emergency key: nothing is felt or cut
+    const bool held = tick.faults & bits(Fault::kHeld);  // the emergency key is on: no force and no cut
     if (tick.faults & ~bits(Fault::kHeld)) ++faults_;
     if (!is_finite(p) || !is_finite(tick.f_T_W)) continue;
     if (first_) {
@@ -106,7 +106,7 @@ bool is_healthy(Tissue t) {
 }
 
 constexpr double kMm3 = 1e9;             // mm³ per m³
-constexpr double kEnoughExplored = 0.9;  // fraction of the surface that suffices; the tip cannot reach the rest
+constexpr double kEnoughExplored = 0.9;  // fraction of the surface that is sufficient; the tip cannot reach the rest
 
 double removed_fraction(const ScoreInput& in, Tissue t) {
   const auto i = static_cast<std::size_t>(t);
@@ -121,7 +121,7 @@ double healthy_removed(const ScoreInput& in) {
   return sum;
 }
 
-/// Voxel by voxel if measured so, otherwise from the volumes per tissue.
+/// Difference from the ideal, from the voxels if they were measured, otherwise from the volumes per tissue.
 std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   if (in.cavity && in.cavity->has_ideal) return (sign > 0 ? in.cavity->over_volume : in.cavity->under_volume) * kMm3;
   if (!in.ideal) return std::nullopt;
@@ -130,13 +130,13 @@ std::optional<double> against_ideal(const ScoreInput& in, double sign) {
   return sum * kMm3;
 }
 
-/// A measure: its name, its unit, whether more or less is better, and its value if known.
+/// A measure: its name, its unit, the better direction, and its value if known.
 struct Measure {
   const char* name;
   const char* unit;
   Best best;
   std::optional<double> (*value)(const ScoreInput&);
-  bool of_hand = false;  // describes the hand's motion instead of the tissue
+  bool of_hand = false;  // true if it describes the hand's motion instead of the tissue
 };
 
 std::optional<double> if_caries(const ScoreInput& in, double value) {
@@ -144,7 +144,7 @@ std::optional<double> if_caries(const ScoreInput& in, double value) {
   return value;
 }
 
-/// A measure of the cavity, in the report's unit.
+/// A measure of the cavity, converted to the report's unit.
 template <auto Member>
 std::optional<double> of_cavity(const ScoreInput& in, double per_unit) {
   if (!in.cavity) return std::nullopt;
@@ -170,8 +170,8 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-constexpr double kLeastMeasured = 1e-6;  // in a measure's unit; smaller values are rounding errors
-constexpr double kLeastChanged = 1e-12;  // m³ removed or added; less counts as no work
+constexpr double kLeastMeasured = 1e-6;  // in the measure's unit; smaller values are rounding errors
+constexpr double kLeastChanged = 1e-12;  // m³ removed or added; a smaller volume counts as no work
 
 constexpr Measure kMeasures[] = {
     {"residual_caries_mm3", "mm³", Best::kAtMost,
@@ -314,9 +314,10 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. It refers to the ideal's changes; without an ideal, to the removed caries; for an
-/// exploration, half to the lesions found and half to the surface explored. If none of these exists, the task is
-/// complete as soon as anything was cut or filled, so that doing nothing earns nothing.
+/// Completed fraction of the task. With an ideal, it is the completed fraction of the ideal's changes. Without an
+/// ideal, it is the removed fraction of the caries. For an exploration, half of it is the fraction of lesions found,
+/// and half the fraction of the surface explored. In all other cases, the task is complete as soon as any tissue was
+/// cut or filled, so that an idle session earns no points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
@@ -340,7 +341,7 @@ double completion(const ScoreInput& in) {
   return wanted > 0 ? done / wanted : 1.0;
 }
 
-/// Amount by which a value misses the target on its bad side.
+/// Amount by which a value is worse than the target.
 double excess(const ScoreRule& rule, double value) {
   switch (rule.best) {
     case Best::kAtMost:
@@ -396,8 +397,8 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
                 {"contact_time_s", 0, 300, 0, Best::kAtMost, ours},
                 {"strokes", 0, 50, 0, Best::kAtMost, ours},
                 {"tremor_rms_um", 100, 100, 3, Best::kAtMost, ours}});
-  // Without an ideal, some healthy tissue must be removed to reach the caries: an amount up to the volume of the caries
-  // is free.
+  // Without an ideal, some healthy tissue must be removed to reach the caries. An amount up to the volume of the caries
+  // costs no points.
   if (input.explore || input.ideal || (input.cavity && input.cavity->has_ideal)) {
     rules.push_back({"healthy_removed_mm3", 0, 10, 0, Best::kAtMost, ours});
   } else {
@@ -434,7 +435,7 @@ bool has_ideal(const ScoreInput& in) {
   return in.ideal || in.cavity_ideal;
 }
 
-/// Measures that would result if the tissue were left as the ideal, by a hand without errors.
+/// Measures of a perfect hand that leaves the tissue equal to the ideal.
 ScoreInput as_the_ideal(const ScoreInput& input) {
   ScoreInput in = input;
   in.hand = {};
@@ -444,8 +445,8 @@ ScoreInput as_the_ideal(const ScoreInput& input) {
   return in;
 }
 
-/// `input`: the measures; nullptr: none yet. A rule without a target takes the ideal's own value; if there is none
-/// (measures of the hand, exploration, task without an ideal), the default's.
+/// `input`: the measures; nullptr: no measures yet. A rule without a target takes the ideal's own value. If the ideal
+/// has no such value (measures of the hand, exploration, task without an ideal), the rule takes the default target.
 std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const ScoreInput* input) {
   std::vector<ScoreRule> rules;
   for (const Json& entry : list.items()) {
@@ -504,7 +505,8 @@ std::vector<ScoreRule> task_rules(const Json& block, const ScoreInput& input) {
   std::vector<ScoreRule> rules;
   if (block.boolean_or("defaults", true)) {
     rules = default_rules(input);
-    // An ideal may leave caries or open the pulp. Then that is the target, so that the ideal gets the full score.
+    // An ideal may leave caries or open the pulp. The ideal's value is then the target, so that the ideal gets the full
+    // score.
     if (has_ideal(input)) {
       const ScoreInput ideal = as_the_ideal(input);
       for (ScoreRule& rule : rules) {
@@ -537,7 +539,7 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     const Measure* measure = find_measure(rule.name);
     if (!measure) continue;
     const auto value = value_of(*measure, input);
-    // A measure that the task requires and the result lacks earns nothing, if it could have been measured.
+    // A required measure that could have been measured but is absent from the result earns no points.
     if (!value && !(rule.asked && input.cavity)) continue;
     ScoreItem item;
     item.name = rule.name;
@@ -554,8 +556,8 @@ Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const Pas
     if (input.cavity && rule.name.starts_with("under_cut") && input.cavity->under.depth > 0) {
       item.place_W = input.cavity->under.p_W;
     }
-    // Hyperbolic, so that a worse value always costs more.
-    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // fraction of its full points
+    // Hyperbolic, so that a worse value always costs more points.
+    item.points = value ? 1.0 / (1.0 + excess(rule, *value) / rule.tolerance) : 0.0;  // fraction of the full points
     weights += rule.weight;
     total.items.push_back(std::move(item));
   }

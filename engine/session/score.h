@@ -1,5 +1,5 @@
-// Scores: pure functions from measures to points, each with an explanation. A perfect result gets the full score; every
-// worsening lowers the score.
+// Scores: pure functions from measures to points, each with an explanation. A perfect result gets the full score. Every
+// worse result gets a lower score.
 #pragma once
 
 #include <optional>
@@ -17,19 +17,19 @@
 
 namespace typodont::session {
 
-/// Measures of the hand, from the ticks. Members in the order of the report.
+/// Measures of the hand, computed from the ticks. The members have the order of the report.
 struct HandMeasures {
-  double time = 0;           // s, first tick to last
-  double contact_time = 0;   // s with the head in contact with tissue
+  double time = 0;           // s, time from the first tick to the last
+  double contact_time = 0;   // s, time with the head in contact with tissue
   double force_mean = 0;     // N, mean over the ticks in contact
   double force_max = 0;      // N
-  double path_length = 0;    // m, path length of the head centre at the hand, without tremor
+  double path_length = 0;    // m, path length of the head centre at the hand's pose, without tremor
   int strokes = 0;           // number of contacts in which tissue was cut
-  double tremor_rms = 0;     // m, rms of the hand's motion above 5 Hz in contact
+  double tremor_rms = 0;     // m, rms of the hand's motion above 5 Hz while in contact
   std::uint64_t faults = 0;  // number of ticks with any fault bit
 };
 
-/// Feed ticks in order, in pieces of any size; memory does not grow with the session's length.
+/// Feed ticks in order, in pieces of any size. The memory does not grow with the session's length.
 class HandMeter {
  public:
   explicit HandMeter(double servo_rate);
@@ -49,7 +49,7 @@ class HandMeter {
   Nanos t_first_ = 0, t_last_ = 0;
   std::uint64_t ticks_ = 0, contact_ticks_ = 0, faults_ = 0, tremor_ticks_ = 0;
   double force_sum_ = 0, force_max_ = 0, tremor_square_ = 0;
-  // Path length: the means of short intervals are connected.
+  // Path length: the mean positions of short intervals are connected.
   std::uint64_t block_size_, block_count_ = 0;
   dvec3 block_sum_{0}, last_mean_{0};
   bool have_mean_ = false;
@@ -63,22 +63,22 @@ class HandMeter {
 
 /// Damage that a rotating bur did to the surroundings of the working tooth.
 struct DamageMeasures {
-  bool neighbours = false, gum = false;         // whether the scene has neighbouring teeth or gum
+  bool neighbours = false, gum = false;         // true if the scene has neighbouring teeth; true if it has gum
   double neighbour_volume = 0, gum_volume = 0;  // m³ of neighbours and of gum that the bur entered
-  double first = -1;                            // s, time of the first touch; negative: none
+  double first = -1;                            // s, time of the first touch; negative: no touch
 };
 
 struct ScoreInput {
   PerTissue before{};              // m³
   PerTissue after{};               // m³
   std::optional<PerTissue> ideal;  // m³ of the ideal result
-  // Mean hardness of the removed part of each tissue, 0..1 of the tissue's own hardness; 0 if none was removed.
-  // Absent for tissue of uniform hardness.
+  // 0..1, for each tissue the mean hardness of its removed part as a fraction of the tissue's own hardness; 0 if
+  // nothing was removed. Absent for tissue of uniform hardness.
   std::optional<PerTissue> removed_hardness;
   HandMeasures hand;
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // geometry of the result, if it was measured
-  std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would reach
+  std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would achieve
   std::optional<ExploreMeasures> explore;      // for an exploration task
   std::optional<DamageMeasures> damage;        // if the scene has surroundings
   std::optional<ImplantMeasures> implant;      // for an exercise in implant surgery
@@ -88,26 +88,26 @@ struct ScoreInput {
 inline constexpr std::string_view kUsualPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 
-/// The side of the target on which points are lost.
+/// The side of the target on which a value loses points.
 enum class Best { kAtMost, kAtLeast, kNear };
 
-/// A deviation of `tolerance` from the target halves the points; twice the tolerance leaves a third.
+/// A deviation of `tolerance` from the target halves the points; a deviation of twice the tolerance leaves a third.
 struct ScoreRule {
   std::string name;  // one of known_score_names()
   double target = 0;
   double tolerance = 1;
-  // weight relative to those of the other rules, which share the 100 points; 0: shown but not counted
+  // weight relative to the weights of the other rules; together the rules give 100 points; 0: shown but not counted
   double weight = 0;
   Best best = Best::kAtMost;
   std::string source;  // literature source of target and tolerance
-  bool asked = false;  // named by the task: if there is nothing to measure (no floor …), it earns nothing
+  bool asked = false;  // true if the task names this rule: an absent measure (no floor …) then earns no points
 };
 
 struct ScoreItem {
   std::string name;
-  double value = 0;  // NaN: nothing to measure, so no points
+  double value = 0;  // NaN: not measured, no points
   std::string unit;
-  std::optional<dvec3> place_W;  // m, position of its worst point
+  std::optional<dvec3> place_W;  // m, position of the worst point of this item
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
@@ -126,40 +126,40 @@ struct Score {
   double points = 0;  // 0 .. full: the sum of the items' points, times the completed fraction of the task
   double full = 0;    // 100; 0 if no item counts
   // Completed fraction of the task: of the ideal's changes, of the lesions found and the surface explored, or of the
-  // caries; otherwise 1 if anything was cut or filled. It scales the sum, so that careful inactivity earns nothing,
-  // while a perfect item shows its full points.
+  // caries; otherwise 1 if any tissue was cut or filled. It scales the sum of the items' points. So careful inactivity
+  // earns no points, while a perfect item still shows its full points.
   double completion = 1;
   PassMark pass;
 
   bool counts() const { return full > 0; }
   bool passed() const { return points >= pass.points; }
-  /// True if an item earned a smaller fraction of its points than the pass mark is of 100.
+  /// True if the item's fraction of its full points is below the pass mark's fraction of 100 points.
   bool missed(const ScoreItem& item) const { return item.full > 0 && item.points < pass.points / 100 * item.full; }
 };
 
 std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
-/// Default target of a measure without rule and ideal; nothing if there is no default.
+/// Default target of a measure without a rule and without an ideal; no value if there is no default.
 std::optional<double> usual_target(std::string_view score_name);
 
-/// The rules for a scene that has none.
+/// The rules for a scene without rules of its own.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);
 /// Reads a scene's "score" block: {"rules": [{"name", "target", "tolerance", "weight", "best", "source"}…], "defaults":
 /// true}. Rules replace the defaults of the same name; "defaults": false starts without defaults. A rule without a
-/// target uses the ideal's own value, or the default's if it concerns the hand or there is no ideal. Defaults that the
-/// ideal itself would miss use the ideal's value. Throws Error.
+/// target uses the ideal's own value. If it concerns the hand, or if there is no ideal, it uses the default target. If
+/// the ideal itself would miss a default target, the ideal's value replaces that target. Throws Error.
 std::vector<ScoreRule> rules_from(const Json& block, const ScoreInput& input);
 /// Reads the same keys from a "task", which also has other keys.
 std::vector<ScoreRule> task_rules(const Json& task, const ScoreInput& input);
-/// Checks names, kinds and ranges, which needs no session. Throws Error.
+/// Checks names, kinds and ranges; this needs no session. Throws Error.
 void check_rules(const Json& block);
 /// Reads the "pass" of a task or "score" block: {"points": 0 to 100, "source": "…"}; the default if it is missing.
 /// Throws Error.
 PassMark pass_mark(const Json& block);
 
 /// Items with an unknown value (no ideal, no caries, no pulp distance) are omitted together with their weight, unless
-/// the task asks for them.
+/// the task requires them.
 Score score(const ScoreInput& input, std::span<const ScoreRule> rules, const PassMark& pass = {});
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// The contents of a recorded session besides the servo's messages: plain data, shared by writer and reader.
+// The contents of a recorded session besides the servo's messages: plain data for writer and reader.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace typodont::session {
 
-/// A file from which the scene was built. A replay uses it to detect later changes.
+/// A file from which the scene was built. A replay uses this entry to detect later changes of the file.
 struct SourceFile {
   std::string path;  // as named in the scene, resolved
   std::uint64_t bytes = 0;
@@ -20,7 +20,7 @@ struct SourceFile {
   bool operator==(const SourceFile&) const = default;
 };
 
-/// Samples in addition to the ticks, e.g. the head's pose or the sound's parameters.
+/// Samples that are recorded in addition to the ticks, e.g. the head's pose or the sound's parameters.
 struct StreamSpec {
   struct Column {
     std::string name;  // "head_x_m": letters, digits and _
@@ -32,7 +32,7 @@ struct StreamSpec {
   bool operator==(const StreamSpec&) const = default;
 };
 
-/// Data known before the first tick: everything besides the ticks that a replay needs.
+/// Data known before the first tick: all data besides the ticks that a replay needs.
 struct SessionHeader {
   std::string scene_json;                                    // the complete scene, with all overrides
   std::string rig_json;                                      // the complete rig; empty without one
@@ -40,14 +40,14 @@ struct SessionHeader {
   std::string hand;                                          // the device's address, e.g. "script:hand.csv"
   std::string trainee;                                       // free text; empty: unknown
   std::vector<std::pair<std::string, std::uint64_t>> seeds;  // seeds of all random generators, by name
-  std::vector<std::string> tools;                            // Cut::tool is an index into these; names or inline JSON
+  std::vector<std::string> tools;                            // names or inline JSON; Cut::tool is an index
   std::vector<StreamSpec> streams;                           // additional recorded streams
   std::string model = "offset";           // name of the contact model; its parameters are in the scene
   std::uint32_t servo_laws = kServoLaws;  // version of the force laws (contract/contact.h)
   double servo_rate = 1000;               // Hz
   double position_step = 0;  // m, smallest step of the hand's device (one encoder count); a replay needs it
-  bool gives_torque = true;  // whether the hand's device can apply torque; a replay needs it
-  // Hz, highest frequency of the spindle's vibration that the hand rendered; a replay needs it
+  bool gives_torque = true;  // true if the hand's device can apply torque; a replay needs it
+  // Hz, highest frequency of the spindle's vibration that the hand's device rendered; a replay needs it
   double vibration_band = 0;
   double voxel = 0;            // m
   PerTissue volumes_before{};  // m³, for each tissue at the start
@@ -70,22 +70,22 @@ struct FaultName {
   std::string name;  // "bad_input"
 };
 const std::vector<FaultName>& fault_names();
-/// "stale_patch" for its bit; "unknown" for other values.
+/// Name of a fault bit, for example "stale_patch"; "unknown" for other values.
 std::string_view fault_name(std::uint32_t bit) noexcept;
 
 /// An event: a change of tool, a change of view, the beginning of a fault, an instructor's note.
 struct SessionEvent {
-  Nanos t = 0;  // since the session's start
+  Nanos t = 0;  // ns, time since the session's start
   EventKind kind = EventKind::kNote;
   std::string text;  // UTF-8; free text, or JSON if the kind has parameters
   bool operator==(const SessionEvent&) const = default;
 };
 
-/// Counts of data that did not reach the file. All zero in a good session.
+/// Counts of data that did not reach the file. All counts are zero in a good session.
 struct Lost {
-  std::uint64_t ticks_ring = 0;  // did not fit into the ring to the recorder (slow disk, or an overloaded machine)
+  std::uint64_t ticks_ring = 0;  // ticks for which the ring to the recorder was full (slow disk or machine)
   std::uint64_t cuts_ring = 0;
-  std::uint64_t ticks_disk = 0;  // reached the recorder, but the disk was full or failed
+  std::uint64_t ticks_disk = 0;  // ticks that reached the recorder, but the disk was full or failed
   std::uint64_t cuts_disk = 0;
   std::uint64_t other_disk = 0;     // patch uses, events, stream samples
   std::uint64_t other_ring = 0;     // patch uses, events, stream samples
@@ -93,18 +93,19 @@ struct Lost {
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
 };
-/// "12 ticks, 1 pictures"; empty: nothing.
+/// The counts as text, for example "12 ticks, 1 pictures"; empty: no loss.
 std::string in_words(const Lost& lost);
 
 /// An interval in which ticks or cuts are missing although later ones exist: the disk was full, or the recorder was
 /// late.
 struct Gap {
-  Nanos from = 0, to = 0;             // times of the last row before the gap and of the first one after it
+  Nanos from = 0, to = 0;             // times of the last row before the gap and of the first row after it
   std::uint64_t after_tick = 0;       // index of the last tick before the gap
   std::uint64_t ticks = 0, cuts = 0;  // number of missing rows
   bool operator==(const Gap&) const = default;
 };
-/// "12.300 s to 18.304 s (6004 ticks, 1203 cuts)"; for many gaps the first three and the number of the others.
+/// The gaps as text: "12.300 s to 18.304 s (6004 ticks, 1203 cuts)". If there are many gaps, the first three and the
+/// number of the other gaps.
 std::string in_words(const std::vector<Gap>& gaps);
 
 /// A picture stored in the session for its report.
@@ -115,13 +116,13 @@ struct SessionPicture {
   bool operator==(const SessionPicture&) const = default;
 };
 
-/// Data known at the end.
+/// Data that is known only at the session's end.
 struct SessionResult {
   PerTissue volumes_after{};  // m³
   bool has_volumes = false;
-  PerTissue volumes_ideal{};  // m³ of the ideal result; has_ideal is set if the scene names one
+  PerTissue volumes_ideal{};  // m³ of the ideal result; valid if has_ideal
   bool has_ideal = false;
-  double min_pulp_distance = -1;  // m between the cut surface and the pulp; negative: not measured
+  double min_pulp_distance = -1;  // m, distance between the cut surface and the pulp; negative: not measured
   std::uint64_t field_hash = 0;   // hash of the final tissue; 0: not computed
   std::vector<SessionPicture> pictures;
 };

@@ -27,13 +27,13 @@ namespace {
 
 struct ColumnName {
   std::string name;
-  bool may_lack = false;  // older versions lack this column
+  bool may_lack = false;  // true if files of older versions lack this column
 };
 
-/// One table of the file, opened for reading. Rows beyond the intact ones are not visible.
+/// One table of the file, opened for reading. Only intact rows are visible.
 class TableReader {
  public:
-  /// `salvage`: the file was cut off, so find out how far every column can be read.
+  /// `salvage`: the file was cut off, so determine the readable length of every column.
   void open(const std::filesystem::path& file, hid_t root, const std::string& path,
             const std::vector<ColumnName>& names, bool salvage) {
     file_ = file.string();
@@ -71,14 +71,14 @@ class TableReader {
   bool has(std::size_t column) const { return static_cast<bool>(datasets_[column]); }
   void limit(hsize_t rows) { rows_ = std::min(rows_, rows); }
 
-  /// Throws Error if that many rows of `size` bytes exceed a reader's memory limit.
+  /// Throws Error if `count` rows of `size` bytes exceed a reader's memory limit.
   void limit_memory(hsize_t count, std::size_t size) const {
     if (count > kRecordingLimits.most_rows_bytes / size)
       throw Error(file_, path_, fmt::format("{} rows", count),
                   fmt::format("at most {}", kRecordingLimits.most_rows_bytes / size));
   }
 
-  /// Reads rows [first, first + count) of a column. Throws Error if the file is damaged there.
+  /// Reads rows [first, first + count) of a column. Throws Error if these rows are damaged.
   void read(std::size_t column, hid_t type, std::size_t size, hsize_t first, hsize_t count,
             std::vector<std::byte>& out) const {
     limit_memory(count, size);
@@ -126,10 +126,11 @@ class TableReader {
       hsize_t rows = 0;
       H5 space(H5Dget_space(datasets_[i].get()), H5Sclose);
       H5Sget_simple_extent_dims(space.get(), &rows, nullptr);
-      // HDF5 finds a single chunk only by a walk over all chunks, so this is done only if some are missing.
+      // HDF5 finds a single chunk only by a walk over all chunks. Therefore this search is done only if chunks are
+      // missing.
       const bool all_there = all_chunks_written(datasets_[i], rows);
       for (hsize_t first = 0; first < rows_; first += chunk) {
-        // A missing chunk also ends the rows.
+        // A missing chunk also ends the readable rows.
         const bool there = all_there || chunk_exists(i, first);
         if (!there || !try_read(i, type.get(), first, std::min(chunk, rows_ - first), scratch.data())) rows_ = first;
       }
@@ -199,7 +200,7 @@ std::vector<std::string> read_texts(const TableReader& table, std::size_t column
   return texts;
 }
 
-/// A copy that can be changed, beside the file or in the temporary folder; nothing if there is no space.
+/// Makes a copy that can be changed, beside the file or in the temporary folder. No value if there is no space.
 std::optional<std::filesystem::path> private_copy(const std::filesystem::path& file) {
   std::error_code code;
   for (const auto& folder : {file.parent_path(), std::filesystem::temp_directory_path(code)}) {
@@ -217,7 +218,7 @@ std::optional<std::filesystem::path> private_copy(const std::filesystem::path& f
   return std::nullopt;
 }
 
-/// A copy of the file with the journal's changes after a power cut; nothing if there is no journal.
+/// Makes a copy of the file that includes the journal's changes after a power cut. No value if there is no journal.
 std::optional<std::filesystem::path> completed_copy(const std::filesystem::path& file) {
   if (!has_journal(file)) return std::nullopt;
   auto copy = private_copy(file);
@@ -227,8 +228,8 @@ std::optional<std::filesystem::path> completed_copy(const std::filesystem::path&
   return std::nullopt;
 }
 
-/// A copy of a truncated file, extended with zeros (which fail the checksums), so that HDF5 can open it. Nothing if the
-/// file is not truncated or there is no space for a copy.
+/// Makes a copy of a truncated file, extended with zeros (which fail the checksums), so that HDF5 can open it. No value
+/// if the file is not truncated or if there is no space for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
   // Superblock version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
   std::array<char, 48> block{};
@@ -247,7 +248,7 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   return std::nullopt;
 }
 
-/// Reads a small dataset (from open_dataset()) of exactly `count` numbers (0: a scalar); false if it does not exist.
+/// Reads a small dataset (from open_dataset()) of exactly `count` numbers (0: a scalar). False if it does not exist.
 bool read_fixed(const H5& dataset, hid_t type, hsize_t count, void* out) {
   if (!dataset) return false;
   H5 space(H5Dget_space(dataset.get()), H5Sclose);
@@ -288,21 +289,21 @@ void SessionReader::Impl::open() {
   if (access(file.c_str(), R_OK) != 0) throw Error(file.string(), "", std::strerror(errno), "a readable file");
   being_recorded = is_being_recorded(file);
   const auto open_as = [&](const std::filesystem::path& path, unsigned flags) {
-    // If a checksum is wrong because a writer is active, HDF5 retries with pauses that double each time. 20 retries
-    // take a millisecond; its default of 100 would never end.
+    // If a checksum is wrong because a writer is active, HDF5 retries with pauses, and each pause is twice as long as
+    // the previous one. 20 retries take a millisecond; HDF5's default of 100 retries would never end.
     H5 properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     if (flags & H5F_ACC_SWMR_READ) H5Pset_metadata_read_attempts(properties.get(), being_recorded ? 20 : 1);
     h5 = H5(H5Fopen(path.c_str(), flags, properties.get()), H5Fclose);
     return static_cast<bool>(h5);
   };
-  // A power cut during a flush leaves a journal: read the file with the journal's changes.
+  // A power cut during a flush leaves a journal: read a copy of the file that includes the journal's changes.
   if (const auto copy = being_recorded ? std::nullopt : completed_copy(file)) {
     marked = true;
     if (!open_as(*copy, H5F_ACC_RDONLY)) open_as(*copy, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ);
     std::filesystem::remove(*copy, code);  // the open file stays readable
   }
-  // A killed writer leaves a mark in the file. The normal mode refuses it; the mode for concurrent readers accepts it.
-  // Neither accepts a file that is shorter than its header says.
+  // A killed writer leaves a mark in the file. The normal mode refuses this mark; the mode for concurrent readers
+  // accepts it. Both modes refuse a file that is shorter than its header states.
   if (!h5 && !open_as(file, H5F_ACC_RDONLY)) {
     marked = true;
     if (!open_as(file, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ)) {
@@ -334,7 +335,7 @@ void SessionReader::Impl::open() {
   const auto open_table = [&](TableReader& table, const std::string& path, const std::vector<ColumnName>& names) {
     table.open(file, h5.get(), path, names, truncated);
   };
-  // Open the ticks first: then the cuts and patches of an active writer are at least as far advanced.
+  // Open the ticks first, so that the cuts and patches of an active writer are at least as advanced as the ticks.
   open_table(ticks, "ticks", names_of(tick_columns()));
   TableReader table;
   open_table(table, "cuts", names_of(cut_columns()));
@@ -378,16 +379,16 @@ void SessionReader::Impl::read_header() {
   need(get_attribute(root, "trainee", header.trainee), "trainee");
   need(get_attribute(root, "servo_rate_Hz", header.servo_rate), "servo_rate_Hz");
   need(get_attribute(root, "voxel_mm", voxel_mm), "voxel_mm");
-  std::uint64_t servo_laws = 1;  // older files lack it; they were made by version 1
+  std::uint64_t servo_laws = 1;  // older files lack this attribute; their version is 1
   get_attribute(root, "servo_laws", servo_laws);
   header.servo_laws = static_cast<std::uint32_t>(servo_laws);
   if (servo_laws < 1 || servo_laws > kServoLaws)
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
-  get_attribute(root, "model", header.model);                       // older files lack it: there was one model
-  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files lack it and had no vibration
+  get_attribute(root, "model", header.model);                       // older files lack it: there was only one model
+  get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files lack it: there was no vibration
   get_attribute(root, "position_step_m", header.position_step);     // older files lack it and used differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
-  std::uint64_t gives_torque = 1;  // older files lack it and used the torque of any device
+  std::uint64_t gives_torque = 1;  // older files lack it: every device's torque was used
   get_attribute(root, "gives_torque", gives_torque);
   header.gives_torque = gives_torque != 0;
   if (!std::isfinite(header.vibration_band) || header.vibration_band < 0) header.vibration_band = 0;
@@ -422,7 +423,7 @@ void SessionReader::Impl::read_header() {
   }
 }
 
-/// Older files have no such group, and a truncated file may have lost it.
+/// Reads the group "loop". Older files have no such group, and a truncated file may have lost it.
 void SessionReader::Impl::read_loop() {
   LoopFields f;
   const auto read = [&](const char* name, hid_t type, auto& numbers) {
@@ -491,7 +492,7 @@ void SessionReader::Impl::read_result() {
 }
 
 void SessionReader::Impl::find_gaps() {
-  // Check the columns that show gaps for all ticks; other columns are checked when they are read.
+  // Check the columns that reveal gaps for all ticks; other columns are checked when they are read.
   constexpr hsize_t kPiece = 1 << 16;
   const auto place_of = [](const char* name) {
     const auto names = names_of(tick_columns());
@@ -527,7 +528,7 @@ void SessionReader::Impl::find_gaps() {
       last_index = i, last_t = at, last_made = so_far;
     }
   }
-  // Assign missing cuts to the gap of ticks that contains them, or to a gap of their own.
+  // Assign missing cuts to the gap of ticks that contains them; otherwise create a new gap for them.
   const auto missing = [&](std::uint64_t count, std::uint64_t after_tick, std::uint64_t before_tick, Nanos from,
                            Nanos to) {
     const auto of_ticks = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) {
@@ -607,13 +608,13 @@ const std::optional<LoopReport>& SessionReader::loop() const {
 }
 
 bool repair_session(const std::filesystem::path& file) {
-  // In this order: if the process ends at any moment, either the file is complete or its journal still exists.
+  // The order is important: if the process ends at any moment, either the file is complete or its journal still exists.
   if (!is_being_recorded(file) && has_journal(file) && !apply_journal(file, file))
     throw Error(file.string(), "", std::strerror(errno), "a writable file to repair");
   std::optional<PartialFile> partial;
   {
     const SessionReader reader(file);
-    // A file that its writer closed is an ordinary file, even without a result.
+    // A file that its writer closed is an intact file, even without a result.
     if (!reader.impl_->marked || reader.being_recorded()) return false;
     std::error_code code;
     if (std::filesystem::remove(journal_of(file), code)) sync_folder_of(file);

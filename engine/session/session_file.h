@@ -13,16 +13,16 @@
 
 namespace typodont::session {
 
-/// One stream, as columns.
+/// One recorded stream, as columns.
 struct StreamData {
   std::vector<Nanos> t;
   std::vector<std::vector<double>> columns;  // in the order of StreamSpec::columns
 };
 
 /// Opening throws Error for a file that is not a readable session, that refers to other files, or that contains
-/// impossible values (format/checks.h). An opened file can be read as far as it is intact, even with gaps. Hand pose,
-/// pedal, force, quaternions, cuts and patches are returned bit for bit as they were written; columns in other units
-/// than SI (tool_x_mm …) within one unit in the last place.
+/// impossible values (format/checks.h). The intact part of an opened file can be read, even with gaps. Hand pose,
+/// pedal, force, quaternions, cuts and patches are returned bit for bit as they were written. Columns in units other
+/// than SI (tool_x_mm …) are exact to one unit in the last place.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& file);
@@ -41,7 +41,7 @@ class SessionReader {
   const std::vector<Gap>& gaps() const;
 
   std::uint64_t tick_count() const;
-  /// Rows [first, first + count), limited to the existing rows. Throws Error if they are damaged.
+  /// Rows [first, first + count), limited to the existing rows. Throws Error if these rows are damaged.
   std::vector<ServoTick> ticks(std::uint64_t first, std::uint64_t count) const;
   std::vector<ServoTick> ticks() const { return ticks(0, tick_count()); }
   const std::vector<Cut>& cuts() const;
@@ -49,7 +49,7 @@ class SessionReader {
   const std::vector<SessionEvent>& events() const;
   const std::vector<StreamData>& streams() const;  // in the order of header().streams
   const std::optional<SessionResult>& result() const;
-  /// Recorded timing of the servo loop; nothing for sessions that did not run live.
+  /// Recorded timing of the servo loop; no value for a session that did not run live.
   const std::optional<LoopReport>& loop() const;
 
  private:
@@ -58,9 +58,9 @@ class SessionReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Converts a session that was cut off into an ordinary file that every HDF5 program opens; it stays `truncated`.
-/// Returns true if the file was rewritten, false if it was in order or is still being recorded. The file is replaced
-/// completely or not at all. Throws Error like the reader, and if the file cannot be written.
+/// Converts a session that was cut off into an ordinary file that every HDF5 program can open; the session stays
+/// `truncated`. Returns true if the file was rewritten, false if it was intact or is still being recorded. The file is
+/// replaced completely or not at all. Throws Error like the reader, and if the file cannot be written.
 bool repair_session(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -26,7 +26,7 @@ namespace typodont::session {
 namespace {
 
 constexpr std::string_view kFormat = "typodont-signature-1 HMAC-SHA256";
-constexpr std::size_t kBlock = 1 << 20;  // number of bytes read at once
+constexpr std::size_t kBlock = 1 << 20;  // number of bytes that are read at once
 
 std::string hex(std::span<const unsigned char> bytes) {
   std::string text;

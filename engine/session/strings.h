@@ -12,12 +12,12 @@ namespace typodont::session {
 enum class Language { kEnglish, kGerman, kChinese };
 inline constexpr int kLanguageCount = 3;
 
-/// Language for a tag: "en", "de", "zh", or a longer form as in LANG ("de_AT.UTF-8"). Nothing for others.
+/// Language for a tag: "en", "de", "zh", or a longer form as in LANG ("de_AT.UTF-8"). No value for other languages.
 std::optional<Language> language_named(std::string_view tag) noexcept;
 /// BCP 47 tag, for <html lang>.
 std::string_view tag_of(Language language) noexcept;
 
-/// Text for a key, e.g. "title.report", "tissue.enamel". For an unknown key the key itself.
+/// Text for a key, e.g. "title.report", "tissue.enamel". Returns the key itself if the key is unknown.
 std::string_view text(std::string_view key, Language language) noexcept;
 bool has_text(std::string_view key) noexcept;
 
@@ -25,12 +25,11 @@ bool has_text(std::string_view key) noexcept;
 // before zero.
 std::string number_text(double v, int decimals, Language language);
 std::string number_text(double v, Language language);
-/// A number with its unit and a no-break space; without a unit it is a count. NaN (nothing to measure) is shown as a
-/// dash.
+/// A number with its unit and a no-break space. Without a unit it is a count. NaN (not measured) is shown as a dash.
 std::string quantity_text(double v, std::string_view unit, Language language);
 /// Converts "round_012" to "Round bur": the kind of tool without its number. Other tools keep their names.
 std::string tool_text(std::string_view name, Language language);
-/// A right that the operating system may grant the servo loop, and whether it did. Used by the report and the
+/// A right that the operating system may grant to the servo loop, and the system's answer. Used by the report and the
 /// operator's window.
 struct Granted {
   std::string_view name;  // key in the catalogue

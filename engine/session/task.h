@@ -1,5 +1,5 @@
-// Reads a scene's "task": its description and rules. The program reads the ideal's geometry (engine/app/task/task.h);
-// this file contains what report and score need.
+// Reads a scene's "task": its description and its rules, for the report and the score. The program reads the ideal's
+// geometry (engine/app/task/task.h).
 #pragma once
 
 #include <array>
@@ -14,15 +14,15 @@
 
 namespace typodont::session {
 
-/// Actions that can complete a step: the hand moved, touched, drilled; a tool, the speed, an undo, a redo, a view; the
-/// hold key; the phase of an implant exercise with the step's number.
+/// Actions that can complete a step. The hand moved, touched or drilled; the user changed the tool, the speed or the
+/// view, used undo or redo, or pressed the hold key; or the implant exercise finished the phase with the step's number.
 inline constexpr std::array<std::string_view, 10> kStepDeeds = {"move", "touch", "drill", "tool", "speed",
                                                                 "undo", "redo",  "view",  "hold", "phase"};
 
-/// "text", or {"en": …, "de": …, "zh": …}; "en" is required.
+/// A text in all languages: "text", or {"en": …, "de": …, "zh": …}; "en" is required.
 struct TaskText {
   std::array<std::string, kLanguageCount> text;
-  /// The English text if there is no translation.
+  /// Returns the English text if there is no translation.
   const std::string& in(Language language) const;
   bool empty() const { return text[0].empty(); }
 };
@@ -31,11 +31,11 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // for each step the action that completes it, one of kStepDeeds; empty: the user ticks it off
+  // for each step the action that completes it, one of kStepDeeds; empty: the user marks the step as done
   std::vector<std::string> step_deeds;
   dvec3 axis_W{0, 0, 1};      // unit, out of the opening
   std::optional<Json> ideal;  // read by the program
-  std::vector<Json> protect;  // solids
+  std::vector<Json> protect;  // solids that must not be cut
   bool explore = false;       // the task is to explore, not to cut
   std::vector<Json> region;   // solids that define the region to explore
 };
@@ -43,7 +43,7 @@ struct Task {
 /// Reads and checks everything except solids and the ideal. Throws Error.
 Task read_task(const Json& json);
 
-/// The rules of a scene: those of its task, otherwise of its "score" block, otherwise the defaults.
+/// The rules of a scene: the rules of its task, otherwise of its "score" block, otherwise the defaults.
 std::vector<ScoreRule> rules_of_scene(const Json& scene, const ScoreInput& input);
 /// Score by these rules and the scene's pass mark.
 Score score_of_scene(const Json& scene, const ScoreInput& input);

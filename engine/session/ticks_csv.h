@@ -12,8 +12,9 @@
 
 namespace typodont::session {
 
-/// Writes rows as they arrive into a file that finish() completes, or none at all. Numbers have the shortest text that
-/// reads back as the same double: equal ticks give equal bytes. Throws Error if the disk refuses.
+/// Writes rows as they arrive into a file. finish() completes the file; without it there is no file. Numbers have the
+/// shortest text that reads back as the same double, so that equal ticks give equal bytes. Throws Error if writing
+/// fails.
 class TicksCsvWriter {
  public:
   explicit TicksCsvWriter(const std::filesystem::path& file);
@@ -31,8 +32,8 @@ class TicksCsvWriter {
   std::string buffer_;
 };
 
-/// Reads such a table. Fields without a column (orientation, patch, cuts) keep their defaults; `index` counts rows.
-/// Throws Error naming line and column.
+/// Reads a table that TicksCsvWriter wrote. Fields without a column (orientation, patch, cuts) keep their defaults;
+/// `index` counts rows. Throws Error naming line and column.
 std::vector<ServoTick> read_ticks_csv(const std::filesystem::path& file);
 
 /// The column names of the first line, in order.

@@ -12,7 +12,7 @@ namespace typodont::session {
 namespace {
 
 constexpr RecordingLimits kLimits = kRecordingLimits;
-constexpr double kUnitTolerance = 1e-3;  // tolerance for the length of a unit quaternion or unit vector
+constexpr double kUnitTolerance = 1e-3;  // tolerance for the length of a unit quaternion or a unit vector
 
 /// One row of a table; `what` names the column in error messages.
 struct Row {

@@ -1,5 +1,5 @@
-// Checks the values in a session file when it is read. After that, users of a SessionReader need not check indices,
-// poses, radii, times or counts again.
+// Checks the values in a session file when the file is read. After that, users of a SessionReader need not check
+// indices, poses, radii, times or counts again.
 #pragma once
 
 #include <span>
@@ -13,16 +13,16 @@ namespace typodont::session {
 
 /// Plausibility limits for a recording. They are far beyond the values of a real bench.
 struct RecordingLimits {
-  Nanos longest = 30 * 86'400 * kNanosPerSecond;  // ns, also negative: streams may begin before the first tick
+  Nanos longest = 30 * 86'400 * kNanosPerSecond;  // ns, limit of |time|; streams may begin before the first tick
   double farthest = 100;                          // m from the workbench's origin; the servo refuses a hand beyond it
-  double farthest_cut = 10;                       // m from the origin, for cuts, which are near the tissue
-  double longest_cut = 0.05;                      // m, length of one tick's cut; a surface patch is smaller
-  double largest_fill = 6e-3;                     // m, radius; tools reach at most 5 mm
+  double farthest_cut = 10;                       // m, distance of cuts from the origin; cuts are near the tissue
+  double longest_cut = 0.05;                      // m, length of one tick's cut; a surface patch is smaller than this
+  double largest_fill = 6e-3;                     // m, radius; tools have at most 5 mm
   double greatest_force = 1e3;                    // N
   double fastest_spindle = 1e6;                   // rad/s
   double largest_volume = 1;                      // m³
   double lowest_rate = 1, highest_rate = 1e5;     // Hz
-  std::uint64_t most_ticks = 864'000'000;         // a day at 10 kHz
+  std::uint64_t most_ticks = 864'000'000;         // ticks of a day at 10 kHz
   std::uint64_t most_rows_bytes = 4ull << 30;     // bytes of a table that is kept completely in memory
 };
 inline constexpr RecordingLimits kRecordingLimits;
@@ -31,7 +31,7 @@ inline constexpr RecordingLimits kRecordingLimits;
 
 void check_header(const std::string& file, const SessionHeader& header);
 /// `first`: row of the first tick in the file. Indices increase from tick to tick. A hand's pose may have any value,
-/// because the servo records bad input unchanged.
+/// because the servo records invalid input unchanged.
 void check_ticks(const std::string& file, std::span<const ServoTick> ticks, std::uint64_t first, std::size_t tools);
 void check_cuts(const std::string& file, std::span<const Cut> cuts, std::size_t tools);
 void check_patches(const std::string& file, std::span<const PatchUse> patches);

@@ -12,7 +12,8 @@ namespace typodont::session {
 
 namespace {
 
-// Units of files. Multiplying by a power of ten (exact in a double) rounds once; dividing rounds once.
+// Units of files. SI values are multiplied by a power of ten, which is exact in a double, so that they are rounded only
+// once. The division for the way back also rounds once.
 struct Millimetres {
   static constexpr const char* kName = "mm";
   static double to_file(double si) { return si * 1e3; }
@@ -40,7 +41,7 @@ struct Krpm {
   static double to_si(double v) { return v * kKrpm; }
 };
 
-/// A column that stores the field's own bits. `Field` is a captureless lambda from a message to its field.
+/// Makes a column that stores the field's own bits. `Field` is a captureless lambda from a message to its field.
 template <class Message, class Field>
 Column<Message> exact(std::string name, std::string unit, std::string text, Field) {
   using T = std::remove_cvref_t<decltype(Field{}(std::declval<Message&>()))>;
@@ -53,7 +54,7 @@ Column<Message> exact(std::string name, std::string unit, std::string text, Fiel
   return column;
 }
 
-/// A column of doubles in a common unit such as mm.
+/// Makes a column of doubles in a common unit such as mm.
 template <class Unit, class Message, class Field>
 Column<Message> scaled(std::string name, std::string text, Field) {
   Column<Message> column{std::move(name), Unit::kName, std::move(text), Type::kF64};
@@ -69,7 +70,7 @@ Column<Message> scaled(std::string name, std::string text, Field) {
   return column;
 }
 
-/// A column computed from other fields; it is ignored on reading.
+/// Makes a column that is computed from other fields and ignored on reading.
 template <class Message, class Value>
 Column<Message> derived(std::string name, std::string unit, std::string text, Value) {
   Column<Message> column{std::move(name), std::move(unit), std::move(text), Type::kF64};
@@ -111,7 +112,7 @@ void add_removed_exact(std::vector<Column<Message>>& columns, std::index_sequenc
    ...);
 }
 
-/// A unit quaternion with all bits. `PoseOf` is a captureless lambda from a message to its Pose.
+/// Adds the columns of a unit quaternion with all bits. `PoseOf` is a captureless lambda from a message to its Pose.
 template <class Message, class PoseOf>
 void add_orientation(std::vector<Column<Message>>& columns, const std::string& prefix, const std::string& text,
                      PoseOf) {
@@ -206,7 +207,7 @@ std::vector<Column<ServoTick>> make_tick_columns() {
   c.push_back(added_later(exact<T>("tool", "", "which of the session's tools is in the hand",
                                    [](T& t) -> std::uint32_t& { return t.tool; })));
 
-  // Results of contact models, only in CSV tables: a replay computes them again.
+  // Results of contact models are only in CSV tables, because a replay computes them again.
   const auto model_force = [&](const char* name, const char* text, auto field) {
     Column<T> column = added_later(exact<T>(name, "N", text, field));
     column.in_file = false;
@@ -216,11 +217,11 @@ std::vector<Column<ServoTick>> make_tick_columns() {
               [](T& t) -> double& { return t.f_model_W.x; });
   model_force("model_force_y_N", "the same", [](T& t) -> double& { return t.f_model_W.y; });
   model_force("model_force_z_N", "the same", [](T& t) -> double& { return t.f_model_W.z; });
-  // Also in session files, because the score of an implant exercise depends on the state of its tool.
+  // This column is also in session files, because the score of an implant exercise depends on the state of its tool.
   c.push_back(added_later(exact<T>("level", "", "level of detail of the contact model, or its state; 0: the finest",
                                    [](T& t) -> std::uint32_t& { return t.level; })));
 
-  // Further columns with all bits that a replay needs.
+  // Further columns, with all bits, for the replay.
   c.push_back(only_in_file(exact<T>("index", "", "ticks since the servo started; a gap is a lost tick",
                                     [](T& t) -> std::uint64_t& { return t.index; })));
   c.push_back(only_in_file(exact<T>("t_ns", "ns", "t_s, every bit", [](T& t) -> Nanos& { return t.t; })));

@@ -40,7 +40,7 @@ class H5 {
   Close close_ = nullptr;
 };
 
-/// While this object lives, HDF5 errors of this thread are stored for h5_reason() instead of printed.
+/// While this object exists, HDF5 errors of this thread are stored for h5_reason() instead of printed.
 class H5Quiet {
  public:
   H5Quiet();
@@ -53,19 +53,19 @@ class H5Quiet {
   void* data_ = nullptr;
 };
 
-/// The innermost reason of this thread's last failure under an H5Quiet, in words.
+/// Text of the innermost reason of this thread's last HDF5 failure under an H5Quiet.
 std::string h5_reason();
 
-/// Opens a group or dataset by its path from `root`. Accepts only what the session writer creates: every name on the
-/// path is a hard link; a dataset has its data in this file, uses the writer's filters, has one dimension, and claims
-/// no more data than the file can hold. Other links, external storage and virtual datasets are refused, because they
-/// could expose the content of other files. Returns an empty handle if nothing exists there. Throws Error(`file`, path,
-/// …).
+/// Opens a group or dataset by its path from `root`. Accepts only objects that the session writer could have created:
+/// every name on the path is a hard link; a dataset has its data in this file, uses the writer's filters, has one
+/// dimension, and claims no more data than the file can hold. Other links, external storage and virtual datasets are
+/// refused, because they could expose the content of other files. Returns an empty handle if the object does not exist.
+/// Throws Error(`file`, path, …).
 H5 open_group(const std::string& file, hid_t root, const std::string& path);
 H5 open_dataset(const std::string& file, hid_t root, const std::string& path);
 
 hid_t h5_type(Type type);
-/// Fixed-length UTF-8, padded with null bytes.
+/// A string type of fixed length, UTF-8, padded with null bytes.
 H5 h5_string_type(std::size_t size);
 
 // Attributes and texts. The setters return false on failure; the getters return false if the item does not exist or has
@@ -78,7 +78,7 @@ bool get_attribute(hid_t object, const char* name, double& value);
 bool get_attribute(hid_t object, const char* name, std::uint64_t& value);
 /// A scalar text dataset, UTF-8, of any length.
 bool write_text(hid_t group, const char* name, std::string_view text);
-/// `dataset`: from open_dataset().
+/// `dataset` is the result of open_dataset().
 bool read_text(const H5& dataset, std::string& text);
 
 }  // namespace typodont::session

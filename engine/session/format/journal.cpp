@@ -18,7 +18,7 @@ namespace typodont::session {
 
 namespace {
 
-// Format of the journal: this header, then for every change its offset and length (8 bytes each) and its bytes.
+// Format of the journal: first this header; then, for every change, its offset and length (8 bytes each) and its bytes.
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'J', 'R', 'N', '1'};
 struct Header {
   std::array<char, 8> magic = kMagic;
@@ -62,13 +62,13 @@ std::uint64_t checksum_of(const std::vector<std::byte>& bytes) {
 
 }  // namespace
 
-/// A file of the driver; HDF5 knows only its first member.
+/// A file of the driver. HDF5 accesses only the first member.
 struct JournaledFile {
   H5FD_t hdf5{};
   int fd = -1;
   Journal* journal = nullptr;
   haddr_t end_of_addresses = 0;
-  haddr_t end = 0;       // size of the file as HDF5 sees it
+  haddr_t end = 0;       // size of the file for HDF5
   haddr_t real_end = 0;  // size without the uncommitted changes
   std::vector<Journal::Change> changes;
 
@@ -122,7 +122,7 @@ struct JournaledFile {
   static herr_t read(H5FD_t* f, H5FD_mem_t, hid_t, haddr_t place, std::size_t size, void* bytes) {
     const JournaledFile& file = of(f);
     if (!read_all(file.fd, bytes, size, place)) return -1;
-    for (const Journal::Change& change : file.changes) {  // the newest change is last and wins
+    for (const Journal::Change& change : file.changes) {  // the newest change is last and replaces older bytes
       const haddr_t begin = std::max<haddr_t>(place, change.place);
       const haddr_t last = std::min<haddr_t>(place + size, change.place + change.bytes.size());
       if (begin < last)
@@ -218,7 +218,7 @@ bool Journal::commit(int file, std::vector<Change>& changes, std::uint64_t old_e
     fd_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (fd_ < 0 || !sync_folder_of(path_)) return fail("its journal");
   }
-  // Reserve disk space for the growth of the file, so that a full disk is detected before anything changes. Not every
+  // Reserve disk space for the growth of the file, so that a full disk is detected before the file changes. Not every
   // file system supports this.
   if (new_end > old_end &&
       fallocate(file, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(old_end), static_cast<off_t>(new_end - old_end)) != 0 &&

@@ -1,7 +1,7 @@
 // An HDF5 file driver whose file survives a power cut. A flush writes its changes to a journal beside the file and
-// syncs it, and then writes them to the file and syncs that. So at any moment either the file is as the last flush left
-// it, or the journal contains everything that is missing. (This is SQLite's write-ahead log with a checkpoint in every
-// commit.)
+// syncs the journal. Then it writes the changes to the file and syncs the file. So at any moment either the file has
+// the state of the last flush, or the journal contains all missing changes. (This is SQLite's write-ahead log with a
+// checkpoint in every commit.)
 #pragma once
 
 #include <hdf5.h>
@@ -13,7 +13,7 @@
 
 namespace typodont::session {
 
-/// The journal of one file that is being written. Must outlive the HDF5 file. Recorder thread.
+/// The journal of one file during its recording. Must outlive the HDF5 file. Recorder thread.
 class Journal {
  public:
   /// `file` may have another name until start().
@@ -24,10 +24,10 @@ class Journal {
 
   /// Makes `access` (H5P_FILE_ACCESS) open its file with this driver. False if HDF5 refuses.
   bool use(hid_t access);
-  /// Before this call, writes go directly to the file. After it, the file changes only in commits; each HDF5 flush is
+  /// Before this call, writes change the file directly. Afterwards the file changes only in commits; each HDF5 flush is
   /// one commit.
   void start() { started_ = true; }
-  /// The reason why a commit or a write failed; empty: none failed.
+  /// The reason why a commit or a write failed; empty if no commit or write failed.
   const std::string& failure() const { return failure_; }
 
   struct Change {
@@ -48,12 +48,12 @@ class Journal {
   std::string failure_;
 };
 
-/// "s.h5.journal".
+/// Path of the journal, for example "s.h5.journal".
 std::filesystem::path journal_of(const std::filesystem::path& file);
-/// Writes the changes of a complete journal of `file` to `target` (`file` itself or a copy) and syncs it. False if
-/// there is no journal, or only an unfinished one from a power cut: then the file is complete without it.
+/// Writes the changes of a complete journal of `file` to `target` (`file` itself or a copy) and syncs the target. False
+/// if there is no journal, or only an unfinished one from a power cut; the file is then complete without it.
 bool apply_journal(const std::filesystem::path& file, const std::filesystem::path& target);
-/// True if there is a complete journal.
+/// True if `file` has a complete journal.
 bool has_journal(const std::filesystem::path& file);
 
 }  // namespace typodont::session

@@ -1,4 +1,4 @@
-// Definitions that the writer and the reader of session files share, besides the columns.
+// Definitions for both the writer and the reader of session files, besides the columns.
 #pragma once
 
 #include <array>
@@ -48,8 +48,8 @@ struct LoopFields {
   LoopReport report() const;
 };
 
-// HDF5 releases its own lock when SWMR starts. So the writer holds another lock, on a byte far behind the end of the
-// file. A reader uses it to distinguish a running session from a killed one. It ends with the process.
+// HDF5 releases its own lock when SWMR starts. Therefore the writer holds another lock, on a byte far behind the end of
+// the file. With this lock a reader distinguishes a running session from a killed one. The lock ends with the process.
 int lock_while_recording(const std::filesystem::path& file);  // returns a descriptor to close, or -1
 bool is_being_recorded(const std::filesystem::path& file);
 

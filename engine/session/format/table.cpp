@@ -8,7 +8,7 @@ bool Table::create(hid_t file, const std::string& path, const std::string& text,
                    std::size_t chunk, int deflate) {
   chunk_ = chunk;
   H5 group_properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  H5Pset_obj_track_times(group_properties.get(), false);  // no times, so that equal sessions give equal bytes
+  H5Pset_obj_track_times(group_properties.get(), false);  // no time stamps, so that equal sessions give equal bytes
   H5 group(H5Gcreate2(file, path.c_str(), H5P_DEFAULT, group_properties.get(), H5P_DEFAULT), H5Gclose);
   if (!group || !set_attribute(group.get(), "description", text)) return false;
   for (Spec& spec : specs) {

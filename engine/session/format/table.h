@@ -10,8 +10,8 @@
 
 namespace typodont::session {
 
-/// Rows of fixed-size cells, stored by column. They are buffered and written in chunks, because a chunk is compressed
-/// when it is written. A heartbeat may write a partial chunk, which is then written again later.
+/// Rows of fixed-size cells, stored by column. Rows are buffered and written in chunks, because a chunk is compressed
+/// when it is written. A heartbeat may write a partial chunk; the complete chunk is then written again later.
 class Table {
  public:
   struct Spec {
@@ -27,12 +27,12 @@ class Table {
   void end_row() { ++buffered_; }
   std::size_t buffered() const { return buffered_; }
   std::uint64_t written() const { return written_; }
-  /// True if the buffered rows would complete a chunk in the file: write them now.
+  /// True if the buffered rows complete a chunk in the file; write them now.
   bool full() const { return buffered_ > 0 && (written_ + buffered_) % chunk_ == 0; }
   void drop() { buffered_ = 0; }
 
   bool write();
-  /// Rows written since the last commit(); a power cut could still lose them.
+  /// Number of rows written since the last commit(); a power cut could still lose them.
   std::uint64_t uncommitted() const { return written_ - committed_; }
   void commit() { committed_ = written_; }
   void close() { columns_.clear(); }

@@ -1,6 +1,6 @@
-// Extracts the zero surface of a dense field as triangles by marching tetrahedra. It is exact where the field is
-// linear. Every point lies on a known edge between two samples, so that other fields can be interpolated there in the
-// same way.
+// Extracts the zero surface of a dense field as triangles by marching tetrahedra. The surface is exact where the field
+// is linear. Every point lies on an edge between two known samples, so that other fields can be interpolated at the
+// point in the same way.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace typodont::session {
 
-/// A point on the edge between samples i < j, at fraction t.
+/// A point on the edge between samples i < j, at the fraction t of the edge.
 struct EdgePoint {
   std::size_t i = 0, j = 0;
   double t = 0;

@@ -1,4 +1,4 @@
-// Collects all data that the report needs from a session's ticks, in one pass.
+// Collects all data that the report needs from a session's ticks in one pass.
 #pragma once
 
 #include <array>
@@ -30,16 +30,16 @@ struct Course {
   HandMeasures hand;
 };
 
-/// Reads the session in pieces, so that memory does not grow with its length.
+/// Reads the session in pieces, so that the memory does not grow with the session's length.
 Course course_of(const SessionReader& session);
 
-/// Input of the score: from the recorded result, or from the ticks if there is none.
+/// Input of the score: from the recorded result, or from the ticks if the session has no result.
 ScoreInput input_of(const SessionReader& session, const Course& course);
 /// Score by the rules of the session's scene.
 Score score_of(const SessionReader& session, const ScoreInput& input);
-/// Empty if the recording has no scene.
+/// Name of the recorded scene; empty if the recording has no scene.
 std::string scene_name_of(const SessionReader& session);
-/// Title of the scene's task; empty if it has none.
+/// Title of the scene's task; empty if the task has no title.
 TaskText task_title_of(const SessionReader& session);
 
 }  // namespace typodont::session

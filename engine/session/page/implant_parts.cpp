@@ -1,4 +1,4 @@
-// The report's part about implant surgery: the phases, the bed, and the force in each phase.
+// The part of the report about implant surgery: the phases, the bed, and the force in each phase.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kLeastNoted = 0.05;  // s; a note that was shown for a shorter time is not reported
+constexpr double kLeastNoted = 0.05;  // s, limit; a note with a shorter display time is not reported
 
 }  // namespace
 

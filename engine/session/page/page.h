@@ -1,5 +1,6 @@
-// The report of one session as a page. The functions are listed in the order of the page: those about the result are in
-// result_parts.cpp, those about the course of the session in course_parts.cpp, the rest in page.cpp.
+// The report of one session as a page. The functions are listed in the order of the page. The functions about the
+// result are in result_parts.cpp, the functions about the course of the session in course_parts.cpp, and the other
+// functions in page.cpp.
 #pragma once
 
 #include <fmt/format.h>
@@ -21,10 +22,10 @@
 
 namespace typodont::session {
 
-/// HTML from the doctype to the start of the body. The page loads nothing from elsewhere.
+/// HTML from the doctype to the start of the body. The page loads no other files.
 std::string page_head(Language language, const std::string& title);
 
-/// Writes one page; holds the data that all its parts need.
+/// Writes one page, and stores the data that all parts of the page need.
 class Page : private Words {
  public:
   Page(const SessionReader& session, const ReportOptions& options);
@@ -36,7 +37,7 @@ class Page : private Words {
   void put(fmt::format_string<Args...> format, Args&&... args) {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
-  /// `mark`: the pass mark as a fraction; negative: none.
+  /// `mark`: the pass mark as a fraction; negative: no pass mark.
   void gauge(double fraction, bool missed = false, double mark = -1);
   std::string tissue_text(std::size_t i) const;
   std::string title() const;
@@ -51,20 +52,20 @@ class Page : private Words {
   void summary();
   void task();
 
-  /// The views that are drawn, and the starting view of the rotatable one.
+  /// The views for the pictures, and the starting view of the rotatable model.
   struct Views {
     ModelView above, front, side, angled;
     dvec3 to_right{1, 0, 0};
   };
   Views views() const;
-  /// "From the buccal side" if the scene describes the tooth's orientation, otherwise "From the front"; `name`: above,
-  /// front, …
+  /// "From the buccal side" if the scene describes the tooth's orientation, otherwise "From the front". `name` is
+  /// above, front, …
   std::string view_text(const ModelView& view, const char* name) const;
   void result_views();
   void worst_places();
   void color_bar();
   void viewer(const Views& at);
-  /// Positions as 16-bit fractions of the result's bounds, normals and deviations as 8 bits.
+  /// Positions as 16-bit fractions of the result's bounds; normals and deviations as 8 bits.
   std::string model_data(const Views& at) const;
   void sections(const Views& at);
 
@@ -73,7 +74,7 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// For an exercise in implant surgery: its phases and the force in each.
+  /// For an exercise in implant surgery: its phases, and the force in each phase.
   void implant();
 
   /// Text of an event, with tools and faults in the reader's language.
@@ -87,7 +88,7 @@ class Page : private Words {
   void faults();
   void timing();
   std::string three_nines() const { return language == Language::kGerman ? "99,9 %" : "99.9 %"; }
-  /// Median, 99 %, 99.9 % and maximum of a live loop's times.
+  /// Median, 99 %, 99.9 % and maximum of the loop's times in a live session.
   void loop_times(const LoopReport& loop);
   void real_time(const LoopReport& loop);
   void cpu_times();
@@ -100,7 +101,7 @@ class Page : private Words {
 
   void events();
   void details();
-  /// Page about the program instead of the preparation; a separate page on screen and on paper.
+  /// Page about the program instead of the preparation. It is a separate page on screen and on paper.
   void technical_page();
   bool has_timing() const { return !course_.cpu_us.empty() || session_.loop(); }
 

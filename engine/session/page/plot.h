@@ -11,17 +11,17 @@
 
 namespace typodont::session {
 
-/// "3.14" or "3,14": with `decimals` places.
+/// Formats a number with `decimals` decimals: "3.14" or "3,14".
 using NumberText = std::function<std::string(double value, int decimals)>;
 
-/// A round step (1, 2 or 5 times a power of ten) for about `count` marks on an axis up to `top`.
+/// A round step (1, 2 or 5 times a power of ten) that gives about `count` marks on an axis up to `top`.
 double nice_step(double top, int count);
 /// Number of decimals that distinguishes marks with this step.
 int decimals_for(double step);
 
 /// A quantity over time in bins: the band from the smallest to the largest value, and the mean.
 struct Series {
-  std::vector<double> least, mean, greatest;  // one per bin; NaN: no data
+  std::vector<double> least, mean, greatest;  // one value per bin; NaN: no data
 };
 
 struct TimePlot {
@@ -46,7 +46,7 @@ std::string strip(const std::vector<std::string>& css, const std::string& label)
 std::string histogram(const std::vector<double>& edges, const std::vector<double>& counts, const std::string& unit,
                       const std::string& label, const NumberText& number);
 
-/// Plot of one value per session, with the target as a line. NaN: unknown for that session.
+/// Plot of one value per session, with the target as a line. NaN: the value of that session is unknown.
 std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
                          const NumberText& number);
 

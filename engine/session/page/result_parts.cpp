@@ -168,7 +168,7 @@ std::string Page::model_data(const Views& at) const {
     }
     std::vector<std::uint32_t> index;
     for (const auto& t : m->triangles) index.insert(index.end(), t.begin(), t.end());
-    // Transformation from the model's steps to the samples of its labels.
+    // Compute the transformation from the model's steps to the samples of its labels.
     const TissueLabels& labels = m->labels;
     const double sample = labels.frame.voxel > 0 ? labels.frame.voxel : 1;
     meshes.push_back(fmt::format(
@@ -184,7 +184,7 @@ std::string Page::model_data(const Views& at) const {
   std::vector<std::string> tissues, difference;
   for (const auto& c : kTissueColors) tissues.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
   for (const auto& c : kDifferenceColors) difference.push_back(fmt::format("[{},{},{}]", c[0], c[1], c[2]));
-  // The view rotates about the region that was worked on.
+  // The view rotates about the middle of the work.
   glm::vec3 focus(0);
   if (options_.preparation) {
     const Preparation& p = *options_.preparation;
@@ -201,7 +201,7 @@ std::string Page::model_data(const Views& at) const {
 
 void Page::sections(const Views& at) {
   if (!options_.preparation) return;
-  // The section goes through the largest deviation if there is one, otherwise through the middle of the work.
+  // The section contains the largest deviation if there is one, otherwise the middle of the work.
   const Preparation& p = *options_.preparation;
   dvec3 through = p.frame.to_world(0.5 * dvec3(p.before.size));
   if (input_.cavity) {
@@ -210,7 +210,7 @@ void Page::sections(const Views& at) {
     if (worst.depth > 0) through = worst.p_W;
   }
   const auto section = [&](const dvec3& along_W) {
-    const auto side = [&](const dvec3& direction) {  // name of the side that a viewer in that direction sees
+    const auto side = [&](const dvec3& direction) {  // name of the side that a viewer in this direction sees
       const std::string_view name = tooth_ ? side_seen(*tooth_, p.axis_W, -direction) : std::string_view();
       return name.empty() ? std::string() : say(fmt::format("place.side.{}", name));
     };
@@ -279,7 +279,7 @@ void Page::items() {
       put("<td>{}</td><td>{}</td><td>{}", target(*item), quantity(item->tolerance, item->unit),
           marked(fmt::format("{} / {}", number(item->points, 1), number(item->full, 1)), missed));
       gauge(item->points / item->full, missed);
-      // The sources of the default rules are catalogue texts; their key is the English text.
+      // The sources of the default rules are catalogue texts. Their key is the English text.
       put("</td><td class=\"text source\">{}</td></tr>\n", escaped(text(item->source, language)));
     } else {
       put("<td></td><td></td><td>{}</td><td class=\"text source\"></td></tr>\n", say("not_counted"));
@@ -358,7 +358,7 @@ void Page::volumes() {
   if (input_.ideal) put("<th scope=\"col\">{}</th>", say("ideal"));
   if (input_.removed_hardness) put("<th scope=\"col\">{}</th>", say("removed_hardness"));
   put("<th scope=\"col\">{}</th></tr></thead>\n<tbody>\n", say("share_removed"));
-  // An open surface has no inside, so the volume under a closing cap is meaningless.
+  // An open surface has no inside, so the volume under its closing cap is meaningless.
   const auto whole = [&](double mm3) { return options_.encloses_nothing ? std::string("–") : number(mm3, 2); };
   double before_sum = 0, after_sum = 0, ideal_sum = 0;
   for (std::size_t i = 1; i < kTissueCount; ++i) {

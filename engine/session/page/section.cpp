@@ -12,13 +12,13 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m, border shown around the changed region and the ideal's
+constexpr double kAround = 1.2e-3;  // m, border around the changed region and the ideal's changes
 
 struct Window {
-  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the plane, relative to the point through which it passes
+  double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the section plane, relative to the point `through`
 };
 
-/// Marching squares: segments of the contour value = 0, in drawing units.
+/// Marching squares: returns the segments of the contour value = 0 in drawing units.
 std::string contour(const Window& w, double step, double scale, const std::function<double(double, double)>& value) {
   std::string path;
   const int nx = static_cast<int>((w.x1 - w.x0) / step), ny = static_cast<int>((w.y1 - w.y0) / step);

@@ -38,8 +38,8 @@ struct Words {
     }
     return value;
   }
-  /// A score's points. If the pass mark is missed, they are red and marked with a cross for colour-blind readers. Never
-  /// rounded up to a pass mark that was missed.
+  /// The points of a score. If the pass mark is missed, they are red and marked with a cross for colour-blind readers.
+  /// The points are rounded down, so that a missed pass mark does not look reached.
   std::string total(const Score& score) const {
     if (!score.counts()) return "–";
     return marked(number(std::floor(score.points * 10) / 10, 1), !score.passed());
