@@ -1,5 +1,5 @@
 #version 460
-// One triangle over an eye's region of the target, which is the viewport.
+// One triangle that covers an eye's region of the target. The region is the viewport.
 layout(location = 0) out vec2 out_place;  // 0..1 over the eye's picture
 
 void main() {

@@ -1,6 +1,7 @@
 #version 460
-// One step of all particles that live on the GPU, by the physics of engine/debris (motion.h, Debris::State::attend).
-// Every particle gets a full update in every step. Also writes the instances for drawing.
+// One step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
+// Debris::State::attend). Every particle gets a full update in every step. The shader also writes the instances for
+// drawing.
 layout(local_size_x = 64) in;
 
 struct Particle {
@@ -9,28 +10,28 @@ struct Particle {
   vec4 chip;  // x: diameter, m; y: density, kg/m³; z: drag rate, 1/s, kStuck at rest; w: colour, bytes
 };
 layout(set = 0, binding = 0, std430) buffer Particles { Particle particles[]; };
-layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words each
-layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m
+layout(set = 0, binding = 1, std430) writeonly buffer Instances { uint instances[]; };  // 5 words per instance
+layout(set = 0, binding = 2, std430) readonly buffer Field { float field[]; };          // m, distance field
 layout(push_constant) uniform Step {
-  vec4 gravity;  // xyz: m/s²; w: step, s
+  vec4 gravity;  // xyz: m/s²; w: length of the step, s
   vec4 origin;  // xyz: origin of the field, m; w: its spacing, m
-  ivec4 size;  // xyz: samples of the field; w: capacity for particles
-  vec4 sink;  // xyz: nozzle, m; w: m³/s/sr, 0: no suction
-  vec4 air;  // density, viscosity; z: the nozzle's radius, m; w: decay time of the mass, s
-  vec4 bounce;  // restitution, ratio of the tangential speeds; z: smallest drawn diameter, m; w: lifetime, s
-  uvec4 ring;  // x: index of the oldest; y: number; z: unused
+  ivec4 size;  // xyz: number of samples of the field; w: capacity for particles
+  vec4 sink;  // xyz: position of the nozzle, m; w: strength of suction, m³/s/sr, 0: no suction
+  vec4 air;  // x: density, kg/m³; y: viscosity, Pa·s; z: radius of the nozzle, m; w: decay time of the mass, s
+  vec4 bounce;  // speed ratios of a bounce, x: normal, y: tangential; z: smallest drawn diameter, m; w: lifetime, s
+  uvec4 ring;  // x: index of the oldest particle; y: number of particles; z: unused
 };
 
 const float kStuck = 1e30, kRestSpeed = 0.05, kPi = 3.14159265;
 
-// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687), Re < 1000 (Schiller & Naumann 1933); above that 0.44.
+// Drag coefficient C_d = 24/Re (1 + 0.15 Re^0.687) for Re < 1000 (Schiller & Naumann 1933); 0.44 above.
 float drag_rate(float speed, float diameter, float density) {
   float stokes = 18.0 * air.y / (density * diameter * diameter), re = air.x * speed * diameter / air.y;
   if (re >= 1000.0) return stokes * 0.44 * re / 24.0;
   return re < 1e-6 ? stokes : stokes * (1.0 + 0.15 * pow(re, 0.687));
 }
 
-// Distance and its gradient, linear between samples; false outside the field.
+// Distance and its gradient, interpolated linearly between the samples; false outside the field.
 bool look(vec3 p, out float d, out vec3 g) {
   vec3 q = (p - origin.xyz) / origin.w, low = floor(q), f = q - low;
   ivec3 i = ivec3(low);
@@ -54,14 +55,14 @@ float passes(vec3 a, vec3 b, vec3 c) {
   return length(c - a - clamp(dot(c - a, way) / max(dot(way, way), 1e-20), 0.0, 1.0) * way);
 }
 
-// Mean velocity of the air in a step; the air moves at most to the nozzle (engine/debris/motion).
+// Mean velocity of the air in one step. The air stops at the nozzle (engine/debris/motion).
 vec3 drawn_air(vec3 p) {
   vec3 d = sink.xyz - p;
   float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;
   return (pull * dt < 1.0 / 3.0 ? pull * (1.0 + 2.0 * dt * pull) : 1.0 / dt) * d;
 }
 
-// The finest dust is drawn as mist, as in engine/app/picture/debris_view.cpp.
+// Writes the instance for drawing. The finest dust is drawn as mist, as in engine/app/picture/debris_view.cpp.
 void show(uint s, vec3 p, float diameter, float chip, float bytes) {
   bool mist = chip < 12e-6;
   float share = diameter > 0.0 ? min(1.0, diameter / bounce.z) * (mist ? 0.16 : 1.0) : 0.0;
@@ -111,7 +112,7 @@ void main() {
       stays = dot(v, v) < kRestSpeed * kRestSpeed;
     }
     if (stays) v = vec3(0.0);
-    // Drag depends on the speed relative to the air, which suction moves.
+    // Drag depends on the speed relative to the air, and suction moves the air.
     vec3 slip = sink.w != 0.0 ? v - drawn_air(p) : v;
     rate = stays ? kStuck : drag_rate(length(slip), diameter, own.chip.y);
   }

@@ -1,4 +1,4 @@
-// Data that every pass reads: set 0 of engine/render/shared.h.
+// Data for every pass: set 0 of engine/render/shared.h.
 #extension GL_GOOGLE_include_directive : require
 #include "engine/render/shared.h"
 
@@ -15,7 +15,7 @@ layout(constant_id = 0) const int kShadowTaps = 16;
 layout(constant_id = 1) const int kOcclusionTaps = 16;
 layout(constant_id = 2) const bool kLightPerVertex = false;
 layout(constant_id = 3) const int kView = 0;        // View in renderer.h: look, section, x-ray, difference
-layout(constant_id = 4) const bool kGlass = false;  // draw as glass: denser where the surface faces away
+layout(constant_id = 4) const bool kGlass = false;  // true: draw as glass, denser at grazing angles
 // Content of the drawn bricks (BrickKind in passes/bricks.h); code for other content is compiled out.
 layout(constant_id = 5) const int kHolds = 15;
 const int kHoldsPairs = 1, kHoldsDecay = 2, kHoldsEnamel = 4, kHoldsGum = 8, kHoldsBacks = 16;

@@ -1,6 +1,7 @@
 #version 460
 
-// Input and output are sRGB bytes, blended without conversion, as user interface colours are chosen.
+// Input and output are sRGB bytes. They are blended without conversion, because user interface colours are chosen for
+// this blending.
 layout(push_constant) uniform Place {
   vec2 scale;
   vec2 shift;

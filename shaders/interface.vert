@@ -1,10 +1,10 @@
 #version 460
 
-// Triangles of a user interface: converts pixels to clip space.
+// Triangles of a user interface. Converts pixels to clip space.
 layout(push_constant) uniform Place {
   vec2 scale;  // size of a pixel in clip space
   vec2 shift;
-  int layer;  // layer of the texture; negative: letters, whose red channel is the opacity
+  int layer;  // layer of the texture; negative: a letter, whose opacity is the red channel
 };
 
 layout(location = 0) in vec2 in_pixel;

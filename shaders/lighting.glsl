@@ -1,9 +1,9 @@
-// Incident light (shadow, occlusion) and reflected light (appearance) at a point. All in world space, so that a
-// mirrored picture needs no special case.
+// Incident light (shadow, occlusion) and reflected light (appearance) at a point. All computations are in world space,
+// so that a mirrored picture needs no special case.
 
 const float kPi = 3.14159265;
 const float kPenumbra = 0.30e-3;  // m, half width of the penumbra of the lamp's shadow
-const float kOcclusionRadius = 2.2e-3;  // m
+const float kOcclusionRadius = 2.2e-3;  // m, radius around a point in which ambient occlusion is sampled
 
 // Points distributed evenly over the unit disc (Vogel's spiral).
 vec2 disc(int i, int count) {
@@ -12,24 +12,24 @@ vec2 disc(int i, int count) {
   return r * vec2(cos(a), sin(a));
 }
 
-const float kToolShadowReach = 10e-3;  // m: longest shadow of the tool; same value as in passes/changed.cpp
+const float kToolShadowReach = 10e-3;  // m, longest shadow of the tool; same value as in passes/changed.cpp
 
-// Fraction of the key light that passes a ball. `way`: distance along the ray to the lamp; `miss`: distance of the ray
-// from the ball. The penumbra widens with `way`. No shadow from a ball behind the point or far away, because the lamp
-// is wide.
+// Fraction of the lamp's light that passes a ball. `way`: distance along the ray to the lamp; `miss`: distance of the
+// ray from the ball. The penumbra becomes wider with `way`. A ball behind the point or far from it casts no shadow,
+// because the lamp is wide.
 float passes(float way, float miss, float radius) {
   float soft = 0.08e-3 + 0.12 * max(way, 0.0);
   float dark = smoothstep(0.0, radius, way) * (1.0 - smoothstep(0.5 * kToolShadowReach, kToolShadowReach, way));
   return mix(1.0, smoothstep(-soft, soft, miss - radius), dark);
 }
 
-// The tool as a ball and a cylinder about its axis.
+// Shadow of the tool, which is approximated by a ball and a cylinder about its axis.
 float tool_shadow(vec3 p) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 l = frame.key.xyz, a = frame.tool_head.xyz, d = frame.tool_end.xyz - a, c = a - p;
   float t = dot(c, l);
   float head = passes(t, length(c - t * l), frame.tool_head.w);
-  // The cylinder's point nearest to the ray.
+  // Find the cylinder's point nearest to the ray.
   float dd = dot(d, d), dl = dot(d, l), across = dd - dl * dl;
   float s = across > 1e-12 ? clamp((dl * t - dot(d, c)) / across, 0.0, 1.0) : 0.0;
   vec3 k = c + s * d;
@@ -37,7 +37,7 @@ float tool_shadow(vec3 p) {
   return min(head, passes(way, length(k - way * l), frame.tool_end.w));
 }
 
-// m: beyond this distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
+// m, limit: at a larger distance the tool causes no ambient occlusion; same value as in passes/changed.cpp
 const float kToolReach = 3.0e-3;
 
 float fading(float d2) {
@@ -45,7 +45,7 @@ float fading(float d2) {
   return f * f;
 }
 
-// Ambient occlusion by the tool's head and shank (Quilez's sphere occlusion, twice) near them.
+// Ambient occlusion near the tool, by its head and its shank (each with Quilez's sphere occlusion).
 float tool_occlusion(vec3 p, vec3 n) {
   if (frame.tool_head.w <= 0.0) return 1.0;
   vec3 c = frame.tool_head.xyz - p;
@@ -59,12 +59,13 @@ float tool_occlusion(vec3 p, vec3 n) {
   return clamp(1.0 - 0.8 * head - 0.35 * shank, 0.0, 1.0);
 }
 
-// x: fraction of the key light that arrives; y: fraction of the ambient light. Only tissue; the tool is separate.
+// x: fraction of the lamp's light that arrives; y: fraction of the ambient light. Considers only tissue; the tool is
+// computed separately.
 vec2 tissue_visibility(vec3 p, vec3 n) {
   vec2 result = vec2(1.0);
   if (frame.light_size.w > 0.0) {
     float texel = frame.light_size.z / frame.light_size.x;
-    // Offset from the surface by its slope towards the lamp, so that it does not shadow itself.
+    // The lookup is offset from the surface, by its slope towards the lamp, so that the surface does not shadow itself.
     float slope = clamp(1.0 - dot(n, frame.key.xyz), 0.0, 1.0);
     vec3 off = p + n * (1.5 * frame.light_size.z + 2.5 * slope * kPenumbra * 0.35);
     vec3 q = (frame.light_from_world * vec4(off, 1.0)).xyz;
@@ -73,8 +74,8 @@ vec2 tissue_visibility(vec3 p, vec3 n) {
       lit += texture(shadow_map, vec3(q.xy + spread * disc(i, kShadowTaps), q.z));
     result.x = lit / float(max(kShadowTaps, 1));
 
-    // Ambient occlusion in the lamp's space, where the shadow map is a height field. So it is equal for both eyes and
-    // recomputed only if the tissue changes. Uses the directions to the samples relative to the normal.
+    // Ambient occlusion is computed in the lamp's space, where the shadow map is a height field. So it is equal for
+    // both eyes and changes only with the tissue. It uses the directions to the samples relative to the normal.
     vec3 n_light = normalize((frame.light_from_world * vec4(n, 0.0)).xyz *
                              vec3(frame.light_size.x, frame.light_size.x, frame.light_size.y));
     vec3 base = (frame.light_from_world * vec4(p + n * frame.light_size.z, 1.0)).xyz;
@@ -99,7 +100,7 @@ float fifth_power(float x) {
   return x2 * x2 * x;
 }
 
-// The reflected room: dim ceiling and floor, the lamp's softbox, a window at the side.
+// The reflected room: dim ceiling and floor, the lamp's softbox, and a window at the side.
 vec3 room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz);
   vec3 color = mix(vec3(0.10, 0.09, 0.085), vec3(0.34, 0.37, 0.42), smoothstep(-0.9, 0.9, up));
@@ -115,22 +116,25 @@ struct Look {
   float rough, translucent, metal, wet;
 };
 
-/// Translucent enamel at grazing angles is bluish and pale, because short wavelengths scatter back. `nv`: cosine to the
-/// viewer.
+/// Translucent enamel at grazing angles is bluish and pale, because short wavelengths scatter back. `nv`: cosine
+/// between the normal and the direction to the viewer.
 vec3 tinted(vec3 albedo, float translucent, float nv) {
   float rim = (1.0 - nv) * (1.0 - nv) * (1.0 - nv);
   return mix(albedo, albedo * vec3(0.95, 0.985, 1.03) + 0.015, translucent * rim);
 }
 
-/// Light that arrives at tissue of this colour and is reflected diffusely, without the factor of the colour itself.
+/// Light that arrives at tissue of this colour and is reflected diffusely. The factor of the colour itself is not
+/// included.
 vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   float nl = dot(n, frame.key.xyz), open = light.y, key = light.x;
-  // Light scatters in translucent tissue: it wraps around the shape, red light farthest, and softens shadow edges.
+  // Light scatters in translucent tissue. It reaches around the shape, red light farthest, and softens the edges of
+  // shadows.
   vec3 wrap = translucent * vec3(0.42, 0.30, 0.24);
   vec3 front = clamp((nl + wrap) / (1.0 + wrap), 0.0, 1.0);
   vec3 arrives = mix(vec3(key), vec3(key, key * key * 0.25 + 0.75 * key, key), translucent * (1.0 - key));
   arrives = mix(arrives, sqrt(arrives), 0.35 * translucent);
-  // Light that is reflected between the walls of a cavity takes their colour (Jimenez 2016, fitted multibounce).
+  // Light that is reflected between the walls of a cavity takes the colour of the walls (Jimenez 2016, fitted
+  // multibounce).
   vec3 a = 2.0404 * albedo - 0.3324, b = -4.7951 * albedo + 0.6417, c = 2.7552 * albedo + 0.6903;
   vec3 opened = max(vec3(open), ((open * a + b) * open + c) * open);
   float sky = 0.5 + 0.5 * dot(n, frame.up.xyz);
@@ -140,7 +144,7 @@ vec3 arriving(vec3 n, vec3 v, vec3 albedo, float translucent, vec2 light) {
   return front * arrives * frame.key.w * 0.3183 * vec3(1.0, 0.975, 0.94) + ambient + fill;
 }
 
-/// Reflection in the wet film over the tissue, or in metal.
+/// Light that the wet film over the tissue reflects, or metal.
 vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   vec3 l = frame.key.xyz;
   float nl = dot(n, l), nv = max(dot(n, v), 1e-3), open = light.y, key = light.x;
@@ -162,11 +166,11 @@ vec3 glossy(vec3 n, vec3 v, Look look, vec2 light) {
   return color + fr * room(r, rough) * gloss * seen;
 }
 
-/// If light is computed per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
+/// Light for computation per vertex: the wide part of the gloss, and parameters for the lamp's mirror image, which is
 /// computed per pixel.
 struct CornerGloss {
   vec3 broad;  // reflection of the room
-  vec3 lamp;  // times spot(n · half, width) per pixel
+  vec3 lamp;  // multiply by spot(n · half, width) for each pixel
   float width;  // width of the lamp's image
 };
 CornerGloss corner_gloss(vec3 n, vec3 v, vec3 half_way, Look look, vec2 light) {
@@ -190,7 +194,7 @@ float spot(float nh, float width) {
   return 1.0 / (d * d);
 }
 
-/// `gloss_normal`: normal of the wet film, which has its own ripples.
+/// `gloss_normal`: normal of the wet film, which has ripples of its own.
 vec3 shade(vec3 n, vec3 gloss_normal, vec3 v, Look look, vec2 light) {
   vec3 albedo = tinted(look.albedo * (1.0 - look.metal), look.translucent, max(dot(n, v), 1e-3));
   return albedo * arriving(n, v, albedo, look.translucent, light) + glossy(gloss_normal, v, look, light);

@@ -13,7 +13,7 @@ void main() {
   vec2 size = vec2(textureSize(reflection, 0).xy);
   vec2 at = gl_FragCoord.xy / size;
   float r = length(in_place), fog = clamp(frame.mirror.y, 0.0, 1.0);
-  // Breath clears from the middle last, and unevenly.
+  // Breath on the glass clears unevenly, and last in the middle.
   vec2 q = in_place * 3.0;
   float cloud = 0.5 + 0.25 * sin(q.x * 2.1 + 1.3 * sin(q.y * 1.7)) + 0.25 * sin(q.y * 2.7 + 1.1 * sin(q.x * 1.9));
   float veil = fog * mix(0.75 + 0.25 * cloud, 1.0, fog) * smoothstep(1.15, 0.2 + 0.6 * fog, r * (1.2 - 0.4 * fog));
@@ -25,7 +25,7 @@ void main() {
   } else {
     color = texture(reflection, vec3(at, VIEW)).rgb;
   }
-  // A front-coated mirror reflects nine tenths; the ground edge is darker.
+  // A front-coated mirror reflects nine tenths of the light; its ground edge is darker.
   color *= 0.92 * mix(0.55, 1.0, smoothstep(1.0, 0.985, r));
   vec3 breath = vec3(0.30, 0.33, 0.36) * (0.6 + 0.4 * max(dot(frame.up.xyz, vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z)), 0.0));
   color = mix(color, breath + 0.35 * color, 0.85 * veil);

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Pass 3 of sphere packings without removal: the volume that each ball alone would remove from each sphere.
+// Pass 3 of sphere packings without removal: for each ball and each sphere, the volume that this ball alone would
+// remove.
 #include "shaders/spheres.glsl"
 #include "shaders/removal.glsl"
 layout(local_size_x = 64) in;

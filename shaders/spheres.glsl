@@ -1,8 +1,8 @@
-// The spheres of a tissue and the geometry of two spheres, as in haptics/contact/packing: sphere_pair.h,
-// sphere_tissue.cpp. Every operation has the same order as there and is `precise`, so that a device with IEEE doubles
-// gives the same bits.
+// The spheres of a tissue and the geometry of two spheres. Same computation as in haptics/contact/packing:
+// sphere_pair.h, sphere_tissue.cpp. Every operation has the same order as there and is `precise`, so that a device with
+// IEEE doubles gives the same bits.
 
-// haptics/sphere_passes.h: CutSphere.
+// Same layout as CutSphere in haptics/sphere_passes.h.
 struct Sphere {
   double bx, by, bz, base_radius, base_volume, ax, ay, az, overlap, tool;
 };
@@ -16,14 +16,14 @@ struct Share {
   double volume;
 };
 layout(push_constant) uniform Pass {
-  vec4 around;  // xyz: centre of the ball around the tool's whole motion, relative to the origin; w: its radius. m
+  vec4 around;  // ball around the tool's whole motion; xyz: centre relative to the origin, m; w: radius, m
   double ox, oy, oz;  // origin for single precision, m, W
-  float slack;  // m by which bounds are enlarged: covers the rounding of single precision
+  float slack;  // m, increase of the bounds, which covers the rounding of single precision
   uint spheres, balls;
   uint capacity;  // capacity of the list of results
-  uint printed;        // 1: volumes by eq. 6 as printed
+  uint printed;        // 1: volumes by eq. 6 as printed in S2
 } pass;
-// xyz: centre relative to the origin; w: radius plus slack, negative if the sphere has disappeared. m
+// xyz: centre relative to the origin, m; w: radius plus slack, m, negative if the sphere has disappeared
 layout(set = 0, binding = 1, std430) buffer Bounds { vec4 bounds[]; };
 layout(set = 0, binding = 2, std430) readonly buffer Balls { Ball balls[]; };
 
@@ -44,7 +44,7 @@ double radius_of(Sphere s) {
   precise double left = s.base_radius - 0.5LF * s.overlap;
   return left > 0.0LF ? left : 0.0LF;
 }
-// As in the tree: 0 if the sphere has disappeared.
+// Radius as in the tree: 0 if the sphere has disappeared.
 double tree_radius(Sphere s) {
   double r = radius_of(s);
   precise double least = kLeast * s.base_radius;
@@ -75,7 +75,7 @@ dvec3 nearest_on(dvec3 a, dvec3 b, dvec3 p) {
   return at;
 }
 
-// Eq. 2, corrected: the volume that two spheres share.
+// Eq. 2, corrected: the volume of the overlap of two spheres.
 double lens_volume(double r1, double r2, double d) {
   precise double reach = r1 + r2, off = r1 - r2;
   if (!(d < reach)) return 0.0LF;

@@ -18,7 +18,7 @@ layout(location = 10) centroid in vec4 in_lamp;
 layout(location = 11) centroid in vec3 in_half_way;
 layout(location = 0) out vec4 out_color;
 
-layout(constant_id = 6) const bool kCursor = false;  // draw a cursor's ring
+layout(constant_id = 6) const bool kCursor = false;  // true: draw the cursor's ring
 
 const uint kEnamel = 1u, kCaries = 3u, kGingiva = 7u;
 
@@ -35,7 +35,7 @@ float noise(vec3 p) {
   return mix(mix(mix(hash(i), hash(i + vec3(1, 0, 0)), f.x), mix(hash(i + vec3(0, 1, 0)), hash(i + vec3(1, 1, 0)), f.x), f.y),
              mix(mix(hash(i + vec3(0, 0, 1)), hash(i + vec3(1, 0, 1)), f.x), mix(hash(i + vec3(0, 1, 1)), hash(i + vec3(1, 1, 1)), f.x), f.y), f.z);
 }
-/// Normal of a surface displaced by noise: bumps of width `size` m and slope `tilt` rad.
+/// Normal of a surface with bumps from noise. `size`: width of the bumps, m; `tilt`: slope, rad.
 vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   vec3 q = p / size;
   float here = noise(q);
@@ -43,8 +43,8 @@ vec3 bumped(vec3 n, vec3 p, float size, float tilt) {
   return normalize(n - tilt * (slope - n * dot(n, slope)) / 0.35);
 }
 
-/// The colour with the cursor's ring: light inside and dark outside, so that it is visible on every tissue. No ring
-/// where the cursor's line leaves a body again.
+/// Adds the cursor's ring to the colour. The ring is light inside and dark outside, so that it is visible on every
+/// tissue. There is no ring where the cursor's line leaves a body.
 vec3 with_cursor(vec3 color) {
   if (!kCursor) return color;
   vec3 q = in_position - frame.cursor.xyz;
@@ -62,15 +62,15 @@ void main() {
   vec3 n = normalize(in_normal.xyz);
   vec3 v = normalize(frame.eye[VIEW].xyz - in_position);
   if (kView == 1 && !gl_FrontFacing) {
-    // The inside of a body that is cut open closes it. It is lit like the cut face, which hides its depth.
+    // A section shows the inside of a body. It is drawn like the cut face, so that the body looks closed and solid.
     n = -frame.section.xyz;
     vec4 fill = frame.tissue_color[in_pair & 255u];
     out_color = vec4(tone_map(shade(n, n, v, Look(0.85 * fill.rgb, 0.8, 0.0, 0.0, 0.0), vec2(1.0))), 1.0);
     return;
   }
   if (holds(kHoldsBacks) && !gl_FrontFacing) {
-    // The back of an open surface: no tissue is visible and no tissue colour. It is lit from the viewer's side, without
-    // the surface's own shadow.
+    // The back of an open surface shows no tissue and no tissue colour. It is lit from the viewer's side, without the
+    // surface's own shadow.
     out_color = vec4(with_cursor(tone_map(shade(-n, -n, v, Look(vec3(0.16, 0.19, 0.24), 0.9, 0.0, 0.0, 0.0), vec2(0.4, 0.8)))), 1.0);
     return;
   }
@@ -80,8 +80,8 @@ void main() {
   uint main_tissue = a;
   float share = 0.0;
   if (holds(kHoldsPairs)) {
-    // The boundary between sound tissues is sharp to the pixel. The edge of caries is slightly softer, but narrower
-    // than a triangle, whose shape would otherwise be visible.
+    // The boundary between sound tissues is sharp to the pixel. The edge of caries is slightly softer. It is still
+    // narrower than a triangle, so that the shape of triangles is not visible.
     float width = fwidth(in_light.w) + 1e-5;
     share = a == b ? 0.0 : clamp((in_light.w - 0.5) / width + 0.5, 0.0, 1.0);
     if (holds(kHoldsDecay) && a != b && (a == kCaries || b == kCaries)) share = smoothstep(0.5 - max(0.5 * width, 0.09), 0.5 + max(0.5 * width, 0.09), in_light.w);
@@ -92,23 +92,24 @@ void main() {
   vec2 light = kLightPerVertex ? vec2(1.0) : visibility(in_position, n);
 
   if (holds(kHoldsDecay) && (a == kCaries || b == kCaries)) {
-    // Caries is uneven: light brown at its edge, darkest where it is softest, and grainy.
+    // Caries is uneven: light brown at its edge, darkest where it is softest, and with a fine grain.
     float decay = a == b ? 1.0 : a == kCaries ? 1.0 - share : share;
-    // Fractions are blurred over two voxels, so that they reach only about 0.8 in the all-caries corner of a triangle.
+    // Fractions are blurred over two voxels. Therefore they are only about 0.8 in a triangle's corner that is
+    // surrounded by caries.
     float inward = a == b ? 1.0 : min((a == kCaries ? 1.0 - in_light.w : in_light.w) / 0.8, 1.0);
     float grain = 0.65 * noise(in_mesh_position * 2600.0) + 0.35 * noise(in_mesh_position * 9000.0);
     float core = smoothstep(0.45, 1.0, inward - 0.5 * in_first.w + 0.3 * (grain - 0.5));
     color *= mix(1.0, mix(1.7, 0.55, core) * mix(0.8, 1.2, grain), decay);
   }
   if (kView == 3 && a != kGingiva) {
-    // Difference to the ideal: neutral below 0.05 mm, full colour from one millimetre.
+    // Difference from the ideal: neutral below 0.04 mm, full colour from 0.9 mm.
     float d = in_normal.w * 2.0;  // mm
     float much = smoothstep(0.04, 0.9, abs(d)) * 0.75 + 0.25 * smoothstep(0.04, 0.08, abs(d));
     color = mix(vec3(0.62, 0.60, 0.56), d > 0.0 ? vec3(0.02, 0.12, 0.75) : vec3(0.75, 0.03, 0.02), much);
     look.xyz = vec3(0.6, 0.0, 0.15);
   }
   if (kGlass) {
-    // Glass: transparent when seen frontally, dense at grazing angles.
+    // Glass is transparent if seen from the front, and dense at grazing angles.
     float turn = 1.0 - abs(dot(n, v));
     float alpha = mix(0.06, 0.80, turn * turn * turn) * (main_tissue == kEnamel ? 1.0 : 0.75);
     vec3 glow = tone_map(shade(n, n, v, Look(mix(color, vec3(0.55, 0.75, 1.0), 0.35), 0.2, 0.5, 0.0, 0.9), vec2(1.0)));
@@ -123,13 +124,13 @@ void main() {
   vec3 gloss_normal = n;
   if (kView != 3) {
     if (holds(kHoldsEnamel) && main_tissue == kEnamel) {
-      // Grooves contain stain; enamel is never uniform in colour, nor quite smooth.
+      // Grooves contain stain. Enamel is never uniform in colour, and never quite smooth.
       float groove = smoothstep(0.80, 0.30, light.y);
       color *= mix(vec3(1.0), vec3(0.80, 0.66, 0.48), groove);
       color *= 0.955 + 0.09 * noise(in_mesh_position * 900.0);
       gloss_normal = bumped(n, in_mesh_position, 0.55e-3, 0.055);
     } else if (holds(kHoldsGum) && main_tissue == kGingiva) {
-      // Gum is stippled like orange peel, and redder in places.
+      // Gum has a texture like orange peel, and is redder in some places.
       color *= mix(vec3(0.90, 0.74, 0.76), vec3(1.07, 1.10, 1.08), noise(in_mesh_position * 420.0));
       n = bumped(n, in_mesh_position, 0.50e-3, 0.10);
       gloss_normal = bumped(n, in_mesh_position, 0.9e-3, 0.10);

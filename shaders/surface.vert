@@ -5,27 +5,27 @@
 #include "lighting.glsl"
 
 layout(location = 0) in vec3 in_position;
-layout(location = 1) in vec4 in_normal;  // w: difference, in units of its range
-// the two tissues, the fraction of the second over 255, the lower tissue and its fraction
+layout(location = 1) in vec4 in_normal;  // w: difference, in units of kDifferenceRange
+// the two tissues, the fraction of the second over 255, the lower tissue, the lower tissue's fraction
 layout(location = 2) in uvec4 in_tissue;
 
 layout(location = 0) centroid out vec3 out_position;
 layout(location = 1) centroid out vec4 out_normal;
-// if light is computed per vertex: the incident light; w: fraction of the second tissue
+// incident light, if it is computed per vertex; w: fraction of the second tissue
 layout(location = 2) centroid out vec4 out_light;
 layout(location = 3) flat out uint out_pair;
 layout(location = 4) centroid out vec3 out_mesh_position;
-layout(location = 5) centroid out vec4 out_first;  // colour of the first tissue with the lower tissue; w: fraction
+layout(location = 5) centroid out vec4 out_first;  // first tissue over the lower tissue; w: the lower one's fraction
 layout(location = 6) centroid out vec3 out_second;  // colour of the second tissue
 layout(location = 7) flat out vec4 out_first_look;  // roughness, metal, wetness, translucency
 layout(location = 8) flat out vec4 out_second_look;
-// If light is computed per vertex: reflection of the room, of the lamp, and the direction half-way between lamp and
-// eye.
+// If light is computed per vertex: reflection of the room, reflection of the lamp, and the direction half-way between
+// lamp and eye.
 layout(location = 9) centroid out vec3 out_room;
 layout(location = 10) centroid out vec4 out_lamp;  // w: width of the lamp's reflection
 layout(location = 11) centroid out vec3 out_half_way;
 
-/// The lower tissue shines through, tinted by the tissue above it.
+/// The lower tissue is visible through the tissue above it, which tints it.
 vec3 over(vec3 color, vec3 beneath, float shows) {
   return color * (1.0 - 0.85 * shows) + 0.85 * shows * beneath * sqrt(color);
 }

@@ -11,7 +11,7 @@ layout(location = 3) in vec3 in_look;
 layout(location = 4) in vec2 in_light;
 layout(location = 0) out vec4 out_color;
 
-// Reflection in polished metal: bright and dark bands, which give the impression of metal.
+// Reflection in polished metal: bright and dark bands, which look like metal.
 vec3 metal_room(vec3 r, float rough) {
   float up = dot(r, frame.up.xyz), side = dot(r, frame.window.xyz);
   float soft = 0.10 + 0.6 * rough;
@@ -21,9 +21,10 @@ vec3 metal_room(vec3 r, float rough) {
   return color + room(r, rough) * 0.6;
 }
 
-// Polished metal lit by the room. It receives shadows of the tissue but casts none on itself.
+// Polished metal lit by the room. The tissue casts shadows on it. It casts no shadow on itself.
 void main() {
-  // Partly transparent tools are dithered by interleaved gradient noise (Jimenez 2014), so that no sorting is needed.
+  // A partly transparent tool is dithered by interleaved gradient noise (Jimenez 2014), so that its triangles need no
+  // sorting.
   float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   if (noise < object.view.y) discard;
   vec3 n = normalize(in_normal.xyz);

@@ -9,7 +9,7 @@ layout(location = 0) in vec3 in_position;
 layout(location = 1) in vec3 in_normal;
 layout(location = 2) in vec3 in_hull_position;
 layout(location = 3) in vec3 in_hull_normal;
-layout(location = 4) in vec3 in_look;  // x: 1: rotates with the spindle; y: roughness; z: 1: on a dark depth mark
+layout(location = 4) in vec3 in_look;  // x: 1 if it rotates with the spindle; y: roughness; z: 1 on a depth mark
 
 layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec4 out_normal;
@@ -18,13 +18,13 @@ layout(location = 3) out vec3 out_look;
 layout(location = 4) out vec2 out_light;
 
 void main() {
-  // Fast rotation: the flutes are blurred into their hull. Slow rotation: they turn.
+  // At fast rotation the flutes are blurred into their hull. At slow rotation they turn.
   float blur = in_look.x * frame.tool_motion.y;
   vec3 m = mix(in_position, in_hull_position, blur), k = normalize(mix(in_normal, in_hull_normal, blur));
   float c = cos(in_look.x * frame.tool_motion.x), s = sin(in_look.x * frame.tool_motion.x);
   m.xy = vec2(c * m.x - s * m.y, s * m.x + c * m.y);
   k.xy = vec2(c * k.x - s * k.y, s * k.x + c * k.y);
-  // Size of a pixel there, m, as in particle.vert: a neck thinner than a pixel would be drawn with gaps.
+  // Size of a pixel at the vertex, m, as in particle.vert. A neck thinner than a pixel would be drawn with gaps.
   vec3 axis = vec3(object.world_row[0].z, object.world_row[1].z, object.world_row[2].z) * m.z +
               vec3(object.world_row[0].w, object.world_row[1].w, object.world_row[2].w);
   mat4 clip = frame.clip_from_world[VIEW];
@@ -37,11 +37,11 @@ void main() {
   gl_ClipDistance[0] = dot(frame.clip, vec4(world, 1.0));
   out_position = world;
   out_normal = vec4(dot(object.world_row[0].xyz, k), dot(object.world_row[1].xyz, k), dot(object.world_row[2].xyz, k), 1.0);
-  // The grooves between the blades are dark; blurred by rotation they darken the hull slightly.
+  // The grooves between the blades are dark. Blurred by rotation, they darken the hull slightly.
   float groove = length(in_hull_position - in_position) / max(length(in_hull_position.xy), 1e-6);
   float dark = mix(1.0 - clamp(3.0 * groove, 0.0, 0.55), 0.62, blur) * mix(1.0, 0.12, in_look.z);
   out_color = vec4(vec3(0.72, 0.73, 0.75) * dark, 0.0);
   out_look = vec3(mix(in_look.y, 0.38, blur), 1.0, 0.0);
-  // The tool receives shadows of the tissue. The lookup is offset towards the lamp, away from the touched surface.
+  // The tool receives shadows of the tissue. The lookup is displaced towards the lamp, away from the touched surface.
   out_light = kLightPerVertex ? tissue_visibility(world + 0.3e-3 * frame.key.xyz, out_normal.xyz) : vec2(1.0);
 }

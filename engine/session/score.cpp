@@ -314,10 +314,11 @@ const Measure* find_measure(std::string_view name) {
   return it == std::end(kMeasures) ? nullptr : it;
 }
 
-/// Completed fraction of the task. With an ideal, it is the completed fraction of the ideal's changes. Without an
-/// ideal, it is the removed fraction of the caries. For an exploration, half of it is the fraction of lesions found,
-/// and half the fraction of the surface explored. In all other cases, the task is complete as soon as any tissue was
-/// cut or filled, so that an idle session earns no points.
+/// Completed fraction of the task. For an exploration, half of it is the fraction of lesions found, and half the
+/// fraction of the surface explored. For an implant exercise, it is the completed fraction of the phases. With an
+/// ideal, it is the completed fraction of the ideal's changes; without an ideal, the removed fraction of the caries. In
+/// all other cases, the task is complete as soon as any tissue was cut or filled, so that an idle session earns no
+/// points.
 double completion(const ScoreInput& in) {
   if (in.explore) {
     const double found = in.explore->lesions > 0 ? static_cast<double>(in.explore->found) / in.explore->lesions : 1.0;
