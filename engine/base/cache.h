@@ -13,10 +13,10 @@
 
 namespace typodont::cache {
 
-/// $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty if no such folder is possible.
+/// The cache folder: $TYPODONT_CACHE, else typodont/ in $XDG_CACHE_HOME or ~/.cache. Empty if none of these is set.
 std::filesystem::path folder();
 
-/// Hash of a file's content; nothing if the file cannot be read.
+/// Hash of a file's content; no value if the file cannot be read.
 std::optional<std::uint64_t> hash_of(const std::filesystem::path& file);
 
 /// Adds this build's identity to a key, because another build may compute another result from the same input.

@@ -9,7 +9,7 @@ using Nanos = std::int64_t;  // ns since an arbitrary start
 
 inline constexpr Nanos kNanosPerSecond = 1'000'000'000;
 
-/// CLOCK_MONOTONIC. Any thread.
+/// Present time of CLOCK_MONOTONIC. Any thread.
 Nanos now() noexcept;
 
 /// CPU time consumed by the calling thread. It measures the cost of a tick independently of the machine's other load.

@@ -1,4 +1,4 @@
-// Reading tables of numbers: a header line of column names, then rows of finite numbers.
+// Reads tables of numbers: a header line of column names, then rows of finite numbers.
 #pragma once
 
 #include <filesystem>

@@ -11,7 +11,7 @@ namespace typodont {
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
-  /// "FILE: WHERE: found FOUND, expected EXPECTED"; empty parts are omitted.
+  /// Composes the message "FILE: WHERE: found FOUND, expected EXPECTED"; empty parts are omitted.
   Error(std::string_view file, std::string_view where, std::string_view found, std::string_view expected);
 };
 

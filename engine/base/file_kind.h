@@ -30,7 +30,7 @@ enum class FileKind {
   kLabels     // a tissue number for each voxel
 };
 
-/// "a session (.h5)", for messages.
+/// Name of a kind in messages, for example "a session (.h5)".
 std::string_view name_of(FileKind kind) noexcept;
 /// File name extensions in lower case, with the dot; none for kText.
 std::span<const std::string_view> endings_of(FileKind kind) noexcept;

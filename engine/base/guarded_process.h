@@ -13,7 +13,7 @@ namespace typodont {
 /// Limits that a process sets for itself.
 struct ProcessLimits {
   std::uint64_t seconds = 60;                // limit for the processor time and for the elapsed time
-  std::uint64_t memory = 1024ull << 20;      // bytes of address space, including that of libraries
+  std::uint64_t memory = 1024ull << 20;      // bytes of address space, including the space of libraries
   std::uint64_t longest_file = 64ull << 20;  // bytes, largest size of one written file
 };
 /// Call in the process that is to be limited.

@@ -137,7 +137,7 @@ bool LineReader::next(std::string& line) {
                 in_.bad() ? std::strerror(errno ? errno : EIO) : fmt::format("over {} characters", kLongest),
                 "a line of a table");
   }
-  // getline() removes the line end; at the end of the file there may be none.
+  // getline() removes the line end. The last line may have no line end.
   line.assign(buffer_.data(), static_cast<std::size_t>(in_.gcount()) - (in_.eof() ? 0 : 1));
   return true;
 }

@@ -13,7 +13,7 @@ namespace typodont {
 /// The content that an input file should have. largest_input() gives the size limit of each kind.
 enum class InputKind { kJson, kTable, kSession, kVolume, kScan, kMesh, kSound, kPicture, kAny };
 
-/// "a JSON file", for messages.
+/// Name of a kind in messages, for example "a JSON file".
 std::string_view name_of(InputKind kind) noexcept;
 /// Size limit in bytes. A larger file of this kind is refused before it is read.
 std::uintmax_t largest_input(InputKind kind) noexcept;
@@ -26,13 +26,13 @@ void remember_inputs() noexcept;
 /// an input. A directory, device, FIFO, socket or terminal is refused without being opened. Returns the
 /// size in bytes. Any thread. Throws Error.
 std::uintmax_t require_input(const std::filesystem::path& file, InputKind kind);
-/// As require_input(); returns all bytes of the file.
+/// Same as require_input(), but returns all bytes of the file.
 std::string read_input(const std::filesystem::path& file, InputKind kind);
-/// As require_input(); returns a binary stream at the file's beginning.
+/// Same as require_input(), but returns a binary stream at the file's beginning.
 std::ifstream open_input(const std::filesystem::path& file, InputKind kind);
 
-/// The remembered input that is the same file as `file`, even under another name; nothing if there is none. Two names
-/// are the same file if device, inode and time of creation are equal. Any thread.
+/// Returns the remembered input that is the same file as `file`, even under another name. No value if there is no such
+/// input. Two names are the same file if device, inode and time of creation are equal. Any thread.
 std::optional<std::filesystem::path> input_that_is(const std::filesystem::path& file);
 
 /// Reads a text file line by line. A line has at most kLongest characters, without its line end.

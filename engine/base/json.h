@@ -35,7 +35,7 @@ class Json {
 
   bool has(std::string_view key) const;
   Json operator[](std::string_view key) const;           // throws Error if the key is missing
-  std::optional<Json> find(std::string_view key) const;  // nothing if the key is missing
+  std::optional<Json> find(std::string_view key) const;  // no value if the key is missing
   std::vector<Json> items() const;                       // elements of an array
   std::vector<std::string> keys() const;                 // keys of an object
   /// Throws Error if the object has any other key.

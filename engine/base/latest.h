@@ -18,7 +18,7 @@ class Latest {
   Latest() = default;
   /// Every slot starts as a copy of `initial`, so that buffers inside T are allocated at set-up, not in the loop.
   explicit Latest(const T& initial) : slots_{initial, initial, initial} {}
-  /// For a T that cannot be copied: every slot is a result of `make`.
+  /// Constructor for a T that cannot be copied: every slot is a result of `make`.
   template <std::invocable Make>
   explicit Latest(Make make) : slots_{make(), make(), make()} {}
 

@@ -15,8 +15,8 @@ enum class Over {
   kItsInput  // also inputs of this process: the command reads the file, changes it and writes it back
 };
 
-/// The only way in which this program writes files. The content goes to a temporary file in the same folder, which is
-/// renamed when it is complete.
+/// Every file that this program writes is written through this class. The content goes to a temporary file in the same
+/// folder, which is renamed when it is complete.
 /// It refuses to replace a file that this process has read, a file of another kind, a write-protected file and a
 /// directory. A link to a regular file is followed; the file keeps its mode and, as far as permitted, its owner and
 /// group. A device or FIFO is never replaced: the content is copied into it.

@@ -81,12 +81,12 @@ struct LoopTiming {
 struct LoopReport {
   LoopTiming timing;
   bool fifo = false, pinned = false, memory_locked = false;
-  std::array<char, 320> note{};  // states what was refused and how to fix it; zero-terminated; empty: all was granted
+  std::array<char, 320> note{};  // states what was refused and how to fix it; zero-terminated; empty: no refusal
   // The next fields describe the safety layer of a device with motors.
   double heat = 0;            // present heat of the motor windings, as a fraction of the limit, 0..1
   double worst_heat = 0;      // largest `heat` so far
   double bearable_force = 0;  // N, largest force that the motors may produce now; 0: a device without motors
-  bool armed = false;         // force may reach the hand
+  bool armed = false;         // true if a force may reach the hand
   std::uint32_t safety = 0;   // all SafetyEvent bits since the start
 
   void say(std::string_view text) noexcept {

@@ -26,7 +26,7 @@ enum class Tissue : std::uint8_t {
 };
 inline constexpr int kTissueCount = 10;
 
-/// "enamel", "cortical_bone" …: the names used in every file.
+/// Name of a tissue in all files: "enamel", "cortical_bone" …
 std::string_view name_of(Tissue tissue) noexcept;
 std::optional<Tissue> tissue_named(std::string_view name) noexcept;
 

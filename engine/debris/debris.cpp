@@ -71,7 +71,7 @@ class Contact {
     return {glm::mix(glm::mix(d_[4] - d_[0], d_[6] - d_[2], f_.y), glm::mix(d_[5] - d_[1], d_[7] - d_[3], f_.y), f_.z),
             glm::mix(x_[2] - x_[0], x_[3] - x_[1], f_.z), glm::mix(x_[1], x_[3], f_.y) - glm::mix(x_[0], x_[2], f_.y)};
   }
-  bool inside = false;  // the point lies in the field's box
+  bool inside = false;  // true if the point lies in the field's box
   double distance = 0;  // m
 
  private:

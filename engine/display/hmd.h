@@ -28,13 +28,13 @@ struct HmdHand {
   Pose X_WT;
   Pose X_DT;                 // the same pose in the headset's space, as measured
   double pedal = 0;          // 0..1, the trigger
-  bool change_tool = false;  // the button was pressed since the last frame
-  bool mirror = false;       // the mouth mirror's button was pressed since the last frame
+  bool change_tool = false;  // true if its button was pressed since the last frame
+  bool mirror = false;       // true if the mouth mirror's button was pressed since the last frame
 };
 
 struct HmdFrame {
-  bool draw = false;     // a picture is needed; otherwise call submit() without one
-  bool focused = false;  // the hands are available to this program
+  bool draw = false;     // true if a picture is needed; otherwise call submit() without a picture
+  bool focused = false;  // true if the hands are available to this program
   Nanos shown_at = 0;    // predicted time of display on the program's clock; 0: unknown
   double period = 0;     // s
   std::array<EyeView, 2> eyes;

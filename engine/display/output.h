@@ -42,7 +42,7 @@ struct Part {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// Composes the eyes' pictures by layout. Creates its pipeline at the first target.
+/// Composes the eyes' pictures in the screen's layout. Creates its pipeline at the first target.
 class Compositor {
  public:
   explicit Compositor(gpu::Device& device);
@@ -146,7 +146,7 @@ struct WindowOptions {
   int output = -1;                      // number of the monitor for full screen; −1: a window
   bool fits_screen = false;             // limit the window's size to the screen's free area
   bool stereo_surface = false;          // surface with two layers, for frame-sequential displays
-  bool composed = false;                // a Compositor fills the targets: with software rendering they are memory
+  bool composed = false;                // a Compositor fills the targets; with software rendering, in memory
   double most_frames_per_second = 120;  // Hz, limit if presenting does not wait for the screen
 };
 /// Vulkan extensions that Device::create needs for a window. Throws Error if there is no desktop.

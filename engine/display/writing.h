@@ -13,7 +13,7 @@ namespace typodont::display {
 /// The speed of a spindle in the units of a clinician: "800 rpm", "300 krpm". Slow speeds are rounded to 10 rpm.
 std::string spindle_text(double krpm);
 
-/// The content of the text.
+/// The values that the text shows.
 struct Hud {
   bool visible = false;
   std::string tool;  // "round 1.2 mm"
@@ -21,7 +21,7 @@ struct Hud {
   double force = 0;         // N
   double force_limit = 5;   // N, force at the bar's end
   std::string hint;         // parts separated by three spaces; lines break there
-  glm::dmat2 upright{1.0};  // display::upright
+  glm::dmat2 upright{1.0};  // result of display::upright()
   double aspect = 0;        // width / height of the physical picture; 0: derived from the pixels
 };
 

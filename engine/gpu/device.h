@@ -55,7 +55,8 @@ struct DeviceOptions {
   bool present = false;                          // the device must support swapchains
   bool doubles = false;                          // the device must support double precision in shaders
   std::string prefer;  // part of the preferred device's name; empty: GPUs are preferred to CPU devices
-  // A headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty: created by Vulkan directly.
+  // A headset's runtime creates instance and device itself (XR_KHR_vulkan_enable2). Empty functions: Vulkan creates
+  // them.
   std::function<VkResult(const VkInstanceCreateInfo&, VkInstance&)> create_instance;
   std::function<VkPhysicalDevice(VkInstance)> choose_physical;
   std::function<VkResult(VkPhysicalDevice, const VkDeviceCreateInfo&, VkDevice&)> create_device;
@@ -115,7 +116,7 @@ struct DeviceInfo {
 };
 std::vector<DeviceInfo> list_devices();
 
-/// Two frames in flight: command buffers, fences, and which frames the GPU has finished.
+/// Two frames in flight: command buffers, fences, and the number of the last frame that the GPU has finished.
 struct FrameRing {
   static constexpr int kSlots = 2;
   struct Slot {
@@ -126,7 +127,7 @@ struct FrameRing {
   };
   std::array<Slot, kSlots> slots;
   std::uint64_t submitted = 0;  // number of the frame that is being recorded or was last submitted
-  std::uint64_t finished = 0;   // number of the last frame that the GPU has finished; all earlier ones are finished too
+  std::uint64_t finished = 0;   // number of the last frame that the GPU has finished; earlier ones are finished, too
 
   static FrameRing create(Device& device);
   void destroy(Device& device);

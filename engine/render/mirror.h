@@ -21,7 +21,7 @@ Eye reflected(const Eye& eye, const Pose& X_WM);
 /// front of the glass have dot(plane, (p, 1)) ≥ 0.
 glm::dvec4 before_glass(const Pose& X_WM);
 
-/// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size; nothing
+/// A box (x, y, width, height) that contains all pixels of the glass for this eye, in a picture of this size. No value
 /// if the glass is out of view or shows its back.
 std::optional<PixelBox> glass_in(const Eye& eye, const MouthMirror& mirror, const glm::ivec2& size);
 

@@ -8,7 +8,7 @@ namespace typodont::render {
 
 struct Quality {
   std::string_view name = "high";
-  int samples = 4;        // per pixel
+  int samples = 4;        // samples per pixel
   int shadow_map = 2048;  // texels; 0: no shadow, no ambient occlusion
   int shadow_taps = 16;
   int occlusion_taps = 16;

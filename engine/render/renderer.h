@@ -24,7 +24,7 @@
 namespace typodont::render {
 
 /// A vertex of a surface. The three corners of a triangle store the same two tissues. A sharp boundary between the
-/// tissues is drawn where the interpolated `second` passes one half.
+/// tissues is drawn where the interpolated `second` equals one half.
 struct Vertex {
   glm::vec3 p{0};        // m, relative to the mesh's origin
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
@@ -64,7 +64,7 @@ struct Eye {
   glm::dmat4 view{1.0};        // W → eye, m
   glm::dmat4 projection{1.0};  // Vulkan clip space
   dvec3 position{0, 0, 0};     // m, W
-  bool flip = false;           // the eye sees the scene in a mirror
+  bool flip = false;           // true if the eye sees the scene in a mirror
 };
 
 struct Particle {
@@ -79,7 +79,7 @@ struct ToolState {
   Pose X_WG;           // the proxy's pose
   double angle = 0;    // rad, angle of the spindle about the tool's z
   double spindle = 0;  // rad/s, sets the motion blur of the flutes
-  double opacity = 1;  // below 1: the other pixels are left out, as for a hand out of sight
+  double opacity = 1;  // drawn fraction of the tool's pixels; below 1 for a hand out of sight
 };
 
 /// Marks the point where the tool would meet the scene if it moved straight along `down`: a ring is drawn at that
@@ -106,7 +106,7 @@ enum class Background { kGradient, kBlack, kClear };
 
 struct Frame {
   std::array<Eye, 2> eyes;
-  int views = 2;  // 1: mono
+  int views = 2;  // number of pictures; 1: mono
   ToolState tool;
   Cursor cursor;
   MouthMirror mirror;  // the mouth mirror in the other hand; diameter 0: no mirror
@@ -125,18 +125,18 @@ struct PixelBox {
 };
 
 struct FrameStats {
-  bool drawn = false;        // false: nothing had changed and no commands were recorded
-  std::uint64_t frames = 0;  // frames drawn since the start
+  bool drawn = false;        // false: nothing has changed and no commands were recorded
+  std::uint64_t frames = 0;  // number of frames drawn since the start
   int views = 0;
   double redrawn = 1;  // redrawn fraction of the pictures
   int bricks_drawn = 0, bricks_culled = 0, bricks_facing_away = 0, bricks_covered = 0;
   int bricks_unchanged = 0;  // bricks in view, but only in parts that are not redrawn
   std::uint64_t triangles = 0;
-  int passes = 0;           // render passes recorded
-  int commands = 0;         // draw calls recorded
-  int bricks_uploaded = 0;  // bricks uploaded since the last frame
+  int passes = 0;           // number of recorded render passes
+  int commands = 0;         // number of recorded draw calls
+  int bricks_uploaded = 0;  // number of bricks uploaded since the last frame
   std::uint64_t bytes_uploaded = 0;
-  int pipelines = 0;  // pipelines that exist now
+  int pipelines = 0;  // number of pipelines that exist now
   double pixel = 0;   // m, size of a drawn pixel on the working tooth at its point nearest to an eye; 0: no tooth
   // Counts for the picture in the mouth mirror. `passes` includes its passes. The picture is drawn only if an eye sees
   // the glass.

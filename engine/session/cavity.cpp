@@ -22,7 +22,7 @@ constexpr double kRounding = 1e-9;               // voxels, tolerance for roundi
 constexpr double kLeastPart = 0.1e-6;            // m², limit: a smaller total area of a floor or of walls is ignored
 // fraction of a wall's inclinations that is omitted at either end, because these belong to the wall's edges
 constexpr double kTrimmed = 0.1;
-constexpr double kRim = 1e-3;  // m below the old surface; nearer to it a wall is a rim, which is always thin
+constexpr double kRim = 1e-3;  // m, depth of a wall's rim below the old surface; the rim is always thin
 // voxels, half width over which a wall's inclination is measured, so that ripples average out
 constexpr double kAcross = 1.5;
 constexpr double kFarthestWall = 5e-3;  // m, search range for the far side of a wall

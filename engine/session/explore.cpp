@@ -10,7 +10,7 @@ namespace {
 constexpr double kReach = 0.75e-3;       // m, limit: the tip explores surface within this distance
 constexpr double kMarkReach = 0.6e-3;    // m, limit: a mark within this distance of a lesion finds the lesion
 constexpr double kStep = 0.2e-3;         // m, motion of the tip between two updates
-constexpr std::size_t kLeastLesion = 8;  // voxels; smaller pieces are label noise, not lesions
+constexpr std::size_t kLeastLesion = 8;  // voxels, limit: smaller pieces are label noise, not lesions
 
 /// Calls `each(index, squared distance)` for all voxels within `reach` voxels of p.
 template <class Each>

@@ -12,7 +12,7 @@
 namespace typodont::session {
 
 struct ExploreMeasures {
-  int lesions = 0;      // connected pieces of caries that reach the surface
+  int lesions = 0;      // number of connected pieces of caries that reach the surface
   int found = 0;        // number of lesions that were marked
   int false_finds = 0;  // number of marks on sound tissue
   double explored = 0;  // fraction of the region's surface that the tip explored, 0..1

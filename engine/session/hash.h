@@ -11,7 +11,7 @@
 
 namespace typodont::session {
 
-/// "fnv1a64:0123456789abcdef".
+/// The hash as text, for example "fnv1a64:0123456789abcdef".
 std::string to_text(const Fnv1a& hash);
 
 /// Adds every bit of force and torque of every tick, in order. Equal runs have equal hashes. Start with a default Fnv1a

@@ -19,7 +19,7 @@ constexpr double kCentral = 0.25;  // fraction of the work's half width; closer 
 /// Extent of all tissue that was changed or should have been changed.
 struct Work {
   dvec3 middle_W{0};           // centre of its volume
-  double low = 0, high = 0;    // m along the axis
+  double low = 0, high = 0;    // m, limits of the positions along the axis
   double half_width = 0;       // m, largest distance from the middle perpendicular to the axis
   bool around_tissue = false;  // true if the middle is solid in the ideal: a crown's stump, or a filling
 };

@@ -21,7 +21,7 @@ namespace typodont::session {
 
 struct WriterOptions {
   Nanos flush_interval = kNanosPerSecond / 2;  // ns, longest time that data is stored only in memory (heartbeat)
-  int deflate = 3;                             // compression level 1..9; the bytes are shuffled first, which saves most
+  int deflate = 3;                             // compression level 1..9; the bytes are shuffled first to save space
   // Free bytes on the disk. With less than `disk_needed` the constructor throws Error. Below `disk_low` the status
   // warns. Below `disk_reserve` (about two flushes with their journal) rows are counted as lost instead of written.
   std::uint64_t disk_needed = 16u << 20, disk_low = 64u << 20, disk_reserve = 4u << 20;
@@ -36,7 +36,7 @@ struct WriterOptions {
 struct WriterStatus {
   enum class State { kRecording, kDiskLow, kDiskFull, kFailed, kFinished } state = State::kRecording;
   Lost lost;
-  std::uint64_t ticks = 0, cuts = 0;  // rows written to the file
+  std::uint64_t ticks = 0, cuts = 0;  // numbers of rows written to the file
   Nanos slowest_flush = 0;            // ns of wall time, duration of the slowest write so far
   std::string message;
 };

@@ -38,7 +38,7 @@ struct ReportOptions {
   std::optional<Score> score;                 // no value: score_session() computes it
   std::optional<ScoreInput> input;            // input of the score, if it contains more measures than the file
   std::optional<ResultModel> result, ideal;   // final surface with its deviation; surface of the ideal
-  std::optional<Preparation> preparation;     // for sections
+  std::optional<Preparation> preparation;     // geometry for the drawings of sections
   bool encloses_nothing = false;              // true if the tissue is an open surface: only removed tissue has a volume
   std::vector<SessionSummary> earlier;        // earlier sessions with the same scene, oldest first
   std::optional<SessionSummary> expert;

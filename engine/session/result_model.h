@@ -16,7 +16,7 @@ namespace typodont::session {
 /// Tissue labels on a grid, for the cut face of a section; air where there was never tissue.
 struct TissueLabels {
   VoxelFrame frame;            // sample (0,0,0) lies at the frame's origin
-  glm::ivec3 size{0};          // 0: no labels
+  glm::ivec3 size{0};          // number of samples; 0: no labels
   std::vector<Tissue> tissue;  // z is the fastest index
 };
 

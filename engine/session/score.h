@@ -79,9 +79,9 @@ struct ScoreInput {
   std::optional<double> pulp_distance;         // m, smallest distance of the cut surface from the pulp
   std::optional<CavityMeasures> cavity;        // geometry of the result, if it was measured
   std::optional<CavityMeasures> cavity_ideal;  // geometry of the ideal, which a perfect hand would achieve
-  std::optional<ExploreMeasures> explore;      // for an exploration task
-  std::optional<DamageMeasures> damage;        // if the scene has surroundings
-  std::optional<ImplantMeasures> implant;      // for an exercise in implant surgery
+  std::optional<ExploreMeasures> explore;      // set for an exploration task
+  std::optional<DamageMeasures> damage;        // set if the scene has surroundings
+  std::optional<ImplantMeasures> implant;      // set for an exercise in implant surgery
 };
 
 /// Source of the default pass mark (a key of the text catalogue).
@@ -111,7 +111,7 @@ struct ScoreItem {
   double target = 0, tolerance = 0, weight = 0;
   Best best = Best::kAtMost;
   std::string source;
-  double points = 0;  // 0 .. full
+  double points = 0;  // points of this item, 0 .. full
   double full = 0;    // points for a perfect value: 100 · weight / sum of all weights
 };
 

@@ -14,7 +14,7 @@ namespace typodont::session {
 
 /// A file from which the scene was built. A replay uses this entry to detect later changes of the file.
 struct SourceFile {
-  std::string path;  // as named in the scene, resolved
+  std::string path;  // path of the file that the scene names
   std::uint64_t bytes = 0;
   std::string hash;  // "fnv1a64:" and 16 hexadecimal digits, see hash.h
   bool operator==(const SourceFile&) const = default;
@@ -57,7 +57,7 @@ struct SessionHeader {
   static std::string compiler_of_this_build();
 };
 
-/// "2025-03-14T09:26:53Z".
+/// The present time, for example "2025-03-14T09:26:53Z".
 std::string iso_date_now();
 
 enum class EventKind : std::uint8_t { kNote, kTool, kView, kFault, kTask, kUndo, kRedo, kScore, kPiece };

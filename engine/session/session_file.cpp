@@ -231,7 +231,7 @@ std::optional<std::filesystem::path> completed_copy(const std::filesystem::path&
 /// Makes a copy of a truncated file, extended with zeros (which fail the checksums), so that HDF5 can open it. No value
 /// if the file is not truncated or if there is no space for a copy.
 std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path& file) {
-  // Superblock version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
+  // HDF5 superblock, version 3: signature of 8 bytes, version, size of offsets; the end of the file at byte 28.
   std::array<char, 48> block{};
   std::ifstream(file, std::ios::binary).read(block.data(), block.size());
   if (std::memcmp(block.data(), "\x89HDF\r\n\x1a\n\x03\x08", 10) != 0) return std::nullopt;
@@ -242,7 +242,7 @@ std::optional<std::filesystem::path> lengthened_copy(const std::filesystem::path
   if (code || end <= size || end > (std::uint64_t{1} << 42)) return std::nullopt;
   auto copy = private_copy(file);
   if (!copy) return std::nullopt;
-  std::filesystem::resize_file(*copy, end, code);  // sparse file
+  std::filesystem::resize_file(*copy, end, code);  // the added part is sparse and needs no disk space
   if (!code) return copy;
   std::filesystem::remove(*copy, code);
   return std::nullopt;
@@ -386,7 +386,7 @@ void SessionReader::Impl::read_header() {
     throw Error(name, "servo_laws", fmt::format("{}", servo_laws), fmt::format("1 to {}", kServoLaws));
   get_attribute(root, "model", header.model);                       // older files lack it: there was only one model
   get_attribute(root, "vibration_band_Hz", header.vibration_band);  // older files lack it: there was no vibration
-  get_attribute(root, "position_step_m", header.position_step);     // older files lack it and used differences
+  get_attribute(root, "position_step_m", header.position_step);     // older files lack it: speeds came from differences
   if (!(header.position_step > 0 && header.position_step < 1)) header.position_step = 0;
   std::uint64_t gives_torque = 1;  // older files lack it: every device's torque was used
   get_attribute(root, "gives_torque", gives_torque);

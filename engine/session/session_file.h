@@ -16,7 +16,7 @@ namespace typodont::session {
 /// One recorded stream, as columns.
 struct StreamData {
   std::vector<Nanos> t;
-  std::vector<std::vector<double>> columns;  // in the order of StreamSpec::columns
+  std::vector<std::vector<double>> columns;  // the columns have the order of StreamSpec::columns
 };
 
 /// Opening throws Error for a file that is not a readable session, that refers to other files, or that contains
@@ -47,7 +47,7 @@ class SessionReader {
   const std::vector<Cut>& cuts() const;
   const std::vector<PatchUse>& patches() const;
   const std::vector<SessionEvent>& events() const;
-  const std::vector<StreamData>& streams() const;  // in the order of header().streams
+  const std::vector<StreamData>& streams() const;  // the streams have the order of header().streams
   const std::optional<SessionResult>& result() const;
   /// Recorded timing of the servo loop; no value for a session that did not run live.
   const std::optional<LoopReport>& loop() const;

@@ -34,9 +34,9 @@ struct Task {
   // for each step the action that completes it, one of kStepDeeds; empty: the user marks the step as done
   std::vector<std::string> step_deeds;
   dvec3 axis_W{0, 0, 1};      // unit, out of the opening
-  std::optional<Json> ideal;  // read by the program
+  std::optional<Json> ideal;  // the ideal; the program reads its geometry
   std::vector<Json> protect;  // solids that must not be cut
-  bool explore = false;       // the task is to explore, not to cut
+  bool explore = false;       // true if the task is to explore, not to cut
   std::vector<Json> region;   // solids that define the region to explore
 };
 

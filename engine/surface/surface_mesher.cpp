@@ -50,7 +50,7 @@ struct Weaver {
     bool crease;
   };
   std::vector<std::uint32_t> first_copy[8];  // for each owner and vertex: the index of its first copy in the mesh
-  std::vector<Copy> copies;                  // for each vertex of the mesh
+  std::vector<Copy> copies;                  // one entry for each vertex of the mesh
   // For each cell of this brick that contains surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 

@@ -38,7 +38,7 @@ template <> struct ObjectOf<typodont_session> { using Type = SessionObject; stat
 
 /// Stores the reason for typodont_error(). `text` is copied without allocation.
 typodont_result fail(typodont_result result, const char* text) noexcept;
-/// As fail(), with the text of the exception that is being handled.
+/// Same as fail(), with the text of the exception that is being handled.
 typodont_result fail_by_exception() noexcept;
 
 /// Calls `body` and converts its exceptions to results. `body` returns a result or nothing.

@@ -1,6 +1,6 @@
-// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering it goes through memory
-// shared with the desktop. Resizing, minimising and a lost surface are handled here; a lost device is reported to the
-// caller, who sets everything up again.
+// A window on the desktop, through GLFW. Vulkan presents the picture; with software rendering the picture goes through
+// memory shared with the desktop. This file handles resizing, minimising and a lost surface. It reports a lost device
+// to the caller, which sets up everything again.
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>

@@ -12,7 +12,7 @@ namespace typodont::display::xr {
 
 class EyePictures {
  public:
-  /// `size`: pixels of each eye. `depth`: also submit depth if the runtime supports it. Throws Error.
+  /// `size`: size of each eye's picture in pixels. `depth`: also submit depth if the runtime supports it. Throws Error.
   EyePictures(Api& api, XrSession session, const std::string& headset, ivec2 size, bool depth);
   ~EyePictures();
   EyePictures(const EyePictures&) = delete;

@@ -31,7 +31,7 @@ class Placement {
   Pose in_workbench(const Pose& X_DQ) const;
 
  private:
-  /// W's y points away from the user and its z up (the user sits at negative y).
+  /// Places the work in front of the head. W's y points away from the user, W's z up; the user sits at negative y.
   void place(const Pose& X_DV);
 
   struct Move {

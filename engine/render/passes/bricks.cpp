@@ -346,7 +346,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
       bool out_of_view = true, away = true, unchanged = tiles != nullptr;
       for (std::size_t e = 0; e < views; ++e) {
         out_of_view = out_of_view && outside(frusta[e], b);
-        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a section shows back faces inside
+        away = away && frame.view != View::kSection && faces_away(b, eyes[e]);  // a section shows back faces of bodies
         unchanged = unchanged && !(*tiles)[e].touch(b.seen[e]);
       }
       if (b.first && covered(cover, b)) {

@@ -14,8 +14,8 @@ namespace typodont::render {
 /// A vertex as the GPU reads it: 24 bytes.
 struct GpuVertex {
   float p[3];         // m, mesh
-  std::int16_t n[4];  // snorm; w: difference, in units of kDifferenceRange
-  // two tissues, the fraction of the second over 255; the tissue beneath and its fraction over 15
+  std::int16_t n[4];  // unit normal; w: difference / kDifferenceRange; all as snorm
+  // the two tissues; the second one's fraction · 255; low bits: tissue below, high bits: its visible fraction · 15
   std::uint8_t tissue[4];
 };
 static_assert(sizeof(GpuVertex) == 24);
@@ -60,7 +60,7 @@ struct DrawGroup {
   std::uint32_t first = 0, count = 0;  // range in the indirect buffer
 };
 
-/// Whether a view draws a mesh, and whether it draws it as glass.
+/// True if the view draws the mesh; true if the view draws the mesh as glass.
 bool shown_in(View view, MeshId mesh);
 bool glassy_in(View view, MeshId mesh);
 
@@ -87,7 +87,7 @@ struct BrickStore {
   /// Frees the memory of bricks that no unfinished frame draws any more.
   void collect(std::uint64_t finished);
 
-  /// Nothing if there are no bricks.
+  /// Bounds of the scene; no value if there are no bricks.
   std::optional<SceneBounds> bounds() const;
   /// Draw commands for the bricks in an eye's view, written into this slot's buffer of `into`. Adds the counts to
   /// `stats`. `tiles`: for each eye the part of the picture to redraw; null: the whole picture.

@@ -52,7 +52,7 @@ bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float r
 
 /// Area of the shadow map in which changed tissue can change a lookup of the shadow or of the occlusion.
 struct LampBox {
-  glm::vec2 lo{1e9f}, hi{-1e9f};  // map coordinates, 0..1
+  glm::vec2 lo{1e9f}, hi{-1e9f};  // corners in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
   void take(const LampBox& b) {
     lo = glm::min(lo, b.lo);

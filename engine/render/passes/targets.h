@@ -16,7 +16,7 @@ class Targets {
 
   gpu::Image pictures;  // the renderer's result, one layer per eye
   std::vector<gpu::Image>
-      kept_depth;  // one of two layers if one pass draws both eyes, otherwise one per eye; only if depth is kept
+      kept_depth;  // one image of two layers if one pass draws both eyes, otherwise one per eye; only if depth is kept
 
   /// Creates images of the frame's size times the quality's scale, and sets the context's samples and view mask.
   void create(const glm::ivec2& frame_size, int views);

@@ -50,9 +50,9 @@ const std::vector<Column<ServoTick>>& tick_columns();
 const std::vector<Column<Cut>>& cut_columns();
 const std::vector<Column<PatchUse>>& patch_columns();
 
-/// "0 air, 1 enamel, …": attribute `labels` of every column with tissues.
+/// Attribute `labels` of every column with tissues: "0 air, 1 enamel, …".
 std::string tissue_labels();
-/// "1 bad_input, 2 stale_patch, …".
+/// Names of the fault bits: "1 bad_input, 2 stale_patch, …".
 std::string fault_labels();
 
 }  // namespace typodont::session

@@ -24,7 +24,7 @@ inline std::array<std::uint64_t, 7> as_array(const Lost& lost) {
           lost.other_disk, lost.other_ring, lost.pictures_disk};
 }
 
-/// "0 note, 1 tool, …".
+/// Numbers and names of the event kinds: "0 note, 1 tool, …".
 std::string event_labels();
 
 /// The group "loop": a LoopReport as numbers.

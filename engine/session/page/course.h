@@ -24,7 +24,7 @@ struct Course {
     std::uint64_t ticks = 0;
     double first = 0;
   };
-  std::vector<FaultCount> faults;  // parallel to fault_names()
+  std::vector<FaultCount> faults;  // one entry for each of fault_names()
   std::vector<float> cpu_us;
   PerTissue removed_total{};  // m³
   HandMeasures hand;

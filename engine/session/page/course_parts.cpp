@@ -224,7 +224,7 @@ void Page::real_time(const LoopReport& loop) {
   const auto entry = [&](const char* key, const std::string& value) { put("<dt>{}</dt><dd>{}</dd>", say(key), value); };
   for (const auto& [name, yes] : granted(loop.fifo, loop.pinned, loop.memory_locked))
     entry(name.data(), say(yes ? "realtime.yes" : "realtime.no"));
-  if (loop.bearable_force > 0) {  // a device with motors
+  if (loop.bearable_force > 0) {  // the device has motors
     entry("motor_heat", say("motor_heat_value", number(100 * loop.worst_heat, 0)));
     std::vector<std::string> events;
     for (const auto& [event, name] : kSafetyEventNames) {

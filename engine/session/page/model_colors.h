@@ -10,7 +10,7 @@
 
 namespace typodont::session {
 
-/// Indexed by Tissue.
+/// Colour of each tissue, indexed by Tissue.
 inline constexpr std::array<std::array<int, 3>, kTissueCount> kTissueColors = {{{200, 200, 200},
                                                                                 {236, 230, 216},
                                                                                 {221, 197, 150},

@@ -27,7 +27,7 @@ struct Series {
 struct TimePlot {
   double t0 = 0, t1 = 1;  // s
   std::string unit;
-  std::string label;  // for screen readers
+  std::string label;  // description for screen readers
   std::string time_label;
   std::string css;  // CSS class of band and line: "force", "depth", …
   struct Mark {
@@ -50,7 +50,7 @@ std::string histogram(const std::vector<double>& edges, const std::vector<double
 std::string session_plot(const std::vector<double>& values, std::optional<double> target, const std::string& label,
                          const NumberText& number);
 
-/// RFC 4648.
+/// Base64 according to RFC 4648.
 std::string base64(const std::vector<unsigned char>& bytes);
 
 }  // namespace typodont::session

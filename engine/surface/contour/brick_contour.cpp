@@ -67,7 +67,7 @@ std::uint32_t solid_bits(const float* row) {
 // A patch of surface in a cell (at full resolution), or the whole surface in a merged block.
 struct Node {
   Moments moments;
-  glm::vec3 position{0};         // position of the vertex, in cell corners
+  glm::vec3 position{0};         // position of the vertex, in cell-corner coordinates
   Tissue tissue = Tissue::kAir;  // the only tissue near the vertex; kAir: several tissues
   bool crease = false, gentle = false;
   std::uint16_t vertex = kNone;
@@ -179,7 +179,7 @@ Tissue tissue_around(const FieldBrick& brick, const glm::ivec3& cell) {
   return only;
 }
 
-// The brick's only label besides air; kAir if there are several.
+// The brick's only label besides air; kAir if there are several labels.
 Tissue only_tissue(const FieldBrick& brick) {
   Tissue only = Tissue::kAir;
   std::uint8_t differs = 0;
@@ -194,7 +194,7 @@ Tissue only_tissue(const FieldBrick& brick) {
 }
 
 // Vertex for a smooth piece of surface in a cell of size s, relative to the cell's middle. The mean of the crossings
-// lies below the surface by half the covariance of points and normals.
+// lies below the surface; the depth is half the covariance of points and normals.
 glm::vec3 smooth_vertex(const Moments& moments, float s) {
   const float w = 1 / moments.count();
   const glm::vec3 x = moments.points() * w, n = moments.normals() * w;
@@ -267,7 +267,7 @@ struct Contourer::Scratch {
   std::uint16_t edge_at[3][kCorners * kCorners * kCorners];  // index of the crossing on the edge based at each corner
   std::vector<Crossing> crossings;
   std::vector<Cell> cells;                     // cells that contain surface
-  std::vector<Node> nodes[kLevels];            // [0]: one per patch; other levels: one per merged block
+  std::vector<Node> nodes[kLevels];            // index 0: one node per patch; other levels: one node per merged block
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
   std::vector<std::uint16_t> state[kLevels];   // for each block: kNone, kMixed or the index of its node
 
