@@ -1,4 +1,4 @@
-// The mouth mirror, which the other hand holds: the second hand publishes it, and the renderer draws it.
+// The mouth mirror in the user's other hand. The thread of that hand publishes it, and the renderer draws it.
 #pragma once
 
 #include "engine/base/pose.h"

@@ -37,7 +37,7 @@ template <class Message>
 struct Column {
   std::string name;
   std::string unit;  // "" if dimensionless
-  std::string text;  // meaning, in one line
+  std::string text;  // meaning of the column, in one line
   Type type = Type::kF64;
   void (*get)(const Message&, std::byte*) = nullptr;
   void (*set)(Message&, const std::byte*) = nullptr;  // null: derived from other columns
