@@ -1,10 +1,11 @@
-// Typodont for C#: P/Invoke of libtypodont.so and classes over it. typodont.h says what each function does.
+// Typodont for C#: P/Invoke declarations of libtypodont.so, and classes that use them. typodont.h describes the
+// functions.
 using System;
 using System.Runtime.InteropServices;
 
 namespace Typodont {
 
-/// A call that failed; the message says why.
+/// A call failed. The message gives the reason.
 public class TypodontException : Exception {
   public TypodontException(string message) : base(message) {}
 }
@@ -15,7 +16,7 @@ public struct Vector {
   public Vector(double x, double y, double z) { X = x; Y = y; Z = z; }
 }
 
-/// Metres; a unit quaternion.
+/// A position in metres and a unit quaternion.
 [StructLayout(LayoutKind.Sequential)]
 public struct Pose {
   public Vector P;
@@ -23,7 +24,7 @@ public struct Pose {
   public Pose(Vector p) { P = p; Qw = 1; Qx = Qy = Qz = 0; }
 }
 
-/// The hand at one tick.
+/// The input of one tick: the hand's pose and pedal.
 [StructLayout(LayoutKind.Sequential)]
 public struct Sample {
   public uint StructSize, Tool;
@@ -32,7 +33,7 @@ public struct Sample {
   public double Pedal;
 }
 
-/// What the servo answers. SI.
+/// The result of one tick of the servo. SI units.
 [StructLayout(LayoutKind.Sequential)]
 public struct Tick {
   public uint StructSize, Faults;
@@ -51,7 +52,7 @@ public struct Tick {
   public uint Tissue, TakenTool, Level, Patch;
 }
 
-/// A corner of the surface, as a vertex buffer takes it: metres.
+/// A vertex of the surface in metres, in the layout of a vertex buffer.
 [StructLayout(LayoutKind.Sequential)]
 public struct Vertex {
   public float X, Y, Z, Nx, Ny, Nz;
@@ -65,7 +66,7 @@ public struct MeshPart {
   public IntPtr Vertices, Indices;
 }
 
-/// The triangles of one brick. None: the surface has left it.
+/// The triangles of one brick. No triangles: the brick contains no surface now.
 public class Brick {
   public int X, Y, Z;
   public Vertex[] Vertices;
@@ -108,12 +109,12 @@ public static class Library {
   public static string Version { get { return Marshal.PtrToStringAnsi(Native.typodont_version()); } }
 }
 
-/// What is drilled, and with what.
+/// A scene: the tissue and the tools.
 public sealed class Scene : IDisposable {
   internal IntPtr Handle;
   Scene(IntPtr handle) { Handle = handle; }
 
-  /// A file, or the name of a shipped scene.
+  /// Opens a scene file, or a shipped scene by its name.
   public static Scene Open(string scene, string model = null) {
     IntPtr handle;
     Native.Check(Native.typodont_scene_open(Native.Utf8(scene), Native.Utf8(model), out handle));
@@ -131,20 +132,21 @@ public sealed class Scene : IDisposable {
   }
 }
 
-/// Servo and tissue, on one thread; or, after GiveServo, the tissue alone.
+/// The servo and the tissue on one thread. After GiveServo, only the tissue.
 public sealed class Core : IDisposable {
   IntPtr handle;
 
   public Core(Scene scene) {
     Native.Check(Native.typodont_core_new(scene.Handle, IntPtr.Zero, IntPtr.Zero, out handle));
   }
-  /// One tick, which goes to `tick`.
+  /// Computes one tick and writes the result to `tick`.
   public void Step(ref Sample sample, ref Tick tick) {
     sample.StructSize = (uint)Marshal.SizeOf(typeof(Sample));
     tick.StructSize = (uint)Marshal.SizeOf(typeof(Tick));
     Native.Check(Native.typodont_core_tick(handle, ref sample, ref tick, IntPtr.Zero));
   }
-  /// Before the first tick: the servo, for a thread of its own. This thread then calls Carve, every few milliseconds.
+  /// Splits off the servo for a thread of its own; call this before the first tick. Afterwards this thread calls Carve
+  /// every few milliseconds.
   public Servo GiveServo(Vector start) {
     IntPtr servo;
     Native.Check(Native.typodont_core_servo(handle, new[] { start.X, start.Y, start.Z }, out servo));
@@ -165,7 +167,7 @@ public sealed class Core : IDisposable {
     Native.Check(Native.typodont_core_redo(handle, out done));
     return done != 0;
   }
-  /// All bricks of the surface the first time, afterwards those that changed.
+  /// The first call returns all bricks of the surface, each later call the bricks that changed.
   public Brick[] Mesh() {
     IntPtr parts;
     UIntPtr count;
@@ -190,7 +192,7 @@ public sealed class Core : IDisposable {
   }
 }
 
-/// The servo on a thread of its own.
+/// The servo, for a thread of its own.
 public sealed class Servo : IDisposable {
   IntPtr handle;
   internal Servo(IntPtr servo) { handle = servo; }

@@ -1,4 +1,4 @@
-# A ball of enamel that a bur drills: the surface is changed in place, brick by brick, and the force is printed.
+# A bur drills a ball of enamel. The surface is updated in place, brick by brick, and the force is printed.
 extends Spatial
 
 const BALL = '{"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300}'
@@ -43,7 +43,7 @@ func show_changes():
 	return parts.size() / 4
 
 func _process(_delta):
-	# 16 ticks a frame: 2 s of the bench's time in 125 frames.
+	# 16 ticks per frame, so that 125 frames show 2 s of simulated time.
 	var force = Vector3()
 	for _i in range(16):
 		ticks += 1
