@@ -29,7 +29,7 @@ def installation(place: Path) -> Path:
 
 class BuildWithLibrary(build_py):
     def run(self):
-        shutil.rmtree(self.build_lib, ignore_errors=True)  # else a file of an earlier build may win over its source
+        shutil.rmtree(self.build_lib, ignore_errors=True)  # otherwise a file of an earlier build could replace its source
         super().run()
         native = Path(self.build_lib) / "typodont" / "native"
         prefix = installation(Path(self.build_lib).resolve() / "prefix")

@@ -4,7 +4,7 @@
 >>> ticks = scene.servo("hand.csv")
 >>> ticks["force_z_N"].max()
 
-Numbers are as in the program's tables (mm, N) where a name says so, and SI in arrays of structs.
+Values with a unit in their name have this unit (mm, N), as in the program's tables. Arrays of structs are in SI units.
 """
 
 import itertools

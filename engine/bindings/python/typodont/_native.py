@@ -1,4 +1,4 @@
-"""libtypodont.so and its structs, read from the C headers that lie beside it: nothing is declared twice."""
+"""libtypodont.so and its structs. The declarations are read from the installed C headers."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ _HEADERS = ("typodont.h", "typodont_sound.h", "typodont_calibration.h")
 
 
 class Error(Exception):
-    """A call that failed; the text says why."""
+    """A call failed. The text gives the reason."""
 
 
 class BadInput(Error, ValueError):
-    """An argument, a file or a pose that cannot be used."""
+    """An argument, a file or a pose is not valid."""
 
 
 class Closed(Error):
-    """An object that was closed, or that another thread is using."""
+    """The object is closed, or another thread is using it."""
 
 
 def _declarations(folder: Path) -> str:
-    """What cffi needs of the headers: no directives, no markers."""
+    """Returns the headers' declarations for cffi, without directives and markers."""
     text = ""
     for name in _HEADERS:
         header = (folder / name).read_text()
@@ -38,7 +38,7 @@ def _declarations(folder: Path) -> str:
 
 
 def _open() -> tuple[Any, Any]:
-    """$TYPODONT_PREFIX names an installation; else the library is in this package, else the system's."""
+    """Opens the library: from the installation $TYPODONT_PREFIX, else from this package, else from the system."""
     prefix = os.environ.get("TYPODONT_PREFIX")
     if prefix:
         found = sorted(Path(prefix).glob("lib*/**/libtypodont.so.0"))
@@ -70,7 +70,7 @@ def text(pointer: Any) -> str:
 
 
 def check(result: int) -> int:
-    """Raises what the result means; returns TYPODONT_OK or TYPODONT_END."""
+    """Raises the exception for a failed result. Returns TYPODONT_OK or TYPODONT_END."""
     if result in (lib.TYPODONT_OK, lib.TYPODONT_END):
         return result
     why = "it was closed" if result == lib.TYPODONT_BAD_HANDLE else text(lib.typodont_error())
@@ -82,7 +82,7 @@ def bytes_of(value: str | os.PathLike[str] | None) -> Any:
 
 
 def struct(name: str, **values: Any) -> Any:
-    """A pointer to a new struct, its struct_size set."""
+    """Returns a pointer to a new struct with struct_size set."""
     pointer = ffi.new(f"typodont_{name} *", values)
     pointer.struct_size = ffi.sizeof(pointer[0])
     return pointer
@@ -106,7 +106,7 @@ def _dtype(ctype: Any) -> Any:
 
 
 def dtype(name: str) -> Any:
-    """The NumPy type of a struct of the C interface: same bytes, so that arrays need no copies."""
+    """Returns the NumPy type of a struct of the C interface. The bytes are the same, so that arrays need no copies."""
     return _dtype(ffi.typeof(f"typodont_{name}"))
 
 
@@ -114,7 +114,7 @@ _H = TypeVar("_H", bound="Handle")
 
 
 class Handle:
-    """An object of the library; `with` closes it, and so does the end of its last reference."""
+    """An object of the library. The end of `with`, or of its last reference, closes it."""
 
     _kind = ""
 
@@ -122,7 +122,7 @@ class Handle:
         self._handle = handle
 
     def close(self) -> None:
-        """Frees it now. Using it afterwards raises Closed."""
+        """Frees the object now. Any later use raises Closed."""
         handle, self._handle = getattr(self, "_handle", ffi.NULL), ffi.NULL
         if handle != ffi.NULL:
             check(getattr(lib, f"typodont_{self._kind}_free")(handle))
@@ -136,12 +136,12 @@ class Handle:
     def __del__(self) -> None:
         try:
             self.close()
-        except Exception:  # a failed constructor, or the interpreter's end
+        except Exception:  # the constructor failed, or the interpreter is ending
             pass
 
 
 def made(kind: str, call: Any, *arguments: Any) -> Any:
-    """Calls a function whose last argument is the place of a new handle."""
+    """Calls a function whose last argument receives a new handle. Returns the handle."""
     place = ffi.new(f"typodont_{kind} **")
     check(call(*arguments, place))
     return place[0]

@@ -1,4 +1,4 @@
-"""Calibration from numbers: where the haptic base is seen from the display, and how late one recording is."""
+"""Calibration from arrays: registration of the haptic base and the display, and the delay between two recordings."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ._native import check, ffi, lib, struct, text
 
 
 class Registration(NamedTuple):
-    """p_D = X_DH · p_H. Millimetres."""
+    """The rigid motion p_D = X_DH · p_H. Millimetres."""
 
     matrix: NDArray[Any]  # 4 × 4
     fre_rms_mm: float
     sigma_mm: float
     predicted_tre_mm: float
     covariance: NDArray[Any]  # 6 × 6 of (rotation vector in rad, translation in m)
-    inliers: NDArray[Any]  # bool, of each pair
+    inliers: NDArray[Any]  # bool, for each pair: True if it was used
     trusted: bool
     why_not: str
 
@@ -28,7 +28,7 @@ def _points(p_mm: Any) -> NDArray[Any]:
 
 
 def register(h_mm: Any, d_mm: Any, sigma_mm: float = 0) -> Registration:
-    """From the same points touched in the haptic base H and seen in the display D, n × 3 each."""
+    """Fits the motion to pairs of points: touched in the haptic base H, seen in the display D; n × 3 each."""
     h, d = _points(h_mm), _points(d_mm)
     if len(h) != len(d):
         raise ValueError(f"{len(h)} and {len(d)} points: expected pairs")
@@ -54,7 +54,7 @@ class Delay(NamedTuple):
 
 
 def delay(t_a: Any, a_mm: Any, t_b: Any, b_mm: Any, max_ms: float = 2000) -> Delay:
-    """Of two recordings of one motion: times in s, n × 3 points."""
+    """Estimates the delay between two recordings of one motion: times in s, n × 3 points."""
     ta, tb = (np.ascontiguousarray(np.asarray(t, float)) for t in (t_a, t_b))
     a, b = _points(a_mm), _points(b_mm)
     if len(ta) != len(a) or len(tb) != len(b):

@@ -1,4 +1,4 @@
-"""Pictures as arrays. The program `typodont` draws them, offscreen; without a GPU on the processor."""
+"""Pictures as arrays. The program `typodont` draws them without a window; without a GPU, the CPU draws."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ._native import BadInput, Error
 
-_DISTANCE = 400.0  # mm from the eyes to the middle of the picture
+_DISTANCE = 400.0  # mm, distance from the eyes to the middle of the picture
 
 
 def call(program: str, *words: Any) -> str:
-    """Runs `typodont` with these words; returns what it printed. Raises what its exit status means."""
+    """Runs `typodont` with these arguments and returns its output. Raises the exception for its exit status."""
     try:
         done = subprocess.run([program, *map(os.fspath, words)], capture_output=True, text=True)
     except FileNotFoundError as error:
@@ -32,18 +32,18 @@ def call(program: str, *words: Any) -> str:
 
 def view_of(box_mm: tuple[NDArray[Any], NDArray[Any]], towards: Sequence[float], size: tuple[int, int],
             zoom: float = 1) -> dict[str, Any]:
-    """A rig that sees a box (its corners, W) whole: a screen through its middle, the eyes before it."""
+    """Returns a rig whose picture shows a whole box (corners in W): the screen contains the box's middle."""
     low, high = box_mm
     away = np.asarray(towards, float)
     if not (np.linalg.norm(away) > 0 and zoom > 0 and min(size) > 0):
         raise BadInput(f"towards {tuple(towards)}, zoom {zoom}, size {tuple(size)}: expected a direction and numbers above 0")
     away = away / np.linalg.norm(away)
     right = np.cross(away, (0, 0, 1))
-    if np.linalg.norm(right) < 1e-6:  # seen from above or below
+    if np.linalg.norm(right) < 1e-6:  # the view is from above or from below
         right = np.array([1.0, 0, 0])
     right /= np.linalg.norm(right)
     up = np.cross(right, away)
-    across, upright = (np.abs(axis) @ (high - low) for axis in (right, up))  # mm, of the box as it is seen
+    across, upright = (np.abs(axis) @ (high - low) for axis in (right, up))  # mm, extent of the box in the view
     height = 1.05 * max(upright, across * size[1] / size[0]) / zoom
     half_up, half_right = up * height / 2, right * height / 2 * size[0] / size[1]
     middle = (low + high) / 2
@@ -62,7 +62,7 @@ def view_of(box_mm: tuple[NDArray[Any], NDArray[Any]], towards: Sequence[float],
 
 def draw(program: str, source: str | os.PathLike[str], rig: Any, size: tuple[int, int], eye: str,
          *words: Any) -> NDArray[Any]:
-    """What one eye sees (height × width × 3 bytes), or both (2 × height × width × 3)."""
+    """Draws the picture of one eye (height × width × 3 bytes) or of both eyes (2 × height × width × 3)."""
     eyes = {"left": ["left"], "right": ["right"], "both": ["left", "right"]}.get(eye)
     if eyes is None:
         raise BadInput(f"eye: {eye!r}, expected left, right or both")
@@ -78,7 +78,7 @@ def draw(program: str, source: str | os.PathLike[str], rig: Any, size: tuple[int
 
 
 def with_files(value: Any, folder: _File) -> Any:
-    """A scene whose files are named in full, so that it can be read from elsewhere."""
+    """Returns the scene with absolute file names, so that it can be read from another folder."""
     if isinstance(value, Mapping):
         return {key: with_files(v, folder) for key, v in value.items()}
     if isinstance(value, list):
@@ -89,7 +89,7 @@ def with_files(value: Any, folder: _File) -> Any:
 
 
 def _read_png(file: _File) -> NDArray[Any]:
-    """8-bit RGB whose rows are not filtered: what the program writes."""
+    """Reads a PNG of the program: 8-bit RGB with unfiltered rows."""
     data = file.read_bytes()
     at, packed = 8, b""
     shape = (0, 0)

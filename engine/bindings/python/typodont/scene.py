@@ -1,4 +1,4 @@
-"""Scenes, hands, and the haptic core that brings them together."""
+"""Scenes, hands, and the haptic core that connects them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _CHUNK = 1 << 16  # ticks
 
 
 class Path:
-    """A hand's way: rows of time and pose, followed exactly, or by a mass on a spring.
+    """A hand's path: rows of time and pose. The hand follows it exactly, or as a mass on a spring.
 
-    `t_s`: s, rising. `p_mm`: n × 3, the centre of the tool's head in W. `q`: unit quaternions w x y z, one or n.
-    `pedal`: 0..1, one or n. `mass_kg`: of a hand that is pulled along the path by `stiffness_N_per_m` and pushes with
-    `push_N`, as in HAND.json; None: the path is followed whatever the force.
+    `t_s`: s, increasing. `p_mm`: n × 3, the centre of the tool's head in W. `q`: unit quaternions w x y z, one or n.
+    `pedal`: 0..1, one or n. `mass_kg`: mass of a hand that a spring of `stiffness_N_per_m` pulls along the path and
+    that pushes with `push_N`, as in HAND.json. None: the hand follows the path exactly and ignores the force.
     """
 
     def __init__(self, t_s: Any, p_mm: Any, q: Any = (1, 0, 0, 0), pedal: Any = 1.0, tool: Any = 0,
@@ -48,7 +48,7 @@ class Path:
 
 
 class Hand(Handle):
-    """A hand without a device: a Path, or the address of a file: HAND.csv, HAND.json, replay:SESSION.h5."""
+    """A hand without a device: a Path, or a file's address (HAND.csv, HAND.json, replay:SESSION.h5)."""
 
     _kind = "hand"
 
@@ -62,10 +62,10 @@ class Hand(Handle):
 
 
 class Scene(Handle):
-    """What is drilled, and with what.
+    """A scene: the tissue and the tools.
 
     `scene`: a file, the name of a shipped scene ("molar-caries"), or a dict of the scene's keys (docs/interface.md).
-    `model`: contact model instead of the scene's. `folder`: where a dict's files lie.
+    `model`: contact model, replaces the scene's. `folder`: folder of the files that a dict names.
     """
 
     _kind = "scene"
@@ -101,14 +101,14 @@ class Scene(Handle):
         return names
 
     def core(self, rate: float = 1000, hand: Hand | None = None) -> "Core":
-        """Loads the tissue: the haptic core, to be driven tick by tick or by a hand."""
+        """Loads the tissue and returns the haptic core. Call its tick() for each tick, or run() with a hand."""
         options = ffi.NULL if hand else struct("core_options", rate=rate)
         handle = made("core", lib.typodont_core_new, self._handle, hand._handle if hand else ffi.NULL, options)
         return Core(handle, with_files(self.json, self._folder))
 
     def servo(self, hand: "str | os.PathLike[str] | Path", rate: float = 1000,
               record: str | os.PathLike[str] | None = None, trainee: str | None = None) -> Ticks:
-        """Runs the hand to its end: what `typodont servo` computes, the same bits. `record`: a session (.h5)."""
+        """Runs the hand to its end, with the same bits as `typodont servo`. `record`: session file (.h5) to write."""
         with Hand(self, hand, rate) as opened, self.core(hand=opened) as core:
             if record is not None:
                 core.record(record, trainee)
@@ -118,17 +118,17 @@ class Scene(Handle):
             return ticks
 
     def render(self, *arguments: Any, **options: Any) -> NDArray[Any]:
-        """The scene as it begins, without a tool: Core.render."""
+        """Draws the scene at its start, without a tool, as Core.render() does."""
         with self.core() as core:
             return core.render(*arguments, **options)
 
 
 class Mesh(NamedTuple):
-    """Triangles of one brick of the surface. Arrays are views of the library's memory, valid until the next mesh()."""
+    """Triangles of one brick. The arrays are views of the library's memory, valid until the next mesh()."""
 
     brick: tuple[int, int, int]
     vertices: NDArray[Any]  # position (m), normal, tissue (2), second
-    triangles: NDArray[Any]  # n × 3 places in `vertices`; none: the surface has left this brick
+    triangles: NDArray[Any]  # n × 3 indices of `vertices`; empty: no surface in this brick now
 
 
 class Field(NamedTuple):
@@ -141,7 +141,7 @@ class Field(NamedTuple):
 
 
 class Core(Handle):
-    """Servo and tissue. One thread at a time."""
+    """The servo and the tissue. Only one thread at a time may use it."""
 
     _kind = "core"
 
@@ -156,7 +156,7 @@ class Core(Handle):
 
     def tick(self, t_s: float, p_mm: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), pedal: float = 0,
              tool: int = 0) -> np.void:
-        """One tick. Returns its struct (SI), valid until the next one. Bad poses raise BadInput, and no force is."""
+        """Computes one tick. Returns its struct (SI), valid until the next tick. Invalid poses raise BadInput."""
         sample = self._sample
         sample.t_ns = round(t_s * 1e9)
         sample.X_WT.p = [v * 1e-3 for v in p_mm]
@@ -168,7 +168,7 @@ class Core(Handle):
         return tick
 
     def run(self, hand: Hand) -> Ticks:
-        """Follows the hand to its end."""
+        """Computes ticks with the hand's samples until the hand ends."""
         chunks = []
         count = ffi.new("size_t *")
         while True:
@@ -183,7 +183,7 @@ class Core(Handle):
                 return Ticks(chunks[0] if len(chunks) == 1 else np.concatenate(chunks))
 
     def record(self, file: str | os.PathLike[str], trainee: str | None = None) -> None:
-        """From the first tick on everything goes into a session (.h5), which appears with finish()."""
+        """Records a session (.h5). Call it before the first tick; finish() creates the file."""
         check(lib.typodont_core_record(self._handle, bytes_of(file), bytes_of(trainee)))
 
     def finish(self) -> None:
@@ -195,14 +195,14 @@ class Core(Handle):
         return bool(done[0])
 
     def undo(self) -> bool:
-        """Takes the last stroke back; False where there is none."""
+        """Reverts the last stroke. False if there is none."""
         return self._edit(lib.typodont_core_undo)
 
     def redo(self) -> bool:
         return self._edit(lib.typodont_core_redo)
 
     def mesh(self) -> list[Mesh]:
-        """All of the surface the first time, afterwards the bricks that changed."""
+        """The first call returns all bricks of the surface, each later call the changed bricks."""
         parts, count = ffi.new("const typodont_mesh_part **"), ffi.new("size_t *")
         check(lib.typodont_core_mesh(self._handle, parts, count))
 
@@ -225,11 +225,11 @@ class Core(Handle):
 
     @property
     def elements(self) -> int:
-        """Voxels, spheres or vertices of the contact model's tissue."""
+        """Number of voxels, spheres or vertices of the contact model's tissue."""
         return int(self._field().elements)
 
     def field(self) -> Field:
-        """The whole distance field with its labels."""
+        """Copies the whole distance field with its labels."""
         about = self._field()
         low, high = list(about.low), list(about.high)
         size = [max(0, b - a + 1) for a, b in zip(low, high)]
@@ -255,17 +255,17 @@ class Core(Handle):
 
     @property
     def hash(self) -> str:
-        """Of all tissue, as `typodont servo --json` says it under field_hash."""
+        """Hash of all tissue, equal to field_hash of `typodont servo --json`."""
         value = ffi.new("uint64_t *")
         check(lib.typodont_core_hash(self._handle, value))
         return f"{value[0]:016x}"
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """The tissue as a volume (.vdb)."""
+        """Writes the tissue as a volume (.vdb)."""
         check(lib.typodont_core_save(self._handle, bytes_of(_File(file))))
 
     def box_mm(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        """The corners of a box around the tissue, W."""
+        """The lowest and highest corner of a box around the tissue, mm, W."""
         about = self._field()
         origin, voxel = np.array(list(about.origin)), about.voxel
         low, high = ((origin + voxel * np.array(list(corner))) * 1e3 for corner in (about.low, about.high))
@@ -274,11 +274,11 @@ class Core(Handle):
     def render(self, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None, size: tuple[int, int] = (640, 480),
                *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1, eye: str = "left", view: str = "look",
                quality: str = "high", program: str = "typodont") -> NDArray[Any]:
-        """A picture of the tissue as it is now, and of the tool as held in the newest tick: height × width × 3, uint8.
+        """Draws the present tissue, and the tool at the proxy's pose in the newest tick: height × width × 3, uint8.
 
-        `rig`: a rig file, the name of a shipped one ("closeup"), or a dict of its keys; None: all of the tissue is seen,
-        along `towards` (W), `zoom` times larger. `eye`: "left", "right", or "both" for a pair of pictures. `view`: "look",
-        "section" or "xray". Drawn by the program `typodont`, which takes a second or so.
+        `rig`: a rig file, the name of a shipped one ("closeup"), or a dict of its keys; None: shows all of the tissue,
+        seen along `towards` (W), `zoom` times larger. `eye`: "left", "right", or "both" for a pair of pictures.
+        `view`: "look", "section" or "xray". The program `typodont` draws it, which takes about a second.
         """
         if rig is None:
             rig = view_of(self.box_mm(), towards, size, zoom)

@@ -23,7 +23,7 @@ class Event(NamedTuple):
 
 
 class Session(Handle):
-    """A recording (.h5), also one that was cut off: `with typodont.Session("s.h5") as s: s.ticks["force_z_N"]`."""
+    """A recording (.h5), even a truncated one: `with typodont.Session("s.h5") as s: s.ticks["force_z_N"]`."""
 
     _kind = "session"
 
@@ -39,11 +39,11 @@ class Session(Handle):
         self._counts = info.ticks, info.cuts, info.events
 
     def __len__(self) -> int:
-        """Ticks."""
+        """Number of ticks."""
         return int(self._counts[0])
 
     def text(self, what: str) -> str:
-        """Of "scene", "rig", "hand", "trainee", "model", "date", "version"."""
+        """One text of the session: "scene", "rig", "hand", "trainee", "model", "date" or "version"."""
         place = ffi.new("const char **")
         check(lib.typodont_session_text(self._handle, what.encode(), place))
         return text(place[0])
@@ -67,7 +67,7 @@ class Session(Handle):
         return self.ticks_from(0, self._counts[0])
 
     def ticks_from(self, first: int, count: int) -> Ticks:
-        """Ticks [first, first + count), as far as there are any."""
+        """Ticks [first, first + count), limited to the existing ticks."""
         return Ticks(self._rows(lib.typodont_session_ticks, "tick", TICK, first,
                                 max(0, min(count, self._counts[0] - first))))
 
@@ -92,7 +92,7 @@ class Session(Handle):
     def render(self, t_s: float, rig: "str | os.PathLike[str] | Mapping[str, Any] | None" = None,
                size: tuple[int, int] = (640, 480), *, towards: Sequence[float] = (0.0, 1.0, -1.0), zoom: float = 1,
                eye: str = "left", view: str = "look", quality: str = "high", program: str = "typodont") -> NDArray[Any]:
-        """A moment of the session, as Core.render draws it."""
+        """Draws the session at the time t_s, as Core.render() does."""
         if rig is None:
             with Scene(self.scene, folder=self._file.parent) as scene, scene.core() as core:
                 rig = view_of(core.box_mm(), towards, size, zoom)

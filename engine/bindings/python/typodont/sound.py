@@ -1,4 +1,4 @@
-"""The drill's sound: models fitted to recordings, samples made from ticks."""
+"""The drill's sound: fits models to recordings, and synthesizes samples from ticks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .ticks import Ticks
 
 
 class Synth(Handle):
-    """Speaks with a voice: a file, or the name of a shipped one ("micromotor")."""
+    """A synthesizer with a voice: a file, or the name of a shipped voice ("micromotor")."""
 
     _kind = "synth"
 
@@ -22,20 +22,20 @@ class Synth(Handle):
         self.sample_rate = sample_rate
 
     def push(self, t_s: float, **state: float) -> None:
-        """What is heard from t on: spindle (rad/s), pedal, force (N), contact_area (m²), removal_rate (m³/s), …"""
+        """Sets the state from t_s on: spindle (rad/s), pedal, force (N), contact_area (m²), removal_rate (m³/s), …"""
         known: dict[str, float] = {"turns": 1, **state}
         for name in ("turns", "tissue"):
             known[name] = int(known.get(name, 0))
         check(lib.typodont_synth_push(self._handle, struct("sound_state", t_ns=round(t_s * 1e9), **known)))
 
     def render(self, count: int) -> NDArray[Any]:
-        """The next samples, full scale 1."""
+        """Computes the next `count` samples, with full scale 1."""
         samples = np.empty(count, np.float32)
         check(lib.typodont_synth_render(self._handle, ffi.from_buffer("float[]", samples), count))
         return samples
 
     def voice(self, ticks: Ticks) -> NDArray[Any]:
-        """The sound of a whole run."""
+        """Computes the sound of a whole run."""
         a = ticks.array
         t = a["t_ns"] * 1e-9
         removed = a["removed"].sum(axis=1)

@@ -1,7 +1,7 @@
-"""Many runs: every scene with every hand with every set of parameters, on this machine's cores or on a Dask cluster.
+"""Runs every scene with every hand and every set of parameters, on this machine's cores or on a Dask cluster.
 
-Each run's result is a file of the sweep's folder as soon as it is known. A sweep that was cut off goes on where it was
-when it is called again with the same folder; a run whose worker died is repeated.
+The result of each run is written to a file in the sweep's folder at once. Call an interrupted sweep again with the
+same folder to continue it. A run whose worker died is repeated.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from .pictures import call, with_files
 from .scene import Hand, Path, Scene
 
 Row = dict[str, Any]
-_TRIES = 4  # of a run whose worker died: after as many it is taken to be the run's own fault
+_TRIES = 4  # tries of a run whose worker died; after them the run itself counts as the cause
 
 
 class Job(NamedTuple):
-    """One run, as it travels to a worker."""
+    """The description of one run for a worker."""
 
-    key: str  # of everything that its result depends on
-    labels: Row  # its columns of the table
+    key: str  # hash of everything that determines the result
+    labels: Row  # columns of the table that identify the run
     call: Callable[..., Row]
     arguments: tuple[Any, ...]
 
@@ -73,7 +73,7 @@ def _named(things: Any) -> dict[str, Any]:
 
 
 def _sets(parameters: Any) -> Iterator[Row]:
-    """{"model": ["offset", "packing"], "friction": [True, False]} is all pairs; a list of dicts is taken as it is."""
+    """{"model": ["offset", "packing"], "friction": [True, False]} gives all pairs; a list of dicts stays unchanged."""
     if parameters is None:
         yield {}
     elif isinstance(parameters, Mapping):
@@ -88,7 +88,7 @@ def _label(value: Any) -> Any:
 
 
 def _content(hand: Any) -> bytes:
-    """What a hand's result depends on."""
+    """The hand's content that determines the result."""
     if isinstance(hand, Path):
         return bytes(hand.rows.tobytes()) + json.dumps(hand.model).encode()
     file = _File(os.fspath(hand).removeprefix("script:").removeprefix("replay:"))
@@ -102,7 +102,7 @@ def _content(hand: Any) -> bytes:
 
 
 def _digest(scene: Any, known: dict[str, str]) -> list[str]:
-    """Of the files that a scene names in full; `known`: of those read before."""
+    """Digests of the files that a scene names by absolute path. `known`: digests of files that were read before."""
     if isinstance(scene, Mapping):
         scene = list(scene.values())
     if isinstance(scene, list):
@@ -143,7 +143,7 @@ def _jobs(scenes: Any, hands: Any, parameters: Any, rate: float,
 
 
 def _do(job: Job) -> tuple[str, Row]:
-    """In a worker. What the run itself cannot do is a row with an error, and no reason to try again."""
+    """Runs one job in a worker. A failure of the run itself becomes a row with an error and is not repeated."""
     try:
         return job.key, job.call(*job.arguments)
     except Exception as error:
@@ -151,8 +151,8 @@ def _do(job: Job) -> tuple[str, Row]:
 
 
 def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
-    """A pool breaks when one of its processes dies. Then a new one takes what is left; a run that was under way in
-    several broken pools goes alone, so that only its own process dies of it."""
+    """A pool breaks if one of its processes dies. A new pool then takes the remaining runs. A run that was active in
+    several broken pools gets a process of its own, so that it can end only this process."""
     tries = dict.fromkeys((job.key for job in jobs), 0)
     left = {job.key: job for job in jobs}
     context = multiprocessing.get_context("spawn")
@@ -163,7 +163,7 @@ def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
             waiting = iter(batch)
             running: dict[Future[tuple[str, Row]], Job] = {}
             try:
-                # No more than the workers have to do: a broken pool then casts doubt on few runs.
+                # Submit only as many runs as there are workers, so that a broken pool affects few runs.
                 for job in itertools.islice(waiting, size):
                     running[pool.submit(_do, job)] = job
                 while running:
@@ -184,7 +184,7 @@ def _in_processes(jobs: list[Job], workers: int) -> Iterator[tuple[str, Row]]:
 
 
 def _on_cluster(jobs: list[Job], scheduler: Any) -> Iterator[tuple[str, Row]]:
-    """On Dask: `scheduler` is an address, or a Client. The scheduler itself repeats what a dead worker had."""
+    """Runs on Dask. `scheduler` is an address or a Client. The scheduler itself repeats the runs of a dead worker."""
     from distributed import Client, as_completed
 
     client: Any = scheduler if isinstance(scheduler, Client) else Client(scheduler)  # type: ignore[no-untyped-call]
@@ -202,7 +202,7 @@ def _on_cluster(jobs: list[Job], scheduler: Any) -> Iterator[tuple[str, Row]]:
 
 
 def _table(rows: list[Row]) -> Any:
-    """A pandas DataFrame where there is pandas; else the rows."""
+    """A pandas DataFrame if pandas is installed, otherwise the rows."""
     try:
         import pandas
     except ImportError:
@@ -211,7 +211,7 @@ def _table(rows: list[Row]) -> Any:
 
 
 def _keep(file: _File, row: Row) -> None:
-    """Whole or not at all."""
+    """Writes the row's file completely or not at all."""
     with tempfile.NamedTemporaryFile("w", dir=file.parent, delete=False, suffix=".part") as part:
         json.dump(row, part)
     os.replace(part.name, file)
@@ -243,14 +243,14 @@ def sweep(scenes: Any, hands: Any, parameters: Any = None, *, rate: float = 1000
           folder: str | os.PathLike[str] | None = None, scheduler: Any = None, workers: int | None = None,
           measure: Callable[[Any, Any], Row] | None = None,
           progress: Callable[[int, int], None] | None = None) -> Any:
-    """Runs every scene with every hand with every set of parameters; one row a run, in that order.
+    """Runs every scene with every hand and every set of parameters. Returns one row per run, in this order.
 
-    `scenes`, `hands`: one, a list, or a dict by name; as Scene and Hand take them. `parameters`: keys of the scene with
-    their values ({"model": ["offset", "packing"]}: all combinations), or a list of such sets. `folder`: results are
-    kept there, and a sweep that was cut off goes on from them. `scheduler`: address of a Dask scheduler or a Client;
-    files that scenes and hands name must then lie at the same place on every worker. Else `workers` processes (all
-    cores). `measure(ticks, core)` adds columns; it must be a function of a module. A run that fails is a row with
-    `error`, and is tried again by the next call.
+    `scenes`, `hands`: one, a list, or a dict by name; each as for Scene and Hand. `parameters`: keys of the scene with
+    their values ({"model": ["offset", "packing"]}: all combinations), or a list of such sets. `folder`: folder of the
+    results, from which an interrupted sweep continues. `scheduler`: address of a Dask scheduler, or a Client; the
+    files of scenes and hands must then have the same paths on every worker. Otherwise `workers` processes are used
+    (default: all cores). `measure(ticks, core)` adds columns; it must be a function of a module. A failed run gives a
+    row with `error`, and the next call repeats it.
     """
     return _carry_out(_jobs(scenes, hands, parameters, rate, measure), folder, scheduler, workers, progress)
 
@@ -264,8 +264,8 @@ def _score(program: str, session: str, rules: str | None) -> Row:
 def rescore(folder: str | os.PathLike[str], rules: str | os.PathLike[str] | None = None, *, scheduler: Any = None,
             workers: int | None = None, program: str = "typodont",
             progress: Callable[[int, int], None] | None = None) -> Any:
-    """Scores all sessions (.h5) below a folder anew: one row a session, with its points and what they were given for.
-    `rules`: a scene whose task or score counts instead of the recorded one. `program`: the program `typodont`."""
+    """Scores all sessions (.h5) below a folder again. Returns one row per session, with its points and their reasons.
+    `rules`: a scene whose task or score rules replace the recorded ones. `program`: the program `typodont`."""
     files: Iterable[_File] = sorted(_File(folder).rglob("*.h5"))
     scene = str(_File(rules).resolve()) if rules is not None else None
     jobs = [Job(str(file), {"session": str(file.relative_to(folder))}, _score, (program, str(file.resolve()), scene))

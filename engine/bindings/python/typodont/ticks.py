@@ -1,4 +1,4 @@
-"""What the servo says, tick by tick, as columns."""
+"""The servo's ticks as columns."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _KRPM = 2 * np.pi * 1000.0 / 60.0  # rad/s
 
 
 def _columns() -> dict[str, tuple[tuple[Any, ...], float]]:
-    """Name in tables (docs/interface.md, "Ticks") -> where it is in the struct, factor on SI."""
+    """Maps a column's name in tables (docs/interface.md, "Ticks") to its field in the struct and its factor on SI."""
     columns: dict[str, tuple[tuple[Any, ...], float]] = {}
 
     def vector(name: str, unit: str, path: tuple[Any, ...], factor: float) -> None:
@@ -52,9 +52,9 @@ _COLUMNS = _columns()
 class Ticks:
     """Ticks of a run or of a recorded session.
 
-    `array` holds them as the library does, in SI (a NumPy array of structs, no copy was made). `ticks["force_z_N"]`
-    is a column under the name it has in tables; in newtons and numbers it is a view of `array`, in other units a new
-    array. `frame()` is all of it as a pandas DataFrame.
+    `array` is a NumPy array of the library's structs, in SI, without a copy. `ticks["force_z_N"]` is a column by its
+    name in the tables. A column in SI units is a view of `array`, a column in other units a new array. `frame()`
+    returns all columns as a pandas DataFrame.
     """
 
     def __init__(self, array: NDArray[Any]) -> None:
@@ -74,7 +74,7 @@ class Ticks:
         if name == "t_s":
             return self.array["t_ns"] / 1e9
         if name == "removed_mm3":
-            removed = self.array["removed"]  # added in the program's order: the same bits
+            removed = self.array["removed"]  # added in the program's order, so that the bits are equal
             return np.asarray(sum(removed[:, i] for i in range(len(TISSUES)))) * 1e9
         if name == "spindle_krpm":
             return self.array["spindle"] / _KRPM
@@ -89,7 +89,7 @@ class Ticks:
 
     @property
     def force(self) -> NDArray[Any]:
-        """N, on the hand, n × 3: a view."""
+        """N, force on the hand, n × 3; a view of `array`."""
         force: NDArray[Any] = self.array["force"]
         return force
 
@@ -100,7 +100,7 @@ class Ticks:
         return pandas.DataFrame({name: np.ascontiguousarray(self[name]) for name in self.columns})
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """The array as .npy; `Ticks.load` brings it back."""
+        """Writes the array as .npy. `Ticks.load` reads it."""
         np.save(file, self.array)
 
     @staticmethod
