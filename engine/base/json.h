@@ -41,7 +41,7 @@ class Json {
   /// Throws Error if the object has any other key.
   void allow_only(std::initializer_list<std::string_view> keys) const;
 
-  /// A finite number within [min, max].
+  /// Returns a finite number within [min, max]. Throws Error for any other value.
   double number(double min = -std::numeric_limits<double>::infinity(),
                 double max = std::numeric_limits<double>::infinity()) const;
   long long integer(long long min = std::numeric_limits<long long>::min(),

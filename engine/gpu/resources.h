@@ -92,8 +92,8 @@ struct ShaderInputs {
   std::vector<VkDescriptorSet> sets;
   std::vector<Binding> bindings;
 
-  /// Creates bindings 0, 1, 2 … and `sets` descriptor sets of them, with push constants of the given size for all their
-  /// stages.
+  /// Creates bindings 0, 1, 2 …, `sets` descriptor sets with these bindings, and push constants of the given size for
+  /// all stages of the bindings.
   static ShaderInputs create(Device& device, std::vector<Binding> bindings, std::size_t sets, std::uint32_t push_size);
   void destroy(Device& device);
   /// Call only while no frame reads the set.
