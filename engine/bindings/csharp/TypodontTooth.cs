@@ -1,8 +1,8 @@
-// A tooth in Unity. Add this script to a GameObject, and copy Typodont.cs and libtypodont.so into Assets/Plugins. The
-// servo runs at 1 kHz on a thread of its own, and the tissue in Update(). Each brick of the surface is one mesh, which
-// is updated in place. The hand moves the object `tool` (metres; Unity's y and z are swapped, because W's z points up).
+// A tooth in Unity: put this on a GameObject, Typodont.cs and libtypodont.so into Assets/Plugins. The servo runs at 1 kHz on
+// a thread of its own, the tissue in Update(), its surface as one mesh a brick, changed in place. `tool` is what the
+// hand moves (metres; Unity's y and z are swapped, because W's z points up).
 //
-// This file compiles only in Unity. The tests compile and run Typodont.cs, which this file uses.
+// Compiled where Unity is. The test of this folder compiles and runs Typodont.cs, over which it stands.
 #if UNITY_5_3_OR_NEWER
 using System.Collections.Generic;
 using System.Diagnostics;
@@ -15,7 +15,7 @@ public class TypodontTooth : MonoBehaviour {
   public Transform tool, shownTool;
   public Material material;
   public float pedal;
-  public Vector3 force;  // N, force on the hand in the newest tick, for a haptic device
+  public Vector3 force;  // N, of the newest tick: for a device
 
   Core core;
   Servo servo;
@@ -79,7 +79,7 @@ public class TypodontTooth : MonoBehaviour {
       corners[i] = new Vector3(v.X, v.Z, v.Y);
       normals[i] = new Vector3(v.Nx, v.Nz, v.Ny);
     }
-    // Unity's triangles are clockwise as seen from outside; Typodont's are counter-clockwise.
+    // Unity draws triangles that are clockwise from outside; here they are the other way round.
     for (int i = 0; i < brick.Triangles.Length; i += 3)
       (brick.Triangles[i + 1], brick.Triangles[i + 2]) = (brick.Triangles[i + 2], brick.Triangles[i + 1]);
     mesh.Clear();

@@ -1,16 +1,16 @@
-/* Typodont in Godot 3: the NativeScript class TypodontTooth, which uses only the C interface. Lengths are in
- * millimetres, so that a tooth is ten units large; forces are in newtons. The scene's thread may call every method.
+/* Typodont in Godot 3: the NativeScript class TypodontTooth, over the C interface alone. Lengths are millimetres, so that a
+ * tooth is ten units large; forces newtons. Every method may be called from the scene's thread.
  *
- *   open(scene) -> String                          opens a file, a shipped scene or JSON text; returns "" or an error
- *   tick(t, position, rotation, pedal) -> Vector3  computes one deterministic tick; returns the force on the hand
- *   start(position) -> String                      instead of tick(): starts the servo's own thread at 1 kHz
- *   hand(position, rotation, pedal) -> Vector3     after start(): sets the hand's pose; returns the newest force
- *   carve() -> String                              after start(), once per frame: repeats the cuts on the tissue
- *   tool() -> Vector3                              position of the proxy, outside the tissue: draw the tool there
- *   removed() -> float                             removed volume of all tissues, mm3
- *   mesh() -> Array                                changed bricks: [key, vertices, normals, indices] for each brick
- *   undo() -> bool                                 reverts the last stroke; false if there is none
- *   error() -> String                              message of the last call that failed
+ *   open(scene) -> String                          a file, a shipped scene's name or its JSON; "" or why not
+ *   tick(t, position, rotation, pedal) -> Vector3  one step on this thread, deterministic: the force on the hand
+ *   start(position) -> String                      instead: the servo on a thread of its own, 1 kHz ...
+ *   hand(position, rotation, pedal) -> Vector3     ... which takes this pose from now on; the newest force
+ *   carve() -> String                              ... and each frame: the tissue follows
+ *   tool() -> Vector3                              where the tool is held outside the tissue: draw it there
+ *   removed() -> float                             mm3 of all tissues
+ *   mesh() -> Array                                changed bricks: [key, vertices, normals, indices] after each other
+ *   undo() -> bool
+ *   error() -> String                              of the last call that failed
  */
 #include <pthread.h>
 #include <stdatomic.h>
@@ -25,12 +25,12 @@ static const gd_core* gd;
 
 typedef struct {
   typodont_core* core;
-  typodont_servo* servo; /* used by `thread` */
+  typodont_servo* servo; /* of the thread */
   pthread_t thread;
   atomic_bool going;
-  pthread_mutex_t mutex;  /* protects sample and tick */
-  typodont_sample sample; /* newest pose and pedal from the scene */
-  typodont_tick tick;     /* newest tick of the servo */
+  pthread_mutex_t mutex;  /* of what follows */
+  typodont_sample sample; /* the hand as the scene has it */
+  typodont_tick tick;     /* the newest */
   char error[512];
 } Tooth;
 
@@ -82,7 +82,7 @@ static void* feel(void* user) {
     sample = tooth->sample;
     pthread_mutex_unlock(&tooth->mutex);
     sample.t_ns = t;
-    typodont_servo_tick(tooth->servo, &sample, &tick, NULL); /* an invalid pose gives zero force and a fault */
+    typodont_servo_tick(tooth->servo, &sample, &tick, NULL); /* a bad pose gives no force, and is in tick.faults */
     pthread_mutex_lock(&tooth->mutex);
     tooth->tick = tick;
     pthread_mutex_unlock(&tooth->mutex);
@@ -205,7 +205,7 @@ METHOD(error, 0)
   return text(tooth->error);
 }
 
-/* Returns the positions (offset 0, in mm) or the normals (offset 3) of a part's vertices. */
+/* Positions (offset 0, in mm) or normals (offset 3) of corners. */
 static gd_variant corners(const typodont_mesh_part* part, int offset, float scale) {
   gd_handle array;
   gd_vector3_array_new(gd, &array);
@@ -222,7 +222,7 @@ static gd_variant corners(const typodont_mesh_part* part, int offset, float scal
   gd_vector3_array_destroy(gd, &array);
   return v;
 }
-/* Godot's triangles are clockwise as seen from outside; Typodont's are counter-clockwise. */
+/* Godot draws triangles that are clockwise from outside. */
 static gd_variant triangles(const typodont_mesh_part* part) {
   gd_handle array;
   gd_int_array_new(gd, &array);
