@@ -11,7 +11,7 @@ namespace typodont {
 
 /// The existing files that may be overwritten.
 enum class Over {
-  kNoInput,  // all except an input of this process (input_file.h)
+  kNoInput,  // all existing files except an input of this process (input_file.h)
   kItsInput  // also inputs of this process: the command reads the file, changes it and writes it back
 };
 

@@ -44,7 +44,7 @@ inline constexpr std::uint32_t kServoLaws = 4;
 /// One tick of the servo. Servo thread → everyone. Trivially copyable.
 struct ServoTick {
   std::uint64_t index = 0;       // ticks since the servo started
-  Nanos t = 0;                   // time at which the hand was sampled, since the session's start
+  Nanos t = 0;                   // ns, time at which the hand was sampled, since the session's start
   Pose X_WT;                     // the tool at the hand's pose (head centre; shank along +z)
   Pose X_WG;                     // the proxy: the tool's pose held outside the tissue; this pose is drawn
   dvec3 f_T_W{0, 0, 0};          // N, force on the hand
@@ -58,7 +58,7 @@ struct ServoTick {
   double spindle = 0;            // rad/s
   double cutting_power = 0;      // W, present cutting power
   double energy = 0;             // J, passivity observer: energy taken from the hand so far
-  Nanos cpu_time = 0;            // thread CPU time of the tick; set by the loop that calls it
+  Nanos cpu_time = 0;            // ns, thread CPU time of the tick; set by the loop that calls the servo
   std::uint32_t faults = 0;
   std::uint32_t patch = 0;  // number of the surface patch in which the tick was computed; 0: none
   std::uint64_t cuts = 0;   // number of cuts so far, including this tick's
@@ -76,7 +76,7 @@ struct Cut {
   std::uint64_t index = 0;  // 1, 2, 3 … without gaps
   std::uint64_t tick = 0;   // number of the tick that made the cut
   Nanos t = 0;
-  Pose X_WA, X_WB;         // head centre and orientation before and after
+  Pose X_WA, X_WB;         // head centre and orientation before and after the cut
   std::uint32_t tool = 0;  // index among the session's tools
   PerTissue removed{};     // m³ removed by this cut; negative for a filling
   dvec3 n_C_W{0, 0, 0};    // unit, out of the tissue

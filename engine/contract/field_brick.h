@@ -24,7 +24,7 @@ struct FieldBrick {
   }
 
   glm::ivec3 key{0};
-  std::array<float, kCount> distance;  // in voxels, negative inside the tissue, clamped to the band
+  std::array<float, kCount> distance;  // voxels, negative inside the tissue, clamped to the band
   std::array<Tissue, kCount> tissue;   // kAir only if no tissue is near
 };
 

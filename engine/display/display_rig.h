@@ -59,7 +59,7 @@ struct HmdRig {
   double distance = 0.35, below = 0.22;  // m, position of the work relative to the eyes, without X_WD
   bool passthrough = false;              // show the room behind the work if the headset can
   bool depth = true;                     // pass depth to the runtime if the runtime accepts depth
-  double refresh_hz = 0;                 // 0: the runtime chooses
+  double refresh_hz = 0;                 // Hz, refresh rate of the headset; 0: the runtime chooses
   double resolution = 1;                 // factor on the runtime's recommended width and height
   double wait = 15;                      // s, time limit for the user to put the headset on
   double stall = 3;                      // s, time limit for an answer of the runtime; then the session ends
@@ -76,7 +76,7 @@ struct DisplayRig {
   // devices as address and serial number, "woodenhaptics:1234567"; empty: not specified
   std::string hand, left_hand, pedal;
   double pedal_limit = 0;              // s, longest time that the pedal may be pressed without a break; 0: the default
-  HmdRig hmd;                          // used only with a headset
+  HmdRig hmd;                          // settings for a headset
   double magnify = 1;                  // magnification of the picture: magnified()
   std::optional<dvec3> magnify_about;  // m, W: the fixed point of the magnification; no value: the middle of the work
   double scale = 1;                    // lengths of screen, mirror and eyes in this rig divided by those on the bench

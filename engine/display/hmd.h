@@ -26,7 +26,7 @@ namespace typodont::display {
 struct HmdHand {
   bool tracked = false;
   Pose X_WT;
-  Pose X_DT;                 // the same pose in the headset's space, as measured
+  Pose X_DT;                 // pose of the tool in the headset's space, as measured
   double pedal = 0;          // 0..1, the trigger
   bool change_tool = false;  // true if its button was pressed since the last frame
   bool mirror = false;       // true if the mouth mirror's button was pressed since the last frame

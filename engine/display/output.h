@@ -64,7 +64,7 @@ class Compositor {
                                           const Huds& huds = {});
   /// True if the text differs from the text of the last record() with the same layout.
   bool says_new(const Huds& huds, Layout layout) const;
-  /// If the target is memory: fills it after the device has finished the slot's commands.
+  /// Fills a target in memory after the device has finished the slot's commands.
   void compose(int slot);
 
  private:
@@ -75,7 +75,7 @@ class Compositor {
 /// Mouse and keyboard input since the last poll.
 struct UserInput {
   bool close = false;
-  dvec2 pointer{0, 0};                               // −1..1 over the picture, y up
+  dvec2 pointer{0, 0};                               // position in the picture, −1..1, y up
   bool left = false, right = false, middle = false;  // true: down, or pressed and released since the last poll
   bool shift = false;                                // the shift key is down
   double wheel = 0;                                  // steps of the wheel since the last poll

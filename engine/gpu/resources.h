@@ -44,9 +44,9 @@ struct ImageOptions {
 
 struct Image {
   VkImage image = VK_NULL_HANDLE;
-  VkImageView view = VK_NULL_HANDLE;        // all layers, as an array
-  VkImageView alias_view = VK_NULL_HANDLE;  // all layers, read as the second format
-  std::vector<VkImageView> layer_views;     // each layer, 2D
+  VkImageView view = VK_NULL_HANDLE;        // view of all layers, as an array
+  VkImageView alias_view = VK_NULL_HANDLE;  // view of all layers, read in the second format
+  std::vector<VkImageView> layer_views;     // 2D view of each layer
   ImageOptions options;
   Allocation memory;
 

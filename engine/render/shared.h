@@ -8,7 +8,7 @@ using glm::mat4;
 using glm::vec4;
 #endif
 
-// set 0, binding 0
+// uniform data of a frame: set 0, binding 0
 struct FrameData {
   mat4 clip_from_world[2];
   vec4 eye[2];            // xyz: m, W
@@ -31,7 +31,7 @@ struct FrameData {
   vec4 tissue_look[10];   // roughness, metal, wetness
 };
 
-// push constants
+// push constants of an object
 struct ObjectData {
   vec4 world_row[3];  // X_WM as a 3×4 matrix, by rows
   vec4 view;          // x: index of the eye if each eye has its own pass, otherwise 0; y: fraction of pixels left out

@@ -12,11 +12,11 @@ namespace typodont::render {
 struct ToolShape {
   std::vector<glm::dvec2> profile;  // m, (radius, z) from the tip to the neck, with increasing z
   int flutes = 8;                   // number of flutes; 0: smooth, a probe
-  double flute_depth = 0.15;        // fraction of the local radius
+  double flute_depth = 0.15;        // depth of a flute as a fraction of the local radius
   double helix = 0.5;               // turns of a flute over the length of the head
   double neck_radius = 4e-4;        // m
   double neck_length = 4e-3;        // m
-  double shank_radius = 8e-4;       // m, friction grip 1.6 mm
+  double shank_radius = 8e-4;       // m; friction-grip shanks have a diameter of 1.6 mm
   double shank_length = 16e-3;      // m
   bool diamond = false;             // rough diamond grit instead of flutes
   std::vector<double> marks;        // m, z of the dark depth marks around the head

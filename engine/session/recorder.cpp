@@ -28,7 +28,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, for all datasets
+constexpr hsize_t kLargestChunkBytes = 1 << 16;  // bytes, limit for all datasets
 
 template <class Message>
 std::vector<Table::Spec> specs_of(const std::vector<Column<Message>>& columns) {
@@ -74,8 +74,8 @@ PerTissue in_mm3(const PerTissue& volumes) {
 
 struct SessionWriter::Impl {
   std::filesystem::path file, written_to;
-  std::optional<PartialFile> partial;  // only if the file is written under another name (`written_to`)
-  std::optional<Journal> journal;      // for live recordings; outlives h5
+  std::optional<PartialFile> partial;  // set only if the file is written under another name (`written_to`)
+  std::optional<Journal> journal;      // set for live recordings; must outlive h5
   WriterOptions options;
   WriterStatus status;
   int lock_fd = -1;

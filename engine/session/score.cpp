@@ -170,7 +170,7 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 using In = const ScoreInput&;
 using Value = std::optional<double>;
 
-constexpr double kLeastMeasured = 1e-6;  // in the measure's unit; smaller values are rounding errors
+constexpr double kLeastMeasured = 1e-6;  // limit in the measure's unit; smaller values are rounding errors
 constexpr double kLeastChanged = 1e-12;  // m³ removed or added; a smaller volume counts as no work
 
 constexpr Measure kMeasures[] = {

@@ -87,9 +87,9 @@ struct Lost {
   std::uint64_t cuts_ring = 0;
   std::uint64_t ticks_disk = 0;  // ticks that reached the recorder, but the disk was full or failed
   std::uint64_t cuts_disk = 0;
-  std::uint64_t other_disk = 0;     // patch uses, events, stream samples
-  std::uint64_t other_ring = 0;     // patch uses, events, stream samples
-  std::uint64_t pictures_disk = 0;  // pictures of the result
+  std::uint64_t other_disk = 0;     // patch uses, events and stream samples that the disk lost
+  std::uint64_t other_ring = 0;     // patch uses, events and stream samples that a ring lost
+  std::uint64_t pictures_disk = 0;  // pictures of the result that the disk lost
   bool operator==(const Lost&) const = default;
   bool any() const { return *this != Lost{}; }
 };

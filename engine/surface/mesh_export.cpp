@@ -112,7 +112,7 @@ WholeMesh weld(const SurfaceMesher& mesher) {
     }
   };
   constexpr std::uint32_t kNone = 0xffffffff;
-  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;  // for each owner brick and point: the vertex number
+  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;  // vertex number for each owner brick and point
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {

@@ -97,8 +97,8 @@ bool CoreObject::step(const haptics::HandSample& sample) {
 
 namespace {
 
-/// For a core whose servo runs on another thread: applies the servo's work since the last call to the tissue and to the
-/// recording. Returns false if the servo did no work.
+/// Applies the servo's work since the last call to the tissue and to the recording, if the servo runs on another
+/// thread. Returns false if the servo did no work.
 bool carve(CoreObject& core) {
   Channels& channels = *core.shared->channels;
   haptics::Carver& carver = core.carver();

@@ -14,7 +14,7 @@ namespace typodont::render {
 
 // format of the pictures: a write encodes to sRGB, and samples are averaged in linear light
 inline constexpr VkFormat kColorFormat = VK_FORMAT_R8G8B8A8_SRGB;
-inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // the same bytes without conversion
+inline constexpr VkFormat kColorBytes = VK_FORMAT_R8G8B8A8_UNORM;  // format of the same bytes without conversion
 inline constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
 
 struct PassContext {

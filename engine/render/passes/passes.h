@@ -21,7 +21,7 @@ struct ShadowPass {
 
 /// Draws tissue: first the solid bodies; then, over the background, the bodies that the view draws as glass.
 struct SurfacePass {
-  std::array<VkPipeline, kBrickKinds> solid{};  // one for each kind of brick that was drawn so far
+  std::array<VkPipeline, kBrickKinds> solid{};  // one pipeline for each kind of brick that was drawn so far
   VkPipeline glass_pipeline = VK_NULL_HANDLE;
   View made_for = View::kLook;  // view for which the pipelines were created
   bool with_cursor = false;     // cursor setting for which the pipelines were created

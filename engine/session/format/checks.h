@@ -22,7 +22,7 @@ struct RecordingLimits {
   double fastest_spindle = 1e6;                   // rad/s
   double largest_volume = 1;                      // m³
   double lowest_rate = 1, highest_rate = 1e5;     // Hz
-  std::uint64_t most_ticks = 864'000'000;         // ticks of a day at 10 kHz
+  std::uint64_t most_ticks = 864'000'000;         // limit: number of ticks in a day at 10 kHz
   std::uint64_t most_rows_bytes = 4ull << 30;     // bytes of a table that is kept completely in memory
 };
 inline constexpr RecordingLimits kRecordingLimits;

@@ -74,7 +74,7 @@ class Page : private Words {
   void items();
   void comparison();
   void volumes();
-  /// For an exercise in implant surgery: its phases, and the force in each phase.
+  /// The phases of an exercise in implant surgery, and the force in each phase.
   void implant();
 
   /// Text of an event, with tools and faults in the reader's language.

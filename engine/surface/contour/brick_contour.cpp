@@ -269,7 +269,7 @@ struct Contourer::Scratch {
   std::vector<Cell> cells;                     // cells that contain surface
   std::vector<Node> nodes[kLevels];            // index 0: one node per patch; other levels: one node per merged block
   std::vector<std::uint16_t> blocks[kLevels];  // blocks that contain surface
-  std::vector<std::uint16_t> state[kLevels];   // for each block: kNone, kMixed or the index of its node
+  std::vector<std::uint16_t> state[kLevels];   // state of each block: kNone, kMixed or the index of its node
 
   bool read_signs();
   void find_crossings(std::vector<BrickContour::Edge>& edges);
