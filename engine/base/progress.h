@@ -47,7 +47,7 @@ class Progress {
  private:
   void show();
 
-  double from_ = 0, to_ = 1;  // limits of the present stage; used by the worker only
+  double from_ = 0, to_ = 1;  // begin and end of the stage, fractions of the whole; worker only
   std::atomic<double> fraction_{0};
   std::atomic<const char*> what_{""};
   std::atomic<bool> cancelled_{false};

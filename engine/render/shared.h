@@ -20,7 +20,7 @@ struct FrameData {
   vec4 tool_head;         // xyz: head centre, m; w: radius, m; 0: no tool
   vec4 tool_end;          // xyz: far end of the shank, m; w: its radius, m
   vec4 tool_motion;       // x: angle, rad; y: motion blur by the spindle, 0 .. 1
-  vec4 background;        // x: 1: background drawn, 0: black; w: its opacity
+  vec4 background;        // x: 1: the gradient is drawn, 0: black; w: opacity of the background
   vec4 picture;           // xy: size of a pixel in clip space
   vec4 clip;              // clip plane: only points with dot(clip.xyz, p) + clip.w > 0 are drawn; 0 0 0 1: everything
   vec4 section;           // clip plane for tissue only, as `clip`

@@ -438,7 +438,8 @@ void SessionWriter::Impl::write_all() noexcept {
     if (!good || H5Fflush(h5.get(), H5F_SCOPE_GLOBAL) < 0) fail(reason());
   }
   count_commit();
-  // The interval starts at the beginning of the write, so that a slow disk does not also reduce the rate of flushes.
+  // The flush interval starts at the beginning of the write, so that a slow disk does not also reduce the rate of
+  // flushes.
   last_write = begin;
   status.slowest_flush = std::max(status.slowest_flush, now() - begin);
 }
