@@ -1,6 +1,6 @@
-// operator new for the program typodont: counts allocations. If memory runs out it frees a reserve and throws, because
-// destructors may need memory (OpenVDB's trees do, and end the program if they get none). Not in the library: tests use
-// their own version.
+// operator new for the program typodont: counts allocations. If memory runs out, it frees a reserve and throws, because
+// destructors may need memory (OpenVDB's trees do, and end the program if they get none). This file is not in the
+// library, because tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>

@@ -52,7 +52,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kCaughtAway = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
-constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns for which this must last before it is reported
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns for which this distance must last before it is reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -87,8 +87,8 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                // the latest tick, as drawn
-  SessionSettings settings;                      // as last sent to the servo
+  ServoTick tick;                                // the latest tick that was drawn
+  SessionSettings settings;                      // the settings that were last sent to the servo
   std::optional<session::HandMeter> meter;       // if the session is operated
   std::optional<DamageMeter> damage;             // if the session is operated
   std::optional<session::ImplantMeter> implant;  // for an implant exercise: its phase and notes
@@ -97,9 +97,9 @@ struct Workbench::Impl {
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;        // last time at which the tool was at the hand, on the session's clock
+  Nanos followed = 0;        // last time at which the tool followed the hand, on the session's clock
   std::string keys;          // help text about the hand and the keyboard, drawn below the picture
-  std::string told;          // drawn there instead in a steered session
+  std::string told;          // text of say(), drawn instead of `keys` in a steered session
   std::vector<int> pressed;  // keys in the last step
   std::string failure;
   bool held = false, hand_gone = false;
@@ -369,7 +369,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     picture->draw(tick, hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
-    if (options.device) throw;  // the operator's window creates a new device for both
+    if (options.device) throw;  // the operator's window creates a new device for itself and the session
     log::warn("{}; the picture is made anew", e.what());
     if (picture->revive()) return true;
     failure = e.what();
@@ -507,7 +507,7 @@ std::string Workbench::Impl::implant_line() const {
                             status.speed / (2 * kPi / 60), settings.backwards ? " backwards" : "");
 }
 
-/// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
+/// Undo, redo and save: Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
 void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == 'Z') session->wiring.tissue_commands.push(TissueCommand::kUndo);
@@ -553,7 +553,7 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // cut of a tick that the servo finished after the carver had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // up to the last tick, as in a recording
+  if (meter) {  // score up to the last tick, as in a recording
     score_ticks();
     explored = picture->views()->take_explored();
   }
@@ -761,7 +761,7 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();     // the latest evaluation of the geometry
-  if (m.scene.resume.empty() || !judged) {  // the present volumes
+  if (m.scene.resume.empty() || !judged) {  // otherwise use the present volumes
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];

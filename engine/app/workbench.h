@@ -43,8 +43,8 @@ struct WorkbenchOptions {
   int monitor = -1;                 // monitor for full screen; −1: a window
 
   // Options of an experiment (engine/app/experiment/).
-  bool steered = false;   // status() has the newest tick, also if nothing is drawn; hint() gives the text of say()
-  double most_delay = 0;  // s, longest delay of the force that may be asked for (SessionSettings); 0: none
+  bool steered = false;   // status() has the newest tick even if nothing is drawn; hint() gives the text of say()
+  double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session does not delay forces
 
   // Options of the operator's window (engine/app/operator/).
   bool operated = false;          // provides score and timing during the session
@@ -71,18 +71,18 @@ struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick
   std::uint32_t faults = 0;  // bits set in the last second
-  double caught = 0;  // m, distance between the hand and a tool that has not followed for a second; 0: it follows
+  double caught = 0;  // m, distance between hand and tool if the tool has not followed the hand for a second, else 0
   LoopTiming timing;
-  double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
+  double frame_ms = 0, frames_per_second = 0;  // timing of the picture, smoothed
   std::string_view quality;
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
-  double motor_heat = 0;                   // 1: the limit of the device's motors
+  double motor_heat = 0;                   // heat of the device's motors; 1: their limit
   double bearable_force = 0;               // N, force limit at this heat; 0: the device does not report it
-  bool armed = true;                       // the hand was free of contact, so that force is enabled
+  bool armed = true;                       // force is enabled, because the hand was free of contact
   LoopGranted granted;                     // real-time rights that the system granted to the servo loop
   std::string_view real_time;              // says what was refused; empty: all was granted
   std::optional<ImplantStatus> implant;    // for an exercise in implant surgery
@@ -91,7 +91,7 @@ struct WorkbenchStatus {
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;                    // bits seen in the session
+  std::uint32_t faults = 0;                    // fault bits that were set in the session
   double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was none
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
@@ -108,8 +108,8 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// One session. The user's thread draws: it constructs, starts, steps and stops the session. Every end, including the
-/// destructor, sends zero force.
+/// One session. One thread of the caller constructs, starts, steps and stops the session, and draws. Every end,
+/// including the destructor, sends zero force.
 class Workbench {
  public:
   /// Sets up tissue, hand, sound, recording and picture. Nothing moves yet. Throws Error.
@@ -122,7 +122,7 @@ class Workbench {
   /// Processes the input and draws a frame, or waits briefly without a picture. False at the end of the session: the
   /// window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
   bool step();
-  /// The same for an embedded picture; the caller passes the input over the picture and its size.
+  /// step() for an embedded picture: the caller passes the input over the picture and the picture's size.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Applies the settings from the next tick on.
   void set(const SessionSettings& settings);
@@ -135,7 +135,7 @@ class Workbench {
   void paint(const BrushMove& move);
   /// After stop(): the brush strokes that are not undone.
   std::vector<PaintStroke> painted() const;
-  /// Changes the colour of a tissue, sRGB, in all pictures, which are drawn again.
+  /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
   /// The views of the running session; null if not operated.
@@ -145,15 +145,16 @@ class Workbench {
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   /// The picture from the free viewpoint; null if there is none.
   const gpu::Image* own_picture() const;
-  /// After stop(), once: the final tissue.
+  /// Returns the final tissue. Call it once, after stop().
   haptics::TissueVolume take_tissue();
-  /// The device of an embedded picture will be destroyed or is lost: the session continues without picture.
+  /// Call this before the device of an embedded picture is destroyed, or when it is lost: the session continues without
+  /// picture.
   void drop_picture();
   /// Creates the pictures again on a new device.
   void make_picture(gpu::Device& device);
   /// The keys that were pressed in the last step(), numbered as in display::UserInput.
   const std::vector<int>& pressed() const;
-  /// In a steered session: the line below the picture, instead of the help text about the keys.
+  /// In a steered session: sets the line below the picture, which replaces the help text about the keys.
   void say(const std::string& line);
   /// No force from the next tick on, and end of the session, regardless of contact. If the servo does not answer within
   /// 50 ms, all devices are released from here. stop() still completes the recording.
@@ -169,7 +170,7 @@ class Workbench {
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The picture's device, left eye and look; null if nothing is drawn.
+  /// The picture's stage: device, left eye, frame; null if nothing is drawn.
   PictureStage* stage();
 
   /// The emergency key: no drill and no force until it is switched off (hands.h).
