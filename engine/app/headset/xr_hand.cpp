@@ -13,10 +13,10 @@ namespace {
 
 // s, time constant of the smoothing: 90 positions per second then feel continuous
 constexpr double kFollowTime = 10e-3;
-constexpr double kReturnTime = 0.4;  // s in which the frozen tool moves to the hand after it was found again
+constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after tracking has returned
 // m/(s·N), admittance of a lost hand: it yields to the force, which fades within 50 ms at 1 N/mm
 constexpr double kGive = 0.02;
-constexpr double kMostGive = 0.05;     // m/s, highest speed of this yielding
+constexpr double kMostGive = 0.05;     // m/s, highest speed with which the hand yields
 constexpr double kReleased = 0.1;      // trigger position below which it counts as released
 constexpr Nanos kStale = 150'000'000;  // ns; with an older sample the hand counts as lost
 

@@ -24,7 +24,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Servo thread: reads at `rate` what the headset's thread published.
+/// Reads the samples of the headset's thread at `rate` (Hz). Servo thread.
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -24,7 +24,7 @@ class XrSession {
     bool debris = false, record = false;
     bool touches = false;   // the trigger takes a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m: the point that recentring places in front of the user
-    ServoTick start;        // the tool before the first tick
+    ServoTick start;        // state of the tool before the first tick
   };
   /// Returns when the headset is awake and accepts frames. Throws Error in one line if it is missing or asleep, or if
   /// its runtime does not answer.
@@ -44,12 +44,12 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// After stop(): the balance of the chips' mass. Nothing if there were no chips or the thread hangs.
+  /// After stop(): the balance of the chips' mass. Empty if there were no chips or the thread hangs.
   std::optional<debris::DebrisLedger> debris() const;
-  /// After stop(): adds the work that its thread did. Does nothing if the thread hangs.
+  /// After stop(): adds the work of the headset's thread. Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
-  /// The tool's head, held by an arm, and a controller's tip at the same point: in the arm's base H and the headset's
-  /// space D.
+  /// The same point in two frames: the tool's head, held by an arm, in the arm's base H; and the controller's tip in
+  /// the headset's space D.
   struct Touch {
     dvec3 p_H, p_D;  // m
   };
@@ -61,7 +61,7 @@ class XrSession {
   double stall_;  // s without an answer of the runtime after which the session ends
 };
 
-/// Format for `calibrate register --pairs`. Throws Error if the file cannot be written.
+/// Writes the file for `calibrate register --pairs`. Throws Error if the file cannot be written.
 void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches);
 
 }  // namespace typodont
