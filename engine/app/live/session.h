@@ -26,7 +26,7 @@
 
 namespace typodont {
 
-/// The data of a session. The threads refer to it; it outlives them.
+/// The data of a session. It outlives the threads, which have references to it.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
@@ -35,12 +35,12 @@ struct LiveSession {
   std::optional<haptics::ForceDelay> delay;  // servo thread; only if the session may delay forces
   std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
   ServoTick last;                            // used only by the servo thread until it has ended
-  double servo_cpu = 0;  // s, CPU time of the servo; used only by the servo thread until it has ended
+  double servo_cpu = 0;                      // s, CPU time of the servo thread, which alone uses it until it has ended
   Nanos first_tick = 0;  // time when the first tick was finished; used only by the servo thread until it has ended
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;        // the newest tick is read, also if nothing is drawn
-  bool watched = false;        // bricks also go to the operator's picture; the headset takes the others
+  bool steered = false;        // the newest tick is read even if nothing is drawn
+  bool watched = false;        // bricks also go to the operator's picture; the other copy goes to the headset
   StrokeBook book;             // used only by the carver thread until it has ended
   std::string carver_failure;  // reason for a failure of the carver; used only by the carver thread until it has ended
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
@@ -58,7 +58,7 @@ struct LiveSession {
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// `most_delay`: s that the force may be asked to reach the hand late; 0: never.
+  /// Creates the servo for the hand. `most_delay`: s, largest delay of the force that may be requested; 0: none.
   void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
@@ -81,7 +81,7 @@ class ServoTurns {
   void end() noexcept;
 
  private:
-  /// The tick's force and torque to the hand.
+  /// Sends the tick's force and torque to the hand.
   void send() noexcept;
 
   LiveSession& s_;
@@ -99,15 +99,15 @@ class ServoTurns {
 /// The carver's loop, turn by turn.
 class CarverTurns {
  public:
-  /// `between`: called between the steps of a turn, where a test lets the servo continue. Empty in a live session.
+  /// `between`: called between the steps of a turn; a test lets the servo continue there. Empty in a live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
     bool worked = false;   // there was work
-    bool awaited = false;  // a patch is offered that the servo has not yet adopted
+    bool awaited = false;  // a patch is offered, and the servo has not adopted it yet
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes. Throws what
-  /// OpenVDB throws.
+  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes. Throws OpenVDB's
+  /// exceptions.
   Done turn();
   /// Repeats the remaining cuts.
   void finish();
@@ -134,7 +134,8 @@ class RecorderTurns {
 /// The loop of the state stream, turn by turn: publishes the session's state to other programs.
 class StreamTurns {
  public:
-  /// `rate`: states per second, Hz. Creates the ring from the servo, so call it before the servo begins.
+  /// `rate`: Hz, states per second. Creates the ring that the servo fills, so it must be constructed before the servo
+  /// begins.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
   /// Empties the ring, and publishes new events and, if it is due, the latest tick.
   void turn();
@@ -151,12 +152,12 @@ class StreamTurns {
   ServoTick tick_;  // the latest tick
 };
 
-/// Runs the servo loop; the hand's rate is the clock. Zero force when it returns.
+/// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If
-/// it cannot continue because memory is full, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, creates patches from it, meshes the changes, and executes undo. If
+/// memory is exhausted, it ends the session.
 void carver_thread(LiveSession& s);
-/// Moves all recorded data from its rings to the file.
+/// Moves all data for the recording from the rings to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);
