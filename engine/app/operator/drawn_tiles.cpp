@@ -10,8 +10,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;  // pixels
-// limit, because an element that lies in several parts is drawn once for each of them
+constexpr int kTile = 32;  // pixels, side of a tile
+// Limit of the number of parts, because an element that lies in several parts is drawn once for each part.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {

@@ -1,4 +1,4 @@
-// Runs long work in its own thread beside the window, with progress and result.
+// Runs a long task in its own thread while the window continues, with progress and result.
 #pragma once
 
 #include <atomic>
@@ -29,7 +29,7 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// After done(): the exception that it threw, if any.
+  /// After done(): the exception that the work threw; null: none.
   std::exception_ptr failure() const { return failure_; }
 
  private:
