@@ -76,7 +76,7 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// True if the name of `path` lies in `folder`. Links inside the assets are trusted.
+/// True if `path` lies in `folder` by its name, without following links; links inside the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();

@@ -23,8 +23,8 @@ struct ScenePlace {
   ScenePlace(std::filesystem::path folder) : beside(std::move(folder)) {}
 };
 
-/// Resolves a path from a scene: relative to `place`, then to assets/. Throws Error naming both if neither exists. Also
-/// throws if the path lies outside the allowed folders, without checking if the file exists.
+/// Resolves a path from a scene: relative to `place`, then to assets/. Throws Error that names both paths if neither
+/// exists. Also throws if the path lies outside the allowed folders, without checking if the file exists.
 std::filesystem::path find_file(const std::filesystem::path& path, const ScenePlace& place);
 /// The user's folder: ~/Typodont, with sessions/, scenes/ and rigs/ in it; $TYPODONT_HOME replaces it.
 std::filesystem::path user_folder();

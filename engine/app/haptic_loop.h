@@ -14,8 +14,7 @@ haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue
 
 class HapticLoop {
  public:
-  /// Sets up the servo for the device of this hand, as in a recording's header (session_header). Takes ownership of the
-  /// tissue.
+  /// Sets up the servo for this device. Takes ownership of the tissue.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
   /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);

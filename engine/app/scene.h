@@ -26,10 +26,10 @@ struct Scene {
   ScenePlace place;  // folders for relative file names: the folder of `file`, or of the recording
   std::string text;  // content of the file, for the recording
   std::string name;
-  std::set<std::string> parts;       // haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;      // without the voxel frame, which the tissue provides
+  std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
+  haptics::ServoSettings servo;      // servo settings without the voxel frame, which the tissue provides
   DrawnAs drawn_as;                  // tissues that are drawn like another tissue, e.g. a hidden lesion
-  std::string motor;                 // name in assets/motors/; empty: an ideal motor
+  std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
   std::optional<Json> tissue;        // the initial tissue: a volume or solids
   std::vector<Json> paint;           // tissue painted into the initial tissue, e.g. a lesion
   std::filesystem::path paint_file;  // file with manually painted strokes; empty: none
@@ -37,13 +37,13 @@ struct Scene {
   std::string resume;                // volume or session from which to continue; empty: start with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
-  std::optional<session::ImplantTask> implant;   // for an exercise in implant surgery
-  bool vibration_band_set = false;               // the scene sets the vibration band; otherwise the hand's device does
+  std::optional<session::ImplantTask> implant;  // task of an exercise in implant surgery
+  bool vibration_band_set = false;  // true: the scene sets the vibration band; false: the hand's device sets it
   std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
   MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
   std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: a usual nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
-  bool sound_lower_order = false;                // sound models may be reduced to the lowest order without loss
+  bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -81,7 +81,7 @@ bool draws_own_surface(const Scene& scene);
 /// Names of the scene's tools, in order.
 std::vector<std::string> tool_names(const Scene& scene);
 
-/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the available names.
+/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error that lists the available names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
 /// Loads assets/materials/hard_tissue.json.

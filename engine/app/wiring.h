@@ -171,7 +171,7 @@ struct Wiring {
   std::atomic<bool> held{false};  // RENDER → SERVO: the emergency stop is active; the drill is off until its release
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
   std::atomic<Nanos> session_zero{
-      0};  // SERVO → LEFT HAND, RENDER, RECORDER: the clock's time at the session's zero; 0: not yet begun
+      0};  // SERVO → LEFT HAND, RENDER, RECORDER: machine's clock (ns) at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};          // any thread → all: end the session
   std::atomic<bool> nothing_more{false};  // set after all others have ended → RECORDER: the rings contain all data
   std::atomic<bool> servo_ended{false};   // SERVO → RENDER: the hand is disconnected or the script has ended

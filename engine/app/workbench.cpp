@@ -52,7 +52,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kCaughtAway = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
-constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns for which this distance must last before it is reported
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -73,13 +73,13 @@ struct Workbench::Impl {
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
   std::optional<LiveSession> session;
-  std::optional<Pointer> pointer;  // if the mouse is the hand
+  std::optional<Pointer> pointer;  // empty if the mouse is not the hand
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  std::optional<LivePicture> picture;  // if the session is operated, or drawn here
+  std::optional<LivePicture> picture;  // empty if the session is neither operated nor drawn here
   std::optional<XrSession> headset;    // draws on its own thread instead of the trainee's picture
   WorkCounts before;                   // counts of the process at the session's start
   dvec3 above{0, 0, 0};                // m, W: initial position of the tool
@@ -89,10 +89,10 @@ struct Workbench::Impl {
   Nanos began = 0;
   ServoTick tick;                                // the latest tick that was drawn
   SessionSettings settings;                      // the settings that were last sent to the servo
-  std::optional<session::HandMeter> meter;       // if the session is operated
-  std::optional<DamageMeter> damage;             // if the session is operated
-  std::optional<session::ImplantMeter> implant;  // for an implant exercise: its phase and notes
-  PerTissue volumes_before{};                    // m³, if the session is operated
+  std::optional<session::HandMeter> meter;       // empty if the session is not operated
+  std::optional<DamageMeter> damage;             // empty if the session is not operated
+  std::optional<session::ImplantMeter> implant;  // phase and notes of an implant exercise
+  PerTissue volumes_before{};                    // m³, volumes at the start of an operated session
   // result of an exploration after the session
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
@@ -154,7 +154,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  // check now, not only when the tissue is saved
+  // Check the file's name now, not only when the tissue is saved.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
@@ -327,7 +327,7 @@ void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
-  // With a headset, the ticks are read by its own thread.
+  // With a headset, the headset's thread reads the ticks.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
@@ -397,7 +397,7 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// Distance in m of the hand from a tool that the tissue holds; 0 if the tool follows.
+/// Distance in m between the hand and a tool that does not follow it; 0 if the tool follows.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kCaughtFor ? tick.depth : 0;
 }
@@ -416,7 +416,7 @@ std::string Workbench::Impl::hint() const {
   if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
-    // The line has room for only one of both; the present phase is more important than the keys.
+    // The line has no room for both the phase and the keys; the present phase is more important.
     text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
   } else if (pointer)
     text = fmt::format(
@@ -438,7 +438,7 @@ std::string Workbench::Impl::hint() const {
   return text + "space or Esc: stop";
 }
 
-/// Keys 1 … 9: another tool of the set. Space or Esc: the emergency key.
+/// Executes the keys. 1 … 9: another tool of the set. Space or Esc: the emergency stop.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);
@@ -532,7 +532,7 @@ void Workbench::Impl::score_ticks() {
   }
 }
 
-/// Zero force; joins all threads; completes the recording. Does nothing at a second call.
+/// Sends zero force, joins all threads, and completes the recording. Does nothing at a second call.
 void Workbench::Impl::end() {
   if (!running) return;
   running = false;

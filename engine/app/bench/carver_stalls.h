@@ -1,5 +1,5 @@
 // Measures what a hand feels while the carver stalls: simulated hands on the molar, with the servo's force law and
-// others for comparison.
+// other laws for comparison.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@ struct StallRun {
   StallLaw law = StallLaw::kServo;
 };
 
-/// Measures from the stall's first tick to one second after its last tick. SI units.
+/// Results from the stall's first tick to one second after its last tick. SI units.
 struct StallFelt {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
@@ -56,7 +56,6 @@ struct StallFelt {
 
 /// Simulates one hand: mass 0.15 kg, damper 5 N·s/m, held by a spring or pushed by a constant force. Equal runs give
 /// equal results. Throws Error.
-/// Throws Error.
 StallFelt feel_stall(const StallRun& run);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
 // Measures the latency of the whole program: from a motion of the hand to its effects, and from the command to the
-// first tick and picture. Uses wall-clock time, because waiting counts.
+// first tick and picture. Uses wall-clock time, because waiting times are part of the latency.
 #include <fmt/format.h>
 #include <unistd.h>
 

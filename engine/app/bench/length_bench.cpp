@@ -78,7 +78,7 @@ double entries(const char* folder) {
 }  // namespace
 
 std::vector<BenchRow> bench_length(const BenchRun& run) {
-  const double unit = run.quick ? 60 : 3600;  // s
+  const double unit = run.quick ? 60 : 3600;  // s, unit of the times at which rows are added
   constexpr int kLast = 8;
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_length_{}.h5", ::getpid());
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});

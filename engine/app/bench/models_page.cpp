@@ -28,7 +28,7 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A question about one measure of one motion. `unit` is the end of the unit, which selects among rows of one measure.
+/// A question about one measure of one motion. `unit`: end of a row's unit; selects among the rows of one measure.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;

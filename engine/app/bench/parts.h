@@ -16,7 +16,7 @@ namespace typodont {
 /// Arguments of every part.
 struct BenchRun {
   bool quick = false;                   // fewer repeats, for a short run
-  haptics::SharedContactMethod method;  // for parts that measure a contact model; null: the default model
+  haptics::SharedContactMethod method;  // contact model, for parts that measure one; null: the default model
 };
 
 struct BenchPart {

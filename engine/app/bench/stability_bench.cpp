@@ -1,5 +1,5 @@
-// Measures the stiffness at which a sampled wall becomes unstable under a simulated hand: the servo's, and that of the
-// exact recurrence of the linear problem. Also measures how the passivity controller handles stiffer walls.
+// Measures the stiffness above which a sampled wall is unstable under a simulated hand, for the servo and for the exact
+// recurrence of the linear problem. Also measures how the passivity controller handles stiffer walls.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ constexpr int kMostDelay = 2;
 
 struct Course {
   bool grows = false;       // excursions grow from the second to the last quarter, or the hand leaves the wall
-  double least_energy = 0;  // J, minimum
+  double least_energy = 0;  // J, minimum of the energy ledger
 };
 
 /// Timing of the servo.
@@ -209,7 +209,7 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
                            {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
-      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: b > K T / 2; a delay adds to T / 2
+      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: stable for b > K (T / 2 + delay)
       const double expected = critical(guess, [&](double k) { return theory(k, clock); });
       const double found = critical(guess, [&](double k) { return servo(k, clock, false); });
       const auto row = [&](std::string name, double value, const char* unit) {

@@ -27,7 +27,7 @@ namespace {
 using haptics::MeshBaseline;
 using namespace literals;
 
-constexpr double kBand = MeshBaseline::kBand;  // voxels
+constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band
 
 /// The shipped molar, resampled with this voxel size.
 haptics::TissueVolume molar(double voxel) {
@@ -179,7 +179,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = measure(1, [&] { (void)view.update(carver.volume()); }).median;
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // A bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
+    // Drill with a bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();

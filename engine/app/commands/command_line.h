@@ -1,5 +1,5 @@
 // The command line: commands, options, and checks of option values. CLI11 parses the words; only command_line.cpp
-// includes it, because that costs 8 s of compile time per file.
+// includes CLI11, which costs 8 s of compile time per file.
 #pragma once
 
 #include <functional>

@@ -36,7 +36,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Destination of the ticks: a CSV table, or a session according to the extension.
+/// Destination of the ticks: a CSV table or a session file, depending on the extension.
 class TickSink {
  public:
   TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,

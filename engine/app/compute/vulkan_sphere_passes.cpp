@@ -29,7 +29,7 @@ using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
 constexpr std::size_t kGroup = 64;         // threads per group, the same value as in the shaders
-constexpr std::size_t kMostGroups = 1024;  // each thread processes several spheres of a larger tissue
+constexpr std::size_t kMostGroups = 1024;  // limit; with more tissue each thread processes several spheres
 constexpr std::size_t kMostBalls = 2048;   // limit of the number of a tool's spheres
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
@@ -274,7 +274,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      loaded_ = false;  // some results are lost
+      loaded_ = false;  // the list was too short, so some results are lost
       return false;
     }
     found = {results_.mapped<Result>(sizeof(Head)), head->count};

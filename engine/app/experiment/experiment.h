@@ -92,7 +92,7 @@ struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;    // for all questions except models
+  std::optional<PsychometricFit> fit;    // fitted psychometric function; for all questions except models
   int turns = 0;                         // number of turns of the staircase
   double settled_level = 0, target = 0;  // settled level, and its fraction of right answers
   Estimate chosen;                       // fraction of the answers that chose the second model

@@ -24,8 +24,8 @@ struct Psychometric {
   static double width_of_jnd(double jnd) noexcept;
 };
 
-/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, it is 0 or
-/// infinite for the just-noticeable difference, and the end of the range of differences for the bias.
+/// An estimate with its 95 % confidence interval. If the answers do not determine an end of the interval, that end is 0
+/// or infinite for the just-noticeable difference, and the end of the range of differences for the bias.
 struct Estimate {
   double value = 0, low = 0, high = 0;
 };

@@ -46,7 +46,7 @@ class ScriptedTouch {
   /// `hand`: HAND.csv or HAND.json; the path must begin and end in the air. `rate`: Hz. Throws Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
-  /// Throws Error if the hand does not touch the tissue, or begins or ends inside it.
+  /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
   /// Difference second − first of these measures, in the unit of the question.
   double felt_difference(Question question, const Trial& trial);

@@ -18,7 +18,7 @@ struct StaircaseRule {
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
   double first_step = 1.6;  // ratio between levels until the staircase has turned `coarse` times
-  double step = 1.2;        // ratio afterwards
+  double step = 1.2;        // ratio between levels after these turns
   int coarse = 3;           // number of turns with the ratio `first_step`
 
   /// Fraction of right answers at the level where the staircase settles.
@@ -44,8 +44,7 @@ class Staircase {
   }
   /// Number of turns, i.e. changes between rising and falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at the turns after the coarse ones, of an even number of turns; 0 if there are too
-  /// few.
+  /// Geometric mean of the levels at an even number of turns after the coarse turns; 0 if there are too few turns.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

@@ -1,4 +1,4 @@
-// Meshes fields that are functions of a position in W. Uses the tissue's mesher. For bodies that are only drawn
+// Meshes fields that are functions of a position in W, with the tissue's mesher. Used for bodies that are only drawn
 // (surroundings, insides).
 #pragma once
 

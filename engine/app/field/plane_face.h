@@ -1,5 +1,5 @@
 // Meshes the face at which a plane cuts a solid, coloured by the tissues inside. The solid is given as functions of a
-// position in W. For the tooth, its neighbours and the gum.
+// position in W. Used for the tooth, its neighbours and the gum.
 #pragma once
 
 #include <algorithm>

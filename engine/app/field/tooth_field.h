@@ -1,4 +1,4 @@
-// A whole volume as plain arrays that can be sampled at any point. For pictures; built at set-up or when a view is
+// A whole volume as plain arrays that can be sampled at any point. Used for pictures; built at set-up or when a view is
 // requested.
 #pragma once
 

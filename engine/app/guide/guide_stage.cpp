@@ -100,7 +100,7 @@ class GuideHand {
     ended_.store(true, std::memory_order_release);
   }
 
-  StillTouch still_;  // hand thread
+  StillTouch still_;  // used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
   Press press_;  // owned by the thread that the present state names
@@ -160,7 +160,7 @@ class GuideVoice {
   bool file_;
   std::array<std::vector<float>, 5> sounds_;
   Ring<Cue> cues_{64};
-  const std::vector<float>* playing_ = nullptr;  // audio thread
+  const std::vector<float>* playing_ = nullptr;  // used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
   // declared last, because it must stop before the data that it plays is destroyed
@@ -538,7 +538,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // waiting for the hand's answer to a key
+  bool waiting_ = false;  // a key has requested a touch, and the hand has not answered yet
 };
 
 }  // namespace

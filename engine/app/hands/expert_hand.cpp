@@ -28,7 +28,7 @@ struct Lead {
   static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
   // Tolerances between the tool and the wanted position.
   static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted position of a cut advances
-  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which it advances
+  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which the wanted position advances
   static constexpr double there = 0.01e-3;    // m, distance to the stroke's end at which a cut is finished
   static constexpr double near_line =
       0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
@@ -83,7 +83,7 @@ struct ToolChoice {
   // m, depth to which an edge may reach into tissue that must stay. It is negative, because enamel would carry the push
   // of an edge that touches it, and the filling beside the enamel would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
-  static constexpr double allowance = 0.005e-3;  // m, the same depth for a bur; about its lag
+  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may reach into tissue that must stay
   // The widest tool is taken, because it is the fastest, among those that remove at least the fraction 1 - hardly_more
   // of the volume that the best tool removes.
   static constexpr double hardly_more = 0.12;
@@ -108,12 +108,12 @@ struct Filling {
   static constexpr double below_wall =
       0.8;  // instrument radii, largest height above the floor; at larger heights the wall is nearer
   static constexpr double near_wall = 0.2e-3,
-                          nudge = 0.02e-3;    // m: an instrument closer to a wall is moved to it in steps
-  static constexpr double rise = 0.3e-3;      // m, step of an instrument that fills its own hole
-  static constexpr double head_free = 0.5;    // voxels, clearance between the dome and the instrument
+                          nudge = 0.02e-3;  // m: an instrument within near_wall of a wall moves to it in steps of nudge
+  static constexpr double rise = 0.3e-3;    // m, step of an instrument that fills its own hole
+  static constexpr double head_free = 0.5;  // voxels, clearance between the dome and the instrument
   static constexpr double one_surface = 0.5;  // a point with a smaller slope of the field lies midway between surfaces
   static constexpr double proud = 0.12e-3,
-                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour
+                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour, by pass
   // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
   // excess is carved away later: `carved_again`, and `overfilled` in the second pass. On the enamel beside the cavity
   // an edge hardly removes the excess, so the cost is high: `flash`.
@@ -221,7 +221,7 @@ class Terrain {
   }
 
  private:
-  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m
+  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m, cell size and margin of the grid
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
   }
@@ -320,7 +320,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³
+    double left = 0;  // m³, remaining difference from the ideal
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
@@ -412,7 +412,7 @@ class Plan {
     dvec3 u, v, w;             // the instrument's axes in W
     double half;               // m from the head's centre to its free end
     std::vector<dvec3> head;   // m, points on the head's surface in W, relative to its centre
-    haptics::HeadField field;  // m
+    haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
           R_WT(toward(axis)),
@@ -739,17 +739,17 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³
+  double whole_;  // m³, difference from the ideal at the task's start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  double top_ = -1e9, above_ = -1e9;  // m along the axis
+  double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue, height for travel
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N
+  double force_ = 0;  // N, push of the next cuts
   std::uint32_t tool_ = 0;
   bool over_ = false;  // overfills the contour
 };

@@ -88,7 +88,7 @@ class ExpertHand final : public haptics::HapticDevice {
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Stores the servo's last tick; its tool pose is the base of the hand's lead.
+  /// Stores the servo's last tick; the hand's lead starts from its tool pose.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
   /// Begins the next plan, after read() has ended the last one. Swaps the plans: afterwards `legs` contains the
   /// finished plan, so that the servo thread frees no memory. Servo thread.
@@ -99,8 +99,8 @@ class ExpertHand final : public haptics::HapticDevice {
   void next_leg() noexcept;
   /// Called at the end of an edge's leg: continues along the run, reverses, or begins the next run.
   void end_scraping() noexcept;
-  /// Leaves a stroke that the hand cannot finish: withdraws along the shank, then moves to the start of the next leg.
-  /// The direct way could press into tissue that should stay.
+  /// Leaves a stroke that the hand cannot finish: withdraws along the shank, then moves to the start of the next leg. A
+  /// direct move could press into tissue that should stay.
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
@@ -109,7 +109,7 @@ class ExpertHand final : public haptics::HapticDevice {
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
-  std::array<ExpertLeg, 2> way_out_;  // legs that leave a stroke
+  std::array<ExpertLeg, 2> way_out_;  // legs with which the hand leaves a stroke
   std::size_t way_ = 2;               // current leg of way_out_; 2: the hand follows its plan
   std::uint64_t ticks_ = 0;
   Pose from_;          // start of this leg

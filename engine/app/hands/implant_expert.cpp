@@ -24,7 +24,7 @@ constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
 constexpr double kSweepReach = 3.5e-3;  // m, distance that is smoothed on each side of the axis
 constexpr double kSweepBelow = 0.1e-3;  // m, depth of the hand below the wanted ridge, because the bur yields
 constexpr double kSweepApart = 0.7e-3;  // m, distance between the smoothing bur's strokes
-constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N
+constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N, forces of the phases
 constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), change of the lead per error of the force
 constexpr double kMostLead = 3e-3;        // m, limit of the lead
 constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Follows the tool's pose and force, presses with the force of the present phase, and begins the next phase when the
+/// Reads the tool's pose and force, presses with the force of the present phase, and begins the next phase when the
 /// exercise reports that the phase is done. The same scene and rate give the same motion.
 class ImplantExpert final : public haptics::HapticDevice {
  public:

@@ -39,7 +39,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // the servo decides when to end
+    return true;  // the servo ends the session
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 

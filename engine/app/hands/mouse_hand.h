@@ -1,6 +1,6 @@
-// Uses the mouse over the window as a hand. The tool follows the pointer across the picture; the wheel moves it along
-// the line of sight; the left button is the pedal. With the right button or Shift pressed the mouse tilts the tool
-// instead; the middle button sets it upright. It gives no force.
+// Uses the mouse over the window as a hand. The tool follows the pointer across the picture; the wheel moves the tool
+// along the line of sight; the left button is the pedal. With the right button or Shift pressed the mouse tilts the
+// tool instead; the middle button sets the tool upright. The mouse gives no force.
 #pragma once
 
 #include <memory>

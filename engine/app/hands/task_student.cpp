@@ -408,7 +408,7 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // by grid edge
+    std::unordered_map<std::size_t, std::size_t> index;  // index of a point, by grid edge
     std::vector<std::array<std::size_t, 2>> next;        // neighbours of a point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
@@ -541,13 +541,13 @@ class StrokePlanner {
   session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
   glm::dmat3 axes_;          // columns u, v, w
-  double step_;              // m
+  double step_;              // m, distance between passes
   double allowed_;           // voxels, allowed depth of the head in the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w
+  double top_ = 0, bottom_ = 0;  // m along w, bounds of the heights
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end of the last stroke

@@ -40,8 +40,8 @@ constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies tha
 constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
 // Limits for a controller's tip and an arm's tip to count as still.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;  // s, enough for the slowest CPU to draw a frame
-constexpr double kLeaveTime = 2;      // s for the runtime to end the session in its own way
+constexpr double kLongestFrame = 20;  // s, limit of a frame's duration; enough for the slowest CPU
+constexpr double kLeaveTime = 2;      // s, time that the runtime gets to end the session
 
 /// Vibration of the controller: its amplitude depends on the force on the hand, its frequency on the drill's speed. The
 /// frequency is far below the spindle's, which no controller can produce.
@@ -330,7 +330,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // outside the runtime, but it does not end: the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // not in the runtime, but it does not end: the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

@@ -26,8 +26,8 @@ class XrSession {
     dvec3 work_W{0, 0, 0};  // m: the point that recentring places in front of the user
     ServoTick start;        // state of the tool before the first tick
   };
-  /// Returns when the headset is awake and accepts frames. Throws Error in one line if it is missing or asleep, or if
-  /// its runtime does not answer.
+  /// Returns when the headset is awake and accepts frames. Throws Error in one line if the headset is missing or
+  /// asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
@@ -40,7 +40,7 @@ class XrSession {
   /// Supervises the headset. False if the user ended the session. Throws RunFailure if the runtime was lost or has not
   /// answered for the rig's stall_s.
   bool step();
-  /// Ends the session with the runtime; abandons a thread that hangs in it.
+  /// Ends the session with the runtime. If the headset's thread hangs in the runtime, abandons the thread.
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;

@@ -69,7 +69,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
-  look.hud = !options_.operated;  // the operator's window shows the texts instead of the trainee's picture
+  look.hud = !options_.operated;  // the operator's window shows these texts
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;

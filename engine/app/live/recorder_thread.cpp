@@ -14,7 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// A kill loses at most twenty times this; the ring of ticks has room for eight seconds at 4 kHz.
+// Period of the recorder's turns. A kill loses the data of at most 20 periods; the ring of ticks holds eight seconds at
+// 4 kHz.
 constexpr auto kTurn = 25ms;
 
 }  // namespace

@@ -31,8 +31,8 @@ struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;       // created for the hand once the hand is known
-  std::optional<haptics::ForceDelay> delay;  // servo thread; only if the session may delay forces
+  std::optional<haptics::Servo> servo;       // created once the hand is known
+  std::optional<haptics::ForceDelay> delay;  // used by the servo thread; empty if the session does not delay forces
   std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
   ServoTick last;                            // used only by the servo thread until it has ended
   double servo_cpu = 0;                      // s, CPU time of the servo thread, which alone uses it until it has ended
@@ -49,7 +49,7 @@ struct LiveSession {
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;             // index of the recorded stream for a second hand
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
-  std::optional<TickNotes> notes;          // recorder thread; only if recorded
+  std::optional<TickNotes> notes;          // used by the recorder thread; empty without recording
   std::filesystem::path save;              // file for the tissue
   // used only by the carver thread until it has ended
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
@@ -68,7 +68,7 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop, turn by turn. Its thread calls turn() until that returns false, then end(). A test can call the
+/// The servo's loop, turn by turn. Its thread calls turn() until turn() returns false, then end(). A test can call the
 /// turns of all loops in any order.
 class ServoTurns {
  public:
@@ -106,8 +106,8 @@ class CarverTurns {
     bool worked = false;   // there was work
     bool awaited = false;  // a patch is offered, and the servo has not adopted it yet
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes. Throws OpenVDB's
-  /// exceptions.
+  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes the changed
+  /// bricks. Throws OpenVDB's exceptions.
   Done turn();
   /// Repeats the remaining cuts.
   void finish();

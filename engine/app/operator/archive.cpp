@@ -73,7 +73,7 @@ void put_in_place(haptics::DenseTissue& tissue) {
 /// put_in_place() for a mesh. If the mesh has several teeth, its middle may be empty, as in an arch; then its highest
 /// point is moved to kStandsAt.
 void put_in_place(haptics::TissueMesh& mesh) {
-  constexpr double kWidestTooth = 16e-3;  // m
+  constexpr double kWidestTooth = 16e-3;  // m, largest width of a single tooth
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
     lo = glm::min(lo, p), hi = glm::max(hi, p);

@@ -19,7 +19,7 @@ struct KnownScore {
 
 struct SessionEntry {
   std::filesystem::path file;
-  std::string scene, trainee, date;  // from the file name
+  std::string scene, trainee, date;  // parts of the file name
   std::string title;                 // title of the exercise in the reader's language; empty: unknown
   std::optional<KnownScore> score;   // empty: not yet computed, or a preparation that was saved without a recording
   double megabytes = 0;

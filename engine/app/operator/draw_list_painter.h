@@ -29,8 +29,9 @@ class DrawListPainter {
 
   /// Removes the textures of the last frame.
   void new_frame();
-  /// Registers the first layer of a picture for ImGui::Image in this frame. It has sRGB bytes (a UNORM view) and is in
-  /// the layout for shaders. At most 60 pictures per frame. `shows`: a number that changes with the picture's content.
+  /// Registers the first layer of a picture for ImGui::Image in this frame. The picture must have sRGB bytes (a UNORM
+  /// view) and be in the layout for shaders. At most 60 pictures per frame. `shows`: a number that changes with the
+  /// picture's content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
   /// Draws the parts in which this frame differs from the target's content; everything if the target contains no frame

@@ -63,7 +63,8 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  std::vector<display::Part> parts;  // in tiles; a run in a row is extended downwards if the next row has the same run
+  // The parts, in tiles. A run in a row is extended downwards if the next row has the same run.
+  std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {
     const auto differs = [&](int x) {

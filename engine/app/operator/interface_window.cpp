@@ -334,7 +334,8 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // The handle of a destroyed picture may be used again for a later upload, so the number of uploads is included.
+  // The handle of a destroyed picture may be used again for a later upload, so the number includes the count of
+  // uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

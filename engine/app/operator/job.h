@@ -13,7 +13,7 @@ namespace typodont {
 
 class Job {
  public:
-  /// Runs `work` on its own thread; `work` throws errors and Cancelled.
+  /// Runs `work` on its own thread. `work` may throw any exception, including Cancelled; see failure().
   explicit Job(std::function<void(Progress&)> work)
       : thread_([this, run = std::move(work)] {
           try {

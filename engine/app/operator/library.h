@@ -10,7 +10,8 @@
 
 namespace typodont {
 
-/// Path of a generated picture for a scene that has no picture beside it (NAME.png); it changes with the scene.
+/// Path of a generated picture for a scene without a picture beside it (NAME.png); the path changes with the scene's
+/// content.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
 /// The shipped scenes, then the user's scenes, sorted by name. A scene that cannot be read is listed with its error.

@@ -331,7 +331,7 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // the session handles this request before
+        break;  // requests to a session are handled before
     }
   }
 
@@ -432,7 +432,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // the window was open, so there is a desktop
+  } catch (const Error& e) {  // the window was open, so this is not a set-up error
     throw RunFailure(e.what());
   }
 }

@@ -273,7 +273,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   };
   try_to([&] { s_.outcome.summary = bench_->stop(); });
   window_.wait_idle();  // the window may still be drawing the picture
-  if (s_.author) {      // the tissue is complete for every kind of end
+  if (s_.author) {      // the tissue is complete even after a failure
     s_.exercise.rules = rule_choices(*scene_);
     s_.exercise.base_aims = scene_->task && scene_->task->ideal;
     s_.exercise.fresh = true;

@@ -35,7 +35,7 @@ class SessionScores {
   OperatorState& s_;
   std::unique_ptr<Job> job_;
   std::filesystem::path scored_;           // the session whose score is being computed
-  std::set<std::filesystem::path> tried_;  // sessions whose score was already tried to compute
+  std::set<std::filesystem::path> tried_;  // sessions for which the computation was already started
 };
 
 }  // namespace typodont

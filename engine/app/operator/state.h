@@ -57,7 +57,7 @@ enum class Ask {
   kSessionReport,    // report of the selected session: create it if necessary, open it in the browser
   kLearningCurve,    // learning curve of the selected session's trainee
   kFilm,             // film of the selected session
-  kExpert,           // reports of its exercise compare with this session
+  kExpert,           // use the selected session as the expert's session in reports
   kWatch,            // play the selected session in a separate window
   kExportMesh,       // export the final tissue of the selected session as a mesh
   kGoOnFrom,         // continue the selected session from its end
@@ -112,7 +112,7 @@ struct ExerciseForm {
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // the base scene has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of a file
+  std::array<char, 512> mesh{};  // path of the mesh file
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -124,8 +124,8 @@ struct ImportForm {
   std::array<char, 96> name{};
   int preset = 0;                    // ImportPreset, or kScannedSurface
   int series = 0;                    // index among several series in a folder of DICOM files; 0: there is only one
-  int crown = 0;                     // Crown
-  float voxel_mm = 0, shell_mm = 0;  // 0: the file's voxel size, default shell thickness
+  int crown = 0;                     // index in the enumeration Crown
+  float voxel_mm = 0, shell_mm = 0;  // mm; 0: voxel size of the file, default thickness
   float unit_mm = 1;                 // unit of a mesh in mm
   float spacing_mm = 0;              // mm, sample spacing of a scan; 0: the file's spacing
 };
@@ -136,9 +136,9 @@ struct DoctorFinding {
 /// Result of a finished session.
 struct Outcome {
   WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // empty: none
+  std::filesystem::path recording, report;  // files; empty: there is none
   session::Score score;
-  bool scored = false;  // the score is final; before that none is shown
+  bool scored = false;  // the score is final; an earlier score is not shown
   // The final surface, with the difference to the ideal if there is one; without pixels if the surface is unknown.
   render::Picture picture;
   bool compared = false;  // the picture shows the difference to the ideal
@@ -199,7 +199,7 @@ struct OperatorState {
   bool look_in_work = false;  // parts of the look are still being computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;                                // tissues in the scene, one bit each
-  int look_changes = 0;                                     // number of changes since the session's start
+  int look_changes = 0;                                     // number of changes of `look` since the session's start
   std::array<float, kTissueCount> stiffness{};              // authoring: factors on the materials' stiffness
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring: sRGB colours
   bool held = false;

@@ -42,7 +42,7 @@ void row(const char* name, const std::string& value, const ImVec4* color = nullp
 
 /// The main action of a page.
 bool main_button(const char* text, ImVec2 size);
-/// The button that stops everything.
+/// The button of the emergency stop.
 bool stop_button(const char* text, ImVec2 size);
 /// A button that looks pressed while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);

@@ -22,7 +22,7 @@ constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pict
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
 // ns between copies, because making one blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
-constexpr int kNice = 5;                          // lower priority than the hand and the picture
+constexpr int kNice = 5;                          // niceness: a lower priority than the hand and the picture
 constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences
 constexpr std::size_t kMostUnexplored = 600'000;  // limit of the waiting ticks: ten minutes
 
@@ -101,7 +101,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Shows as much of the look as is possible before the thread has finished its part.
+/// Shows the part of the look that does not need the thread's result.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -259,7 +259,7 @@ void LiveViews::run() {
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
   std::array<Wish, 2> shown;                                   // the look that was computed last
-  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // the version of the tissue for it
+  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue for which `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
@@ -309,7 +309,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    for (std::size_t i = 0; i < 2; ++i) {  // the tooth comes first, because the surroundings matter less
+    for (std::size_t i = 0; i < 2; ++i) {  // the surroundings follow the tooth, because they matter less
       if (!around[i]) continue;
       try {
         if (!surroundings) surroundings = surroundings_shape(scene_.surroundings);

@@ -33,7 +33,7 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
 /// Adds two flutes of a twist drill, depth marks and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
   constexpr double kFluteRise = 12e-3;         // m of drill per turn of its flutes
-  constexpr double kDrillShank = 2.35e-3 / 2;  // m, ISO 1797 type 1
+  constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank, ISO 1797 type 1
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
   for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
@@ -158,7 +158,7 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // also valid for a lost device
+  vkDeviceWaitIdle(device_.device);  // this call is also valid for a lost device
   output_.reset();
   compositor_.reset();
   renderer_.reset();

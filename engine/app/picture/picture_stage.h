@@ -174,8 +174,8 @@ class PictureStage {
   double angle_ = 0;
   Pose shown_at_;  // the tool's pose in the last frame
   bool at_rest_ = false;
-  std::size_t shown_tool_ = 0;  // index in the tool set
-  bool shown_placed_ = false;   // the tool's head stays in the tissue
+  std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
+  bool shown_placed_ = false;   // the head of the drawn tool stays in the tissue
 };
 
 /// Creates a device for pictures with these options, with a window's extensions if necessary. Throws the same errors as

@@ -30,7 +30,8 @@ struct ReplayResult {
   std::string what_differs;  // description; empty if identical
 };
 
-/// Throws Error if the file is not a session, or if its tissue is missing or has changed.
+/// Replays a session and compares it with its recording. Throws Error if the file is not a session, or if its tissue is
+/// missing or has changed.
 ReplayResult replay_session(const std::filesystem::path& session_file,
                             const std::function<void(double)>& progress = {});
 

@@ -20,7 +20,7 @@ class StreamCheck {
 
   struct Difference {
     std::uint64_t tick;  // index of the tick
-    std::string what;    // "force at tick 12"
+    std::string what;    // description, for example "force at tick 12"
   };
   /// The first difference; empty while there is none.
   const std::optional<Difference>& difference() const { return difference_; }
@@ -31,7 +31,7 @@ class StreamCheck {
   void tick(const ServoTick& replayed, const ServoTick& recorded);
   /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// Call after the last tick.
+  /// Compares the final tissue. Call it after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:

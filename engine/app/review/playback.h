@@ -20,10 +20,10 @@ struct PlaybackOptions {
   std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's
   double magnify = 0;           // magnification; 0: the rig's
   double from = -1, to = 1e18;  // s, range of the recording to play
-  double speed = 1;             // negative: backwards
+  double speed = 1;             // factor on the recorded speed; negative: backwards
   int loops = 1;                // repetitions of a film; in a window 0 plays once, any other value repeats forever
   double fps = 30;
-  std::string view = "look";   // look, section, xray, difference
+  std::string view = "look";   // name of the view: look, section, xray, difference
   std::filesystem::path film;  // .mp4 file; empty: a window
   int monitor = -1;
 };

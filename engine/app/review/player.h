@@ -44,13 +44,13 @@ class SessionPlayer {
   /// A change of the tissue: a cut or an edit.
   struct Deed {
     Nanos t = 0;
-    const Cut* cut = nullptr;  // null: an edit
+    const Cut* cut = nullptr;  // the cut; null: the change is an edit
     bool redo = false;
   };
   /// Data to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // index in deeds_
+    std::size_t first;    // index of the first change in deeds_
     std::size_t strokes;  // number of the tissue's strokes before the change
     bool forgets;         // the change discards undone strokes, so it cannot be reverted
   };
@@ -79,7 +79,7 @@ struct PlayClock {
   double begin = 0, end = 1;  // s, range that can be played
   double from = 0, to = 1;    // s, range of the loop
   double at = 0;              // s, present position
-  double speed = 1;           // negative: backwards
+  double speed = 1;           // factor on the recorded speed; negative: backwards
   bool paused = false, loop = false;
   bool over = false;  // playback has reached its end; never true with a loop
 

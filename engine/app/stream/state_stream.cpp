@@ -165,8 +165,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // monotonic clock
-  Nanos unix_zero = 0;  // session's zero as time since 1970
+  Nanos zero = 0;       // ns, session's zero on the monotonic clock
+  Nanos unix_zero = 0;  // ns, session's zero since 1970
   int port = 0;
 
   std::string hello() const {

@@ -30,7 +30,8 @@ struct SurroundingsPlan {
   double length = 34e-3;         // m, length of the piece of jaw
 };
 
-/// Reads a scene's "surroundings" (docs/interface.md); `volume`: the scene's volume, the default. Throws Error.
+/// Reads a scene's "surroundings" (docs/interface.md). `volume`: the scene's volume, used unless `json` names another
+/// one. Throws Error.
 SurroundingsPlan read_surroundings(const Json& json, const std::filesystem::path& volume, const ScenePlace& place);
 
 }  // namespace typodont

@@ -26,7 +26,7 @@ struct PaintStroke {
   double hardness = 1;          // 0..1, hardness of the painted tissue: see haptics/hardness.h
 };
 
-/// Throws Error.
+/// Reads the strokes from a file. Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
 /// Applies the strokes in order: later strokes cover earlier ones. False if no stroke met tissue.

@@ -59,7 +59,7 @@ bool get(gzFile file, T* data, std::size_t count) {
                    [&](char* p, unsigned n) { return gzread(file, p, n); });
 }
 
-/// Throws Error.
+/// Writes the tissue to the cache file `path`. Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
   // Lowest compression: most values are equal, and higher levels would take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
@@ -73,7 +73,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// Returns false if the file does not contain this tissue.
+/// Reads the tissue from the cache file `path`. Returns false if the file does not contain this tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
