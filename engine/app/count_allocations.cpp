@@ -11,7 +11,7 @@
 
 namespace {
 
-// Not inlined, because GCC would warn wrongly that memory from new is passed to free.
+// This function is not inlined, because GCC would warn wrongly that memory from new is passed to free.
 [[gnu::noinline]] void release(void* p) noexcept {
   std::free(p);
 }

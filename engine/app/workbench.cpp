@@ -73,13 +73,13 @@ struct Workbench::Impl {
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
   std::optional<LiveSession> session;
-  std::optional<Pointer> pointer;  // empty if the mouse is not the hand
+  std::optional<Pointer> pointer;  // the mouse as the hand; empty for other hands
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  std::optional<LivePicture> picture;  // empty if the session is neither operated nor drawn here
+  std::optional<LivePicture> picture;  // the pictures; empty if the session is neither operated nor drawn here
   std::optional<XrSession> headset;    // draws on its own thread instead of the trainee's picture
   WorkCounts before;                   // counts of the process at the session's start
   dvec3 above{0, 0, 0};                // m, W: initial position of the tool
@@ -89,8 +89,8 @@ struct Workbench::Impl {
   Nanos began = 0;
   ServoTick tick;                                // the latest tick that was drawn
   SessionSettings settings;                      // the settings that were last sent to the servo
-  std::optional<session::HandMeter> meter;       // empty if the session is not operated
-  std::optional<DamageMeter> damage;             // empty if the session is not operated
+  std::optional<session::HandMeter> meter;       // measures of the hand; empty if not operated
+  std::optional<DamageMeter> damage;             // measures of the damage; empty if not operated
   std::optional<session::ImplantMeter> implant;  // phase and notes of an implant exercise
   PerTissue volumes_before{};                    // m³, volumes at the start of an operated session
   // result of an exploration after the session

@@ -23,17 +23,17 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;                  // rig file or name; empty: a window if there is a desktop, otherwise no picture
-  std::string hand;                 // address of the hand; empty: the rig's, otherwise the mouse if there is a window
-  std::string left_hand;            // address of the second hand; empty: the rig's, otherwise no second hand
-  std::string pedal;                // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
-  double rate = 1000;               // Hz, for hands without a rate of their own
-  std::string audio;                // address of the sound output; empty: a sound card if there is one
+  std::string rig;        // rig file or name; empty: a window if there is a desktop, otherwise no picture
+  std::string hand;       // address of the hand; empty: the rig's value, otherwise the mouse if there is a window
+  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
+  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  double rate = 1000;     // Hz, for hands without a rate of their own
+  std::string audio;      // address of the sound output; empty: a sound card if there is one
   std::filesystem::path record;     // file of the recording; empty: no recording
   std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
   double stream_rate = 100;         // Hz, rate of the published states
-  std::filesystem::path touches;    // file for pairs for `calibrate register`, from a headset's controller and an arm
-  double magnify = 0;               // magnification of the picture; 0: the rig's
+  std::filesystem::path touches;    // output file of point pairs for `calibrate register`, of a controller and an arm
+  double magnify = 0;               // magnification of the picture; 0: the rig's value
   double seconds = 1e18;            // s after which the session ends
   bool no_real_time = false;        // allow a device with motors without real-time scheduling
   bool explain = false;             // print which features are active, and why others are not
@@ -98,8 +98,8 @@ struct WorkbenchSummary {
   double jitter_us_p999 = 0, worst_jitter_us = 0;  // µs, |time between two wake-ups - period|
   LoopReport loop;                                 // the complete loop report
   PerTissue removed{};
-  std::optional<display::HeadTracker::Stats> tracker;  // empty if the rig has no tracker
-  std::optional<debris::DebrisLedger> debris;          // empty if the scene has no debris or nothing was drawn
+  std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
+  std::optional<debris::DebrisLedger> debris;          // balance of the chips' mass; empty without debris or picture
   std::uint64_t debris_cuts_lost = 0;                  // cuts whose chips are missing because the ring was full
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -129,11 +129,11 @@ class Workbench {
   const SessionSettings& settings() const;
   /// Requests a tool by its index in the set; the tool changes as soon as pedal, drill and tissue allow it.
   void choose_tool(int place);
-  /// In an implant exercise: requests the instrument of the present phase, with its speed, forwards.
+  /// Requests the instrument of the present phase of an implant exercise, with its speed, forwards.
   void choose_phase_tool();
   /// Paints tissue. Only without recording, because a recording contains cuts but no paint.
   void paint(const BrushMove& move);
-  /// After stop(): the brush strokes that are not undone.
+  /// Returns the brush strokes that are not undone. Call it after stop().
   std::vector<PaintStroke> painted() const;
   /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
@@ -154,7 +154,7 @@ class Workbench {
   void make_picture(gpu::Device& device);
   /// The keys that were pressed in the last step(), numbered as in display::UserInput.
   const std::vector<int>& pressed() const;
-  /// In a steered session: sets the line below the picture, which replaces the help text about the keys.
+  /// Sets the line below the picture in a steered session; it replaces the help text about the keys.
   void say(const std::string& line);
   /// Sends no force from the next tick on and ends the session, regardless of contact. If the servo does not answer
   /// within 50 ms, this function releases all devices. stop() still completes the recording.

@@ -138,7 +138,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     }
   } const remove{folder};
   haptics::ImportOptions bone;
-  bone.greys = false;  // as in the command without --preview
+  bone.greys = false;  // no grey values are stored, as in the command without --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
       run.quick ? std::vector<glm::ivec3>{{128, 128, 40}}

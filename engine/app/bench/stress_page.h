@@ -13,8 +13,8 @@ namespace typodont {
 /// Result of a model in a campaign.
 enum class Survival {
   kSurvived,  // all figures are within their limits
-  kFlawed,    // finite, bounded and not penetrated, but a force step, an energy or an error exceeds its limit
-  kFell       // not finite, beyond the force limit, penetrated the tissue, or gave no force in it
+  kFlawed,    // no fall, but a force step, an energy or an error exceeds its limit
+  kFell       // the force is not finite, exceeds its limit or is missing, or the tool penetrated the tissue
 };
 
 struct SurvivalCell {

@@ -112,7 +112,7 @@ struct PoseCommand {
   const char* about;
   const char *X, *Z;  // names of the two results
   const char *X_what, *Z_what;
-  const char* b_columns;  // meaning of the b columns
+  const char* b_columns;  // meaning of the columns b of the input
   const char* footer;
   bool camera_on_arm;
 };

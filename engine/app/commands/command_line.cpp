@@ -135,7 +135,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // only for the program itself; other commands belong to the program's root
+  std::unique_ptr<CLI::App> root;  // set only for the program itself, which owns all commands
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;

@@ -84,7 +84,7 @@ class Command {
   bool named_command() const;
   std::string help() const;
 
-  /// Only for the root: parses the words and runs the named command. Returns an empty optional after a command ran,
+  /// Parses the words and runs the named command. Only for the root. Returns an empty optional after a command ran,
   /// otherwise the exit status: 0 after --help and --version, 2 if the words are invalid. Throws the exceptions of the
   /// command's work.
   std::optional<int> run(int argc, char** argv);

@@ -171,7 +171,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    text += cell_of(row["session"]);  // never empty, because the line begins with it
+    text += cell_of(row["session"]);  // the session's name is never empty, so no line begins with a comma
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
       text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");

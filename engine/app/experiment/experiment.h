@@ -34,7 +34,7 @@ struct Stimulus {
 };
 
 struct Trial {
-  int number = 0;  // from 1
+  int number = 0;  // number of the trial, from 1
   std::array<Stimulus, 2> stimuli;
   /// The value of each stimulus in the log: N/mm, % or ms; for models the index in ExperimentPlan::models.
   std::array<double, 2> values{};

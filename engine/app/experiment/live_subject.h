@@ -23,7 +23,7 @@ class LiveSubject {
     double seconds = 4;     // s, duration of each stimulus
     double most_delay = 0;  // s, longest delay of any stimulus
   };
-  /// Throws Error.
+  /// Stores the options; the first ask() opens a session. Throws Error.
   LiveSubject(const Scene& scene, const Options& options);
   ~LiveSubject();
 

@@ -48,7 +48,7 @@ class ScriptedTouch {
   ~ScriptedTouch();
   /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
-  /// Difference second − first of these measures, in the unit of the question.
+  /// Difference second − first of the measures that feel() returns, in the unit of the question.
   double felt_difference(Question question, const Trial& trial);
 
  private:

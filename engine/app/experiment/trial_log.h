@@ -19,7 +19,7 @@ struct TrialLog {
 std::string table_of(const TrialLog& log);
 /// Replaces the file by the table. If the program is killed, the file still contains the table of the previous trial.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
-/// Throws Error that names file, line and column.
+/// Reads a log. Throws Error that names file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);
 
 }  // namespace typodont

@@ -41,7 +41,7 @@ class GuideHand {
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // only if the hand reports joint angles
+    std::optional<ArmReading> reading;  // joint angles; empty if the hand does not report them
     double moved = 0;                   // m, displacement of the tip during the press
   };
 
@@ -189,7 +189,7 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
 }
 
 #ifdef TYPODONT_WINDOW
-/// The panel itself, in the rig's layout, with a separate picture for each eye.
+/// The window on the panel, in the rig's layout, with a separate picture for each eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {

@@ -55,7 +55,7 @@ struct FilledSpot {
 /// carved.
 class Expert {
  public:
-  /// Throws Error if the task has no ideal.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
   /// Plans from the present tissue: one layer of filling, or all cutting and carving. Returns an empty plan if no
   /// further plan would improve the result. Throws Error if no tool of the scene can begin the task.

@@ -15,10 +15,10 @@ namespace typodont {
 
 /// The requested hands. The command line has priority over the rig, and the rig over the defaults.
 struct HandChoice {
-  std::string hand;                // address; empty: the rig's, otherwise the display's default
-  std::string left_hand;           // address; empty: the rig's, otherwise none
-  std::string pedal;               // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
-  double rate = 1000;              // Hz, for hands without a rate of their own
+  std::string hand;       // address of the hand; empty: the rig's value, otherwise the display's default
+  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
+  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  double rate = 1000;     // Hz, for hands without a rate of their own
   std::vector<std::string> tools;  // names of the session's tools, for scripts
 };
 

@@ -330,7 +330,7 @@ void XrSession::stop() {
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // not in the runtime, but it does not end: the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end: the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

@@ -44,9 +44,9 @@ class XrSession {
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// After stop(): the balance of the chips' mass. Empty if there were no chips or the thread hangs.
+  /// Returns the balance of the chips' mass. Call it after stop(). Empty if there were no chips or the thread hangs.
   std::optional<debris::DebrisLedger> debris() const;
-  /// After stop(): adds the work of the headset's thread. Does nothing if the thread hangs.
+  /// Adds the work of the headset's thread. Call it after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
   /// The same point in two frames: the tool's head, held by an arm, in the arm's base H; and the controller's tip in
   /// the headset's space D.

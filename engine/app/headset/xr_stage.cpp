@@ -38,7 +38,7 @@ XrStage::XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& s
 }
 
 XrStage::~XrStage() {
-  vkDeviceWaitIdle(device_.device);  // not the frame ring's wait, which throws for a lost device
+  vkDeviceWaitIdle(device_.device);  // the frame ring's wait would throw for a lost device
   hmd_->end();
   renderer_.reset();
   ring_.destroy(device_);

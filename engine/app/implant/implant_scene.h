@@ -21,8 +21,8 @@ haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& nam
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's
-/// file.
+/// Checks the plan: throws Error if the tissue has no grey values, or if the planned implant does not lie in bone.
+/// `file`: the scene's file.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 

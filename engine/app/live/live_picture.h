@@ -39,13 +39,13 @@ class LivePicture {
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Starts the measurement of time for the first turn.
   void begin() { last_turn_ = now(); }
-  /// Null if the trainee's picture is not drawn here.
+  /// Stage of the trainee's picture; null if the picture is not drawn here.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// Null after close().
+  /// The views; null after close().
   LiveViews* views() { return views_.get(); }
-  /// At the end of the session: the balance of the removed mass.
+  /// Returns the balance of the removed mass. Call it at the end of the session.
   std::optional<debris::DebrisLedger> settle_debris();
-  /// At the end of the session: waits for unfinished work. The trainee's last picture stays.
+  /// Waits for unfinished work at the end of the session. The trainee's last picture stays visible.
   void close();
 
   /// Stops drawing, because the device is about to be destroyed or is lost.

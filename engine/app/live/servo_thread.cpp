@@ -103,7 +103,7 @@ void ServoTurns::end() noexcept {
     send();
   }
   hand_.write(dvec3(0), dvec3(0));
-  hand_.release();  // also ends an arm's gravity compensation
+  hand_.release();  // this also ends an arm's gravity compensation
 }
 
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {

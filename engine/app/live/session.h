@@ -50,7 +50,7 @@ struct LiveSession {
   std::size_t left_stream = 0;             // index of the recorded stream for a second hand
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
   std::optional<TickNotes> notes;          // used by the recorder thread; empty without recording
-  std::filesystem::path save;              // file for the tissue
+  std::filesystem::path save;              // file to which the tissue is saved
   // used only by the carver thread until it has ended
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
   haptics::ModelLooks looks;  // used only by the carver thread until it has ended

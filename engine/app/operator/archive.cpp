@@ -221,7 +221,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
   MaterialTable materials = load_materials();
-  bool draws_own = false;  // if true, writes the carved mesh itself, triangle by triangle
+  bool draws_own = false;  // true: write the carved mesh itself, triangle by triangle
   const haptics::TissueVolume tissue = [&] {
     if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
     const session::SessionReader reader(session);

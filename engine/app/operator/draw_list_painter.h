@@ -61,7 +61,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // for each target: tile hashes of the frame that it contains
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // tile hashes of the frame that each target contains
 };
 
 }  // namespace typodont

@@ -19,7 +19,7 @@ namespace typodont {
 
 /// Stiffness and colour of a tissue that differ from the base scene.
 struct TissueMade {
-  double stiffness = 1;        // factor on the base's stiffness
+  double stiffness = 1;        // factor on the stiffness in the base scene
   std::optional<dvec3> color;  // sRGB
 };
 

@@ -22,7 +22,7 @@ namespace typodont {
 struct InterfaceStyle {
   float unit = 16;  // height of normal text; all other sizes are multiples of it
   ImFont* plain = nullptr;
-  ImFont* large = nullptr;  // for headings
+  ImFont* large = nullptr;  // font for headings
   ImFont* small = nullptr;
 };
 
@@ -33,7 +33,7 @@ class InterfaceWindow {
     display::ivec2 size{1280, 800};
     bool validation = false;
   };
-  /// Throws Error if there is no desktop, or no Vulkan device that can present to it.
+  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can present to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;

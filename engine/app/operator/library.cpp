@@ -175,7 +175,7 @@ fs::path unkept_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  fs::remove(file, code);  // from an earlier session of this window; a file that was read cannot be overwritten
+  fs::remove(file, code);  // left by an earlier session of this window; a file that was read cannot be overwritten
   return file;
 }
 

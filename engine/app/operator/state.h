@@ -178,7 +178,7 @@ struct OperatorState {
   WorkbenchStatus status;
   session::Score score;
   bool score_known = false;    // the result has been evaluated at least once
-  bool score_current = false;  // nothing was cut since the last evaluation
+  bool score_current = false;  // the score includes the latest cuts
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // names of the session's tools

@@ -14,7 +14,7 @@ struct Deeds {
   SessionSettings settings;
   int undone = 0, redone = 0, views = 0;  // numbers of these actions since the session's start
   bool held = false;
-  std::size_t phase = 0;  // for an implant exercise: number of completed phases
+  std::size_t phase = 0;  // number of completed phases of an implant exercise
 };
 
 class StepWatcher {

@@ -64,9 +64,9 @@ class LiveViews {
   bool score_known() const { return judged_ || !judging_; }
   /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
-  /// For an exploration task: processes a tick.
+  /// Processes a tick of an exploration task.
   void explore(const ServoTick& tick);
-  /// After the session: the exploration's result, and the ticks that no meter has processed.
+  /// Returns the exploration's result, and the ticks that no meter has processed. Call it after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:

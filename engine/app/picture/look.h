@@ -15,7 +15,7 @@ struct Look {
   int section_axis = 1;      // axis perpendicular to the plane of View::kSection: 0 x, 1 y, 2 z
   double section = 0;        // m, position of the section along that axis, from the tooth's middle
   glm::dvec4 plane{0};       // explicit plane of the section, as in render::Frame; zero: use section_axis and section
-  std::uint32_t hidden = 0;  // for View::kLook: one bit for each hidden tissue
+  std::uint32_t hidden = 0;  // one bit for each hidden tissue; only for View::kLook
   bool tool = true, debris = true, mirror = true, surroundings = true;
 
   bool operator==(const Look&) const = default;

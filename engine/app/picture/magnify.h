@@ -1,4 +1,4 @@
-// Magnified pictures of the work.
+// Magnifies the pictures of the work.
 #pragma once
 
 #include "engine/display/display_rig.h"

@@ -56,7 +56,7 @@ class PictureStage {
     bool cursor = false;  // draw a row of dots from the tool's end to the point where it would land, and a ring there
     double force_limit = 3;  // N, maximum of the force bar
   };
-  /// Throws Error if the machine has no Vulkan device, or no desktop for a window.
+  /// Creates device, renderer and screen. Throws Error if the machine has no Vulkan device, or no desktop for a window.
   PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options);
   ~PictureStage();
   PictureStage(const PictureStage&) = delete;
@@ -96,8 +96,8 @@ class PictureStage {
 
   /// The eyes' pictures in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// If embedded: sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. True if the size
-  /// changed.
+  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Only if embedded. True if the
+  /// size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.

@@ -41,7 +41,7 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
   return find_file(path, place);
 }
 
-/// Throws Error if a file has changed, because the replay would use another tissue and differ later.
+/// Checks the files that a recording names: throws Error if one has changed, because a replay would use another tissue.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
   // The first file is the scene and the last one the rig; the session contains both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);

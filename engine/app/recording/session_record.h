@@ -1,4 +1,4 @@
-// Writes the program's data besides the ticks into a session.
+// Creates the contents of a session file, except the ticks.
 #pragma once
 
 #include <array>

@@ -16,9 +16,9 @@ struct PlaybackOptions {
   std::filesystem::path session;
   std::filesystem::path beside;  // a second session, shown at the right; empty: none
   std::string rig;  // rig file, or the name of a rig in assets/rigs; empty: "window", or "closeup" for a film
-  std::optional<dvec3> eye_W;   // m, midpoint between the eyes; empty: the rig's
-  std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's
-  double magnify = 0;           // magnification; 0: the rig's
+  std::optional<dvec3> eye_W;   // m, midpoint between the eyes; empty: the rig's value
+  std::optional<double> ipd;    // m, interpupillary distance; empty: the rig's value
+  double magnify = 0;           // magnification; 0: the rig's value
   double from = -1, to = 1e18;  // s, range of the recording to play
   double speed = 1;             // factor on the recorded speed; negative: backwards
   int loops = 1;                // repetitions of a film; in a window 0 plays once, any other value repeats forever

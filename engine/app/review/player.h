@@ -19,7 +19,8 @@ namespace typodont {
 
 class SessionPlayer {
  public:
-  /// Throws Error if the file is not a session with ticks, or if its tissue is missing or has changed.
+  /// Opens a session at its first tick. Throws Error if the file is not a session with ticks, or if its tissue is
+  /// missing or has changed.
   explicit SessionPlayer(const std::filesystem::path& session);
 
   const session::SessionReader& session() const { return session_; }

@@ -18,7 +18,7 @@ struct Surroundings;
 /// any positive number. Thread-safe.
 class SurroundingsShape {
  public:
-  /// Throws Error if the volume cannot be read.
+  /// Builds the distance functions. Throws Error if the volume cannot be read.
   explicit SurroundingsShape(const SurroundingsPlan& plan);
   ~SurroundingsShape();
   SurroundingsShape(SurroundingsShape&&) noexcept;

@@ -21,7 +21,7 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
 /// Evaluates results for one scene. Contains copies of its arguments, so they may change. One thread at a time.
 class TaskJudge {
  public:
-  /// Throws Error if the task's ideal cannot be built.
+  /// Builds the ideal. Throws Error if it cannot be built.
   TaskJudge(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
@@ -33,7 +33,7 @@ class TaskJudge {
   /// Initial, final and ideal tissue on a common voxel grid, in the region that was changed or should have been
   /// changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// For an exploration task: the meter that must get the ticks; its result is part of the score's input.
+  /// The meter of an exploration task. It must get the ticks; its result is part of the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -62,7 +62,7 @@ struct JudgedSession {
   session::ScoreInput input;
   session::Score score;
 };
-/// Throws Error if the tissue is missing or has changed.
+/// Rebuilds the tissue of the session and computes its score. Throws Error if the tissue is missing or has changed.
 JudgedSession judge_session(const session::SessionReader& session);
 /// judge_session() by the rules of `scene`, which must equal the session's scene except for the rules (scene_with).
 JudgedSession judge_session(const session::SessionReader& session, Scene scene);
