@@ -57,7 +57,7 @@ class SoundLink {
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;
   audio::SoundModels models_;
-  audio::TickVoice voice_;  // used by the audio thread
+  audio::TickVoice voice_;  // the ticks' voice; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
 };

@@ -100,7 +100,7 @@ class GuideHand {
     ended_.store(true, std::memory_order_release);
   }
 
-  StillTouch still_;  // used only by the hand's thread
+  StillTouch still_;  // detector of touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
   Press press_;  // owned by the thread that the present state names
@@ -160,7 +160,7 @@ class GuideVoice {
   bool file_;
   std::array<std::vector<float>, 5> sounds_;
   Ring<Cue> cues_{64};
-  const std::vector<float>* playing_ = nullptr;  // used only by the audio thread
+  const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
   // declared last, because it must stop before the data that it plays is destroyed
@@ -393,7 +393,7 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      const bool hand_ended = hand_ && hand_->ended();  // read before its last press is processed
+      const bool hand_ended = hand_ && hand_->ended();  // read this before the hand's last press is processed
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }

@@ -551,7 +551,7 @@ class StrokePlanner {
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end of the last stroke
-  bool bulk_ = true;           // whether added strokes belong to the bulk
+  bool bulk_ = true;           // true: added strokes belong to the bulk
 };
 
 }  // namespace

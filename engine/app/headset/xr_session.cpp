@@ -94,7 +94,7 @@ struct XrSession::Thread {
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<debris::DebrisLedger> debris_mass;
-  WorkCounts work;  // used only by the thread until it has ended
+  WorkCounts work;  // work of the thread, which alone uses it until its end
 
   std::thread thread;
 

@@ -36,7 +36,7 @@ class XrStage {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
-    render::ParticleCloud* cloud = nullptr;  // must be on this stage's device
+    render::ParticleCloud* cloud = nullptr;  // particles on this stage's device; null: none
     double dt = 0;                           // s since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
   };

@@ -26,35 +26,36 @@
 
 namespace typodont {
 
-/// The data of a session. It outlives the threads, which have references to it.
+/// The data of a session. It outlives the threads, which have references to it. A member marked SERVO, CARVER or
+/// RECORDER is used only by that thread until the thread has ended.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
   std::optional<haptics::Servo> servo;       // created once the hand is known
-  std::optional<haptics::ForceDelay> delay;  // used by the servo thread; empty if the session does not delay forces
-  std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
-  ServoTick last;                            // used only by the servo thread until it has ended
-  double servo_cpu = 0;                      // s, CPU time of the servo thread, which alone uses it until it has ended
-  Nanos first_tick = 0;  // time when the first tick was finished; used only by the servo thread until it has ended
+  std::optional<haptics::ForceDelay> delay;  // SERVO: delays the force; empty if the session does not delay forces
+  std::optional<LoopWatch> loop;             // SERVO: statistics of the loop
+  ServoTick last;                            // SERVO: the last tick
+  double servo_cpu = 0;                      // SERVO: s, CPU time of the thread
+  Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;        // the newest tick is read even if nothing is drawn
-  bool watched = false;        // bricks also go to the operator's picture; the other copy goes to the headset
-  StrokeBook book;             // used only by the carver thread until it has ended
-  std::string carver_failure;  // reason for a failure of the carver; used only by the carver thread until it has ended
+  bool steered = false;              // the newest tick is read even if nothing is drawn
+  bool watched = false;              // bricks also go to the operator's picture; the other copy goes to the headset
+  StrokeBook book;                   // CARVER: the changes by each stroke
+  std::string carver_failure;        // CARVER: reason for a failure of the carver
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
   std::size_t picture_stream = 0;    // index of the recorded stream for a screen's frames
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;             // index of the recorded stream for a second hand
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
-  std::optional<TickNotes> notes;          // used by the recorder thread; empty without recording
+  std::optional<TickNotes> notes;          // RECORDER: notes derived from the ticks; empty without recording
   std::filesystem::path save;              // file to which the tissue is saved
-  // used only by the carver thread until it has ended
+  // CARVER: counts of its work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::ModelLooks looks;  // used only by the carver thread until it has ended
-  std::uint64_t queries = 0;  // used only by the servo thread until it has ended
+  haptics::ModelLooks looks;  // CARVER: searches by the contact model
+  std::uint64_t queries = 0;  // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}

@@ -78,7 +78,7 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // used in the names of recordings
+  std::string name;  // name, used in the names of recordings
   std::string title, description;
   std::string fault;  // reason why the scene cannot be used; empty: it can be used
   int picture = -1;   // index in OperatorState::pictures

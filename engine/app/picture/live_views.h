@@ -113,7 +113,7 @@ class LiveViews {
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
-  // used only by the drawing thread
+  // Members used only by the drawing thread.
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
@@ -123,7 +123,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that wait for the meter
 
-  // used by both threads under the mutex
+  // Members used by both threads under the mutex.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;
