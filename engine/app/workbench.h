@@ -39,7 +39,7 @@ struct WorkbenchOptions {
   bool explain = false;             // print which features are active, and why others are not
   std::filesystem::path save;       // file for the tissue, written at the end and on request; empty: none
   bool save_at_end = true;          // save the tissue at the end; false: only on request
-  std::string trainee;              // name for the recording
+  std::string trainee;              // trainee's name for the recording
   int monitor = -1;                 // monitor for full screen; −1: a window
 
   // Options of an experiment (engine/app/experiment/).

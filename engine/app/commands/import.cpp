@@ -112,7 +112,7 @@ nlohmann::ordered_json vec(const dvec3& v, double unit) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  // The input's name is omitted for DICOM, because such folders often have the names of persons.
+  // The input's name is omitted for DICOM, because DICOM folders often have the names of persons.
   if (a.parts.empty()) j["input"] = r.format == "DICOM" ? r.format : a.input;
   for (const std::string& part : a.parts) j["parts"].push_back(part);
   j["out"] = a.out;

@@ -150,7 +150,7 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  std::optional<session::SessionReader> session;  // set if a moment of a recording is drawn instead of a scene
+  std::optional<session::SessionReader> session;  // the recording of which one moment is drawn; empty: a scene is drawn
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.at != 0 && options.pose.empty() && !session)

@@ -24,7 +24,7 @@ struct Lead {
   static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
   static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
-  static constexpr double slowing_time = 0.04;  // s, duration of the slowing
+  static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
   static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
   // Tolerances between the tool and the wanted position.
   static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted position of a cut advances
@@ -48,7 +48,7 @@ struct Lead {
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
 
-/// Joins strokes to legs.
+/// Parameters for joining strokes to legs.
 struct Joining {
   static constexpr double straight_on = 0.9,
                           turn = 0.3;  // cosines between two strokes; above straight_on: full pace
@@ -751,7 +751,7 @@ class Plan {
   double pedal_ = 0;
   double force_ = 0;  // N, push of the next cuts
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // overfills the contour
+  bool over_ = false;  // true: overfill the contour
 };
 
 }  // namespace

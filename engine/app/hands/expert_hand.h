@@ -83,7 +83,7 @@ class Expert {
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
-  /// The info() of such a hand. Like a scripted hand, it keeps its orientation at any torque.
+  /// The info() of an expert hand. Like a scripted hand, it keeps its orientation at any torque.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
@@ -110,7 +110,7 @@ class ExpertHand final : public haptics::HapticDevice {
   ServoTick seen_;
   std::size_t leg_ = 0;
   std::array<ExpertLeg, 2> way_out_;  // legs with which the hand leaves a stroke
-  std::size_t way_ = 2;               // current leg of way_out_; 2: the hand follows its plan
+  std::size_t way_ = 2;               // index of the current leg in way_out_; 2: the hand follows its plan
   std::uint64_t ticks_ = 0;
   Pose from_;          // start of this leg
   Pose free_;          // end of the last leg through the air

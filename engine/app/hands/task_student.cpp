@@ -21,7 +21,7 @@ constexpr double kLayer = 0.5;         // distance between two layers of the bul
 constexpr double kRow = 0.6;           // distance between two rows of a layer, in diameters
 constexpr double kSameLevel = 10e-6;   // m; heights that differ by less belong to one floor
 constexpr double kLeastFlat = 0.1e-6;  // m², smallest area of a floor whose walls get a pass
-constexpr double kFlatShare = 0.02;    // the same limit as a fraction of the head's cross-section
+constexpr double kFlatShare = 0.02;    // smallest floor area as a fraction of the head's cross-section
 // distance between the end of a row and a wall, in diameters; the wall has a pass of its own
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum

@@ -150,7 +150,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: create a patch before any later cut; the servo knows which cuts to repeat
+  bool edited = false;  // true: a patch must be created before any later cut
   while (wiring.tissue_commands.pop(command)) {
     edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;

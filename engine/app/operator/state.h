@@ -86,12 +86,12 @@ struct SceneChoice {
   bool own = false;   // created by the user, not shipped
 };
 struct HandEntry {
-  std::string address;  // empty: the user types the address
+  std::string address;  // address of the hand; empty: the user types it
   std::string title, detail;
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // empty: the picture is in this window
+  std::filesystem::path file;  // rig file; empty: the picture is in this window
   std::string title;
   bool embedded = false;
 };

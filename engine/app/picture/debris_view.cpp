@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a cavity
 constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
-// The finest chips are drawn as mist: large and transparent. Same values as in shaders/debris.comp.
+// The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
 constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
 constexpr int kLumps = 8;            // number of cuts whose chips are created together with software rendering
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;

@@ -189,7 +189,7 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      update.brick |= body << 60;  // a number for each body, above those of the pieces
+      update.brick |= body << 60;  // each body has brick numbers of its own
       face.push_back(std::move(update));
     }
     ++body;
