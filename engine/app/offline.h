@@ -14,7 +14,7 @@
 namespace typodont {
 
 /// Opens a hand whose motion is the same in every run: HAND.csv, HAND.json (also after "script:"), replay:SESSION.h5.
-/// It does not wait for a clock. Throws Error.
+/// The hand does not wait for a clock. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
 /// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.

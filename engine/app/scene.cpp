@@ -282,7 +282,7 @@ Scene parse_scene(const Json& json, const fs::path& file, const ScenePlace& plac
     if (model_name(scene) != "implant") implant->fail("\"model\": \"implant\" beside it");
     scene.implant = read_implant(*implant, *scene.tissue, haptics::tool_set(servo), place);
   }
-  (void)session::tooth_sides(json);  // the report uses it; errors in it are reported now
+  (void)session::tooth_sides(json);  // the report uses the tooth's sides; their errors are reported now
   if (const auto surroundings = json.find("surroundings")) {
     scene.surroundings = read_surroundings(*surroundings, volume_file(scene), place);
   }

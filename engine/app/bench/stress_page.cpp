@@ -135,7 +135,7 @@ std::string map_of(const std::vector<SurvivalCell>& cells) {
 
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
   std::vector<SurvivalCell> cells;
-  std::vector<double> worst;  // ratio to the limit, for each cell
+  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell
   for (const BenchRow& row : rows) {
     const Name name = name_of(row);
     if (name.model.empty() || !(row.ratio >= 0)) continue;

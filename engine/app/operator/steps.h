@@ -12,7 +12,7 @@ namespace typodont {
 struct Deeds {
   ServoTick tick;
   SessionSettings settings;
-  int undone = 0, redone = 0, views = 0;  // numbers of these actions since the session's start
+  int undone = 0, redone = 0, views = 0;  // numbers of undos, redos and changes of the view since the session's start
   bool held = false;
   std::size_t phase = 0;  // number of completed phases of an implant exercise
 };

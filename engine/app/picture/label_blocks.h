@@ -42,7 +42,7 @@ class LabelBlocks {
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  std::vector<std::unique_ptr<Block>> blocks_;  // the first `used_` are valid
+  std::vector<std::unique_ptr<Block>> blocks_;  // blocks of labels; the first `used_` are valid
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
   std::vector<const Labels*> around_;

@@ -19,8 +19,8 @@ struct StreamedSession {
   double servo_rate = 1000;        // Hz
 };
 
-/// Sends to all readers. One thread calls all functions; it must not be the servo's. No function waits: a slow reader
-/// loses messages. A reader that reads nothing, or sends no request, for kPatience is disconnected.
+/// Sends to all readers. One thread calls all functions; it must not be the servo thread. No function waits: a slow
+/// reader loses messages. A reader that reads nothing, or sends no request, for kPatience is disconnected.
 class StateStream {
  public:
   /// `addresses`: "osc:PORT", "osc:HOST:PORT" (messages are sent there), "ws:PORT", "ws:HOST:PORT" (readers connect

@@ -20,7 +20,7 @@ constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which
 constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
 constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
 constexpr double kJawDepth = 9e-3;     // m, least depth of the jaw below the gum's edge
-constexpr double kCoveredBelow = 0.6e-3;                    // m below the edge; below this depth the gum hides the root
+constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
 constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
 // m by which the gum's face overlaps the faces of the teeth, so that there is no gap.

@@ -17,7 +17,7 @@
 
 namespace typodont {
 
-/// Must get every tick in order, in pieces of any size. One thread.
+/// Computes the damage from the ticks. It must get every tick in order, in pieces of any size. One thread.
 class DamageMeter {
  public:
   /// `tools`: the tools of the session; ServoTick::tool is an index into them.
