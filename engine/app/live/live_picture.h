@@ -127,7 +127,7 @@ class LivePicture {
   bool drew_last_ = false;         // the last turn drew a frame
   std::uint64_t ladder_cuts_ = 0;  // number of cuts when the ladder last evaluated a frame
   std::optional<SeenFrom> seen_;   // the view that was recorded last
-  int implant_section_ = 0;        // 0: along the arch, 1: across it
+  int implant_section_ = 0;        // section of the implant: 0: along the arch, 1: across it
 };
 
 }  // namespace typodont

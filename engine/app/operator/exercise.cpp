@@ -82,7 +82,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Four digits, as the user typed the number; a float's further digits are removed.
+    // Round the number to four digits, as the user typed it; a float has further digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
