@@ -1,4 +1,4 @@
-// Runs a session without clock, threads and pictures. Shared by `typodont servo` and by programs that use the library.
+// Runs a session without clock, threads and pictures. Used by `typodont servo` and by programs that use the library.
 #pragma once
 
 #include <cstdint>

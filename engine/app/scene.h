@@ -24,7 +24,7 @@ namespace typodont {
 struct Scene {
   std::filesystem::path file;
   ScenePlace place;  // folders for relative file names: the folder of `file`, or of the recording
-  std::string text;  // content of the file, for the recording
+  std::string text;  // content of the scene file
   std::string name;
   std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
   haptics::ServoSettings servo;      // servo settings without the voxel frame, which the tissue provides

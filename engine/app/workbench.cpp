@@ -100,7 +100,7 @@ struct Workbench::Impl {
   Nanos followed = 0;        // last time at which the tool followed the hand, on the session's clock
   std::string keys;          // help text about the hand and the keyboard, drawn below the picture
   std::string told;          // text of say(), drawn instead of `keys` in a steered session
-  std::vector<int> pressed;  // keys in the last step
+  std::vector<int> pressed;  // keys pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members

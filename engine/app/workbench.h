@@ -81,7 +81,7 @@ struct WorkbenchStatus {
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
   double motor_heat = 0;                   // heat of the device's motors; 1: their limit
-  double bearable_force = 0;               // N, force limit at this heat; 0: the device does not report it
+  double bearable_force = 0;               // N, force limit at the present heat; 0: the device does not report it
   bool armed = true;                       // force is enabled, because the hand was free of contact
   LoopGranted granted;                     // real-time rights that the system granted to the servo loop
   std::string_view real_time;              // names the rights that were refused; empty: all were granted
@@ -129,7 +129,7 @@ class Workbench {
   const SessionSettings& settings() const;
   /// Requests a tool by its index in the set; the tool changes as soon as pedal, drill and tissue allow it.
   void choose_tool(int place);
-  /// Requests the instrument of the present phase of an implant exercise, with its speed, forwards.
+  /// Requests the instrument of the present phase of an implant exercise, with its speed and forward rotation.
   void choose_phase_tool();
   /// Paints tissue. Only without recording, because a recording contains cuts but no paint.
   void paint(const BrushMove& move);

@@ -189,7 +189,7 @@ struct Task {
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // meaning of the number
+  const char* figure;  // meaning of the number that the table shows
 };
 
 const std::vector<Task>& tasks() {

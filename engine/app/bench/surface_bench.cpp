@@ -90,7 +90,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   const int reach = static_cast<int>(radius) + 15;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y) {
-      // This row meets the band in two intervals.
+      // A row along z meets the band in two intervals.
       const double across = std::hypot(x - kCentre.x, y - kCentre.y);
       if (across > radius + kBand) continue;
       const double far = std::sqrt(std::max(0.0, std::pow(radius + kBand, 2) - across * across));

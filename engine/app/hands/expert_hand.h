@@ -40,7 +40,7 @@ struct ExpertLeg {
 struct ExpertGrip {
   double size = 1;     // factor on the lengths for work on a tooth: distances, clearances, tolerances
   double force = 1;    // N, mean force that the task prescribes
-  double lead = 1e-3;  // m, lead of the hand over its tool that gives this force
+  double lead = 1e-3;  // m, lead of the hand over its tool that gives the mean force
 };
 
 /// Position of a filled portion: m along the two axes perpendicular to the preparation's axis. The instrument leaves a

@@ -112,7 +112,7 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // the head does not move
+    offset_ -= moved;  // the tool's head must not move
   } else {
     // While the pointer moves, the offset shrinks, so that the tool never jumps.
     const double left = glm::length(offset_);

@@ -35,7 +35,7 @@ using namespace std::chrono_literals;
 
 constexpr double kFadeTime = 0.25;  // s in which a tool without tracking becomes half transparent, and opaque again
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;                 // N at which the controller vibrates fully
+constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most
 constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
 constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
 // Limits for a controller's tip and an arm's tip to count as still.

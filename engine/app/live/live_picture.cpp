@@ -124,7 +124,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction nozzle beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
+  constexpr double kBeside = 9e-3;  // m, distance behind the tooth as the trainee sees it
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
 }

@@ -36,7 +36,7 @@ void make_expert(const std::filesystem::path& session);
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y, in this order
 
 struct NewTooth {
-  std::filesystem::path input;  // a scan or a closed mesh; any mesh with as_scanned
+  std::filesystem::path input;  // a scan or a closed mesh; with as_scanned, any mesh
   std::string name;
   bool as_scanned = false;  // carve the mesh itself with the contact model vertex; works for open meshes, too
   haptics::ImportOptions options;

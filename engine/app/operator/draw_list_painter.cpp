@@ -28,7 +28,7 @@ VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Ensures that the buffer has at least `bytes`; a new buffer is larger, so that it can be used longer.
+/// Ensures that the buffer has at least `bytes`; a new buffer gets half as much in addition, for later growth.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);

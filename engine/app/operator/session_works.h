@@ -17,7 +17,7 @@ void list_sessions(OperatorState& s);
 /// Writes the report of a recording beside it, and stores the result in the state's outcome. Calls `then` afterwards.
 void make_report(OperatorState& s, LongWork& work, const std::filesystem::path& recording,
                  std::function<void()> then = {});
-/// Computes the score of a session without a recording, for the state's outcome.
+/// Computes the score of a session without a recording, and stores it in the state's outcome.
 void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of);
 /// Shows the report in the browser; creates it first if necessary.
 void show_report(OperatorState& s, LongWork& work, const SessionEntry& of);

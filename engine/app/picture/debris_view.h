@@ -13,7 +13,7 @@
 
 namespace typodont {
 
-/// The parameters of the motion for the GPU version.
+/// Parameters of the particles' motion for the GPU version.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
 render::CloudParticle cloud_particle(const debris::Newborn& newborn, const dvec3& color);
 

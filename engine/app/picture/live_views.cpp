@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 
 constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns between copies, because making one blocks the carver for some milliseconds
+// ns between copies, because making a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
 constexpr int kNice = 5;                          // niceness: a lower priority than the hand and the picture
 constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences

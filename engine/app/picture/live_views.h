@@ -38,7 +38,7 @@ class LiveViews {
   LiveViews& operator=(const LiveViews&) = delete;
 
   // For the drawing thread.
-  /// Adds a picture, or removes it (null).
+  /// Sets the stage of a picture; null removes the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Takes the carver's changed bricks.
   void take(MeshBatch bricks);

@@ -25,9 +25,9 @@ struct ReplayResult {
   double seconds = 0;
   std::uint64_t ticks = 0;
   std::uint64_t ticks_with_faults = 0;
-  std::uint64_t first_difference = 0;  // tick index; valid if not identical
+  std::uint64_t first_difference = 0;  // index of the first tick that differs; valid if not identical
   std::string field_hash, force_hash;
-  std::string what_differs;  // description; empty if identical
+  std::string what_differs;  // description of the first difference; empty if identical
 };
 
 /// Replays a session and compares it with its recording. Throws Error if the file is not a session, or if its tissue is

@@ -58,7 +58,7 @@ struct JudgedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
-  std::optional<session::Preparation> preparation;  // empty for an exploration task
+  std::optional<session::Preparation> preparation;  // geometry of the result; empty for an exploration task
   session::ScoreInput input;
   session::Score score;
 };

@@ -13,7 +13,7 @@ namespace typodont {
 /// State of the tissue.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // numbers of edits since the session's start
+  std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
   PerTissue removed{};                   // m³, removed by all strokes that are not undone
   std::size_t painted = 0;               // number of brush strokes that are not undone
   std::uint64_t version = 0;             // changes whenever the tissue changes
