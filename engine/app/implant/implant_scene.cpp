@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s
-constexpr double kCrest = 1.5e-3;      // m below the platform; the bed's wall need not be complete above this depth
+constexpr double kCrest = 1.5e-3;      // m below the platform; above this depth the bed's wall need not be complete
 constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which bone is searched
 constexpr int kAround = 24;
 

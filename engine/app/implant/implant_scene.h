@@ -15,14 +15,12 @@ namespace typodont {
 /// Loads a tool of a set from FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's
-/// tissue, which contains the canal; `tools`: the session's tools. Throws Error, also if the tool of a phase is not
-/// among `tools`.
+/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's, for
+/// the canal; `tools`: the session's. Throws Error, also if the tool of a phase is not among them.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
-/// Checks the plan: throws Error if the tissue has no grey values, or if the planned implant does not lie in bone.
-/// `file`: the scene's file.
+/// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 

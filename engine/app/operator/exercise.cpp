@@ -70,7 +70,7 @@ std::vector<RuleChoice> rule_choices(const Scene& base) {
 
 namespace {
 
-/// Makes a path that is relative to the base scene absolute, because the new scene is in another folder.
+/// Converts a path relative to the base scene, because the new scene is in another folder.
 void keep_found(Text& json, const char* key, const fs::path& folder) {
   if (!json.is_object() || !json.contains(key) || !json[key].is_string()) return;
   const fs::path beside = folder / json[key].get<std::string>();
