@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s
 constexpr double kCrest = 1.5e-3;      // m below the platform; above this depth the bed's wall need not be complete
-constexpr double kBehind = 0.3e-3;     // m, distance behind the wall at which bone is searched
+constexpr double kBehind = 0.3e-3;     // m behind the wall at which bone is searched
 constexpr int kAround = 24;
 
 /// A box of tissue around the planned implant.
