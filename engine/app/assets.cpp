@@ -76,7 +76,7 @@ bool lies_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(real.begin(), real.end(), file.begin(), file.end()).first == real.end();
 }
 
-/// True if the name of `path` lies in `folder`. Links inside the assets are trusted.
+/// True if `path` lies in `folder` by its name, without following links; links inside the assets are trusted.
 bool named_in(const fs::path& path, const fs::path& folder) {
   const fs::path file = fs::absolute(path).lexically_normal(), at = fs::absolute(folder).lexically_normal();
   return std::mismatch(at.begin(), at.end(), file.begin(), file.end()).first == at.end();
@@ -105,7 +105,7 @@ fs::path find_file(const fs::path& path, const ScenePlace& place) {
   }
   for (const fs::path& folder : {place.beside, assets_folder()}) {
     const fs::path file = folder / path;
-    // refuses "../../x" and links to other places
+    // Refuse "../../x" and links that lead out of the folder.
     if (!place.within.empty() && !lies_in(file, folder)) require_allowed(file, place);
     if (!fs::exists(file, code)) continue;
     require_allowed(file, place);

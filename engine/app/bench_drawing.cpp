@@ -85,8 +85,8 @@ class Page {
     cairo_text_extents(get(), text.c_str(), &extents);
     return extents.x_advance;
   }
-  /// `align`: 0: text begins at `at`; 0.5: centred; 1: text ends there. Draws a white background so that lines do not
-  /// cross the text.
+  /// `align`: 0: the text begins at `at`; 0.5: it is centred; 1: it ends at `at`. Draws a white background so that
+  /// lines do not cross the text.
   void text(At at, const std::string& text, double size = kText, double align = 0, bool bold = false) const {
     font(size, bold);
     cairo_text_extents_t extents;
@@ -241,11 +241,12 @@ class Drawing {
     frame(view, "From the user's right");
     const dvec3& eye = plan_.rig.head.eye_center;
     const auto panel = corners_of(plan_.rig.screen), picture = corners_of(plan_.picture);
-    // Light rays: from the panel's edges to the glass and into the eyes, and from where the light appears to come.
+    // Draw light rays from the panel's edges by the glass to the eyes, and dashed lines to where the light seems to
+    // come from.
     for (const std::size_t corner : {0u, 2u}) {
       page_.colour(kFaint);
       page_.dash({});
-      const std::size_t other = corner == 0 ? 1 : 3;  // the panel's corners are those of the picture, mirrored
+      const std::size_t other = corner == 0 ? 1 : 3;  // the mirror exchanges corners 0 and 1, and corners 2 and 3
       const dvec3 at = on_glass(picture[corner]);
       page_.line(view(eye), view(at), 0.4);
       page_.line(view(at), view(panel[other]), 0.4);

@@ -1,6 +1,6 @@
-// operator new for the program typodont: counts allocations. If memory runs out it frees a reserve and throws, because
-// destructors may need memory (OpenVDB's trees do, and end the program if they get none). Not in the library: tests use
-// their own version.
+// operator new for the program typodont: counts allocations. If memory runs out, it frees a reserve and throws, because
+// destructors may need memory (OpenVDB's trees do, and end the program if they get none). This file is not in the
+// library, because tests have their own operator new.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -11,7 +11,7 @@
 
 namespace {
 
-// Not inlined, because GCC would warn wrongly that memory from new is passed to free.
+// This function is not inlined, because GCC would warn wrongly that memory from new is passed to free.
 [[gnu::noinline]] void release(void* p) noexcept {
   std::free(p);
 }

@@ -33,10 +33,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRate = 1000;       // Hz
-constexpr double kUsualLength = 80;  // s, length of the shipped scene's session, for the estimate of the remaining time
-constexpr double kDuring = 0.4;      // fraction of the strokes after which the picture "during" is taken
-constexpr std::size_t kFilmQuality = 2;  // step of the quality ladder: thousands of full-HD frames drawn in software
+constexpr double kRate = 1000;           // Hz
+constexpr double kUsualLength = 80;      // s, duration of the shipped scene's session, to estimate the remaining time
+constexpr double kDuring = 0.4;          // fraction of the strokes after which the picture "during" is taken
+constexpr std::size_t kFilmQuality = 2;  // index in the quality ladder; a film has thousands of full-HD frames
 
 /// Writes the pictures of one moment: both eyes and the composed screen.
 void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const render::Particle> particles,

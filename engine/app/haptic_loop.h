@@ -9,25 +9,26 @@
 
 namespace typodont {
 
-/// Servo and carver as in a session with this scene and hand. Takes over the tissue. Throws Error.
+/// Creates the servo and the carver of a session with this scene and hand. Takes ownership of the tissue. Throws Error.
 haptics::LockStep lock_step_for(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
 
 class HapticLoop {
  public:
-  /// Sets up the servo for this hand, as a recording's header describes it (session_header). Takes over the tissue.
+  /// Sets up the servo for this device. Takes ownership of the tissue.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, const haptics::DeviceInfo& hand);
-  /// For a simulated hand, which follows force and torque at every step and feels no vibration. `rate` in Hz.
+  /// Sets up the servo for a simulated hand: an ideal device with force and torque but without vibration. `rate`: Hz.
   HapticLoop(const Scene& scene, haptics::TissueVolume tissue, double rate);
 
-  /// One tick: the servo, then the carver, then a new snapshot before the next tick if one is due. True if it cut.
+  /// Runs one tick of the servo, then the carver, then a new snapshot for the next tick if one is due. True if the tick
+  /// cut.
   bool tick(const haptics::HandSample& hand, ServoTick& out, Cut& cut);
 
-  /// Reads `hand` to its end and calls `each` after every tick.
+  /// Reads `hand` to the end of its samples and calls `each` after every tick.
   void run(haptics::HapticDevice& hand, const std::function<void(const ServoTick&, const Cut* cut)>& each);
 
-  /// For tests of a late carver: stalls the carver once per second for this time.
+  /// For tests of a late carver: stalls the carver once per second for `seconds`.
   void stall_carver(double seconds) { stall_ = seconds; }
-  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall wait for it.
+  /// Stalls or resumes the carver from the next tick on. Cuts made during a stall are applied after it.
   void hold_carver(bool held) { held_ = held; }
 
   haptics::Carver& carver() { return steps_.carver(); }

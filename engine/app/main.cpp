@@ -40,13 +40,12 @@ static int written_out() {
   return 1;
 }
 
-/// A standard stream that was closed before the program began is at its end and takes nothing. Otherwise the next file
-/// that is opened would take its number, and what is meant for the terminal would be written into that file or read
-/// from it.
+/// Opens /dev/null for each standard stream that was closed before the program began. Otherwise the next opened file
+/// would get the stream's number, and text for the terminal would be written into that file or input read from it.
 static void open_standard_streams() {
   for (int stream = 0; stream <= 2; ++stream) {
     if (::fcntl(stream, F_GETFD) >= 0) continue;
-    if (::open("/dev/null", O_RDONLY) != stream) std::abort();  // the lowest free number
+    if (::open("/dev/null", O_RDONLY) != stream) std::abort();  // open() returns the lowest free number
   }
 }
 
@@ -60,7 +59,7 @@ int main(int argc, char** argv) {
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");
   program.version(TYPODONT_VERSION);
-  // after the first command, words are its arguments: `bench render` is not the command `render`
+  // All words after the first command are its arguments: `bench render` does not run the command `render`.
   program.expect_commands(0, 1);
   add_demo_command(program);
   add_servo_command(program);

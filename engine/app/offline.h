@@ -1,4 +1,4 @@
-// Runs a session without clock, threads and pictures. Shared by `typodont servo` and by programs that use the library.
+// Runs a session without clock, threads and pictures. Used by `typodont servo` and by programs that use the library.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@
 
 namespace typodont {
 
-/// Opens a hand that moves by itself, the same way every time: HAND.csv, HAND.json (also after "script:"),
-/// replay:SESSION.h5. It does not wait for a clock. Throws Error.
+/// Opens a hand whose motion is the same in every run: HAND.csv, HAND.json (also after "script:"), replay:SESSION.h5.
+/// The hand does not wait for a clock. Throws Error.
 std::unique_ptr<haptics::HapticDevice> open_offline_hand(const Scene& scene, const std::string& address, double rate);
 
 /// Loads the scene's tissue, and sets up servo and carver for this hand. Throws Error.
 haptics::LockStep load_lock_step(const Scene& scene, const haptics::DeviceInfo& hand);
 
-/// A session file (.h5) that finish() completes, or none at all.
+/// Writes a session file (.h5). The file exists only after finish() has succeeded.
 class OfflineRecording {
  public:
   /// The same input gives the same bytes, because no date is written. Throws Error.
@@ -30,11 +30,11 @@ class OfflineRecording {
   OfflineRecording(const OfflineRecording&) = delete;
   OfflineRecording& operator=(const OfflineRecording&) = delete;
 
-  /// Adds a tick, its cut, and the patch that was adopted before it; null: none.
+  /// Adds a tick, its cut, and the patch that was adopted before it. `cut` and `patch` may be null.
   void add(const ServoTick& tick, const Cut* cut, const PatchUse* patch);
   void add(const LoosePiece& piece);
   void add(const StrokeEdit& edit);
-  /// Completes the file and returns the hash of the tissue. Throws RunFailure if something is missing.
+  /// Completes the file and returns the hash of the tissue. Throws RunFailure if the file is incomplete.
   std::uint64_t finish(const haptics::TissueVolume& tissue);
 
  private:

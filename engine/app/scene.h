@@ -23,27 +23,27 @@ namespace typodont {
 
 struct Scene {
   std::filesystem::path file;
-  ScenePlace place;  // folder for relative file names: that of `file`, or the one of the recording
-  std::string text;  // content of the file, for the recording
+  ScenePlace place;  // folders for relative file names: the folder of `file`, or of the recording
+  std::string text;  // content of the scene file
   std::string name;
-  std::set<std::string> parts;       // haptics, render, sound, debris, record, score
-  haptics::ServoSettings servo;      // without the voxel frame, which the tissue provides
-  DrawnAs drawn_as;                  // tissues that look like others, e.g. a hidden lesion
-  std::string motor;                 // name in assets/motors/; empty: an ideal motor
-  std::optional<Json> tissue;        // a volume or solids
-  std::vector<Json> paint;           // tissue painted into it, e.g. a lesion
+  std::set<std::string> parts;       // needed parts: haptics, render, sound, debris, record, score
+  haptics::ServoSettings servo;      // servo settings without the voxel frame, which the tissue provides
+  DrawnAs drawn_as;                  // tissues that are drawn like another tissue, e.g. a hidden lesion
+  std::string motor;                 // name of a motor in assets/motors/; empty: an ideal motor
+  std::optional<Json> tissue;        // the initial tissue: a volume or solids
+  std::vector<Json> paint;           // tissue painted into the initial tissue, e.g. a lesion
   std::filesystem::path paint_file;  // file with manually painted strokes; empty: none
   std::vector<Json> prepare;         // solids that are removed from the tissue before the session begins
   std::string resume;                // volume or session from which to continue; empty: start with untouched tissue
   std::optional<Json> score;
   std::optional<session::Task> task;
-  std::optional<session::ImplantTask> implant;   // for an exercise in implant surgery
-  bool vibration_band_set = false;               // the scene sets the vibration band; otherwise the hand's device does
+  std::optional<session::ImplantTask> implant;  // task of an exercise in implant surgery
+  bool vibration_band_set = false;  // true: the scene sets the vibration band; false: the hand's device sets it
   std::optional<SurroundingsPlan> surroundings;  // surroundings of the tooth
   MouthMirror mouth_mirror;                      // initial mirror in the other hand; diameter 0: none
-  std::optional<debris::Suction> suction;        // fixed suction nozzle; nothing: beside the tooth
+  std::optional<debris::Suction> suction;        // fixed suction nozzle; empty: a usual nozzle beside the tooth
   bool suction_on = false;                       // initial state of the suction
-  bool sound_lower_order = false;                // sound models may be reduced to the lowest order without loss
+  bool sound_lower_order = false;  // sound models may be reduced to the lowest order at which nothing is lost
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
@@ -52,7 +52,7 @@ struct Scene {
 Scene read_scene(const std::filesystem::path& file);
 /// Reads a scene from JSON; relative paths start from the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
-/// The same; files that it names may be at `place`.
+/// Reads a scene from JSON; the files that it names are searched in `place`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file, const ScenePlace& place);
 
 /// Path of the scene's volume; empty if the tissue is made of solids. Throws Error.
@@ -61,8 +61,8 @@ std::filesystem::path volume_file(const Scene& scene);
 /// Reads {"translation_mm", "normal" or "rotation_wxyz", "diameter_mm", "fog"}. Throws Error.
 MouthMirror read_mouth_mirror(const Json& json);
 
-/// Loads or samples the initial tissue of the scene and paints into it. If the scene continues a partial preparation:
-/// see load_tissue() in recording/resume.h. Throws Error.
+/// Loads or samples the initial tissue of the scene and paints into it. Ignores `resume`: load_tissue() in
+/// recording/resume.h continues a partial preparation. Throws Error.
 haptics::TissueVolume load_untouched(const Scene& scene);
 
 /// The scene's servo settings, completed for this tissue, servo rate (Hz) and other properties of the hand's device
@@ -78,10 +78,10 @@ std::string_view model_name(const Scene& scene);
 /// True if pictures show the contact model's own triangles instead of the volume's surface.
 bool draws_own_surface(const Scene& scene);
 
-/// Names of its tools, in order.
+/// Names of the scene's tools, in order.
 std::vector<std::string> tool_names(const Scene& scene);
 
-/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error listing the available names.
+/// Loads a tool or motor by name from assets/tools/ and assets/motors/. Throws Error that lists the available names.
 haptics::Tool load_tool(std::string_view name);
 haptics::Spindle load_spindle(std::string_view name);
 /// Loads assets/materials/hard_tissue.json.

@@ -14,7 +14,7 @@ namespace typodont {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
-constexpr double kHold = 0.25;  // s without a tick in a live session after which the sound stops
+constexpr double kHold = 0.25;  // s, time without a tick after which the sound of a live session stops
 
 std::filesystem::path voice_of(const Scene& scene) {
   const auto folder = assets_folder() / "sounds";
@@ -87,7 +87,7 @@ void SoundLink::render(void* self, std::span<float> mono, Nanos t_first) noexcep
     link->synth_->push(link->voice_.state_of(tick));
     heard = true;
   }
-  // A tick that was late for its sample is heard in the first of these samples, otherwise in its own.
+  // A tick that arrived too late for its own sample is heard in the first sample of this block.
   if (heard && link->live_)
     link->latency_.store(to_seconds(now() - link->zero_ - std::min(tick.t, t_first)) + link->device_latency_,
                          std::memory_order_relaxed);

@@ -1,4 +1,4 @@
-// Converts ticks to sound: a scene's synthesizer and the output for its samples. Application thread.
+// Converts ticks to sound: contains a scene's synthesizer and the output for its samples. Application thread.
 #pragma once
 
 #include <atomic>
@@ -18,8 +18,8 @@ namespace typodont {
 
 class SoundLink {
  public:
-  /// `address` as in docs/interface.md. The voice is the one in assets/sounds/ with the name of the scene's motor; for
-  /// an ideal motor it is chosen by the speed. `live`: the sound stops if ticks stop. Throws Error or RunFailure.
+  /// `address`: see docs/interface.md. The voice is the one in assets/sounds/ with the name of the scene's motor; for
+  /// an ideal motor the speed selects the voice. `live`: the sound stops if ticks stop. Throws Error or RunFailure.
   SoundLink(const std::string& address, const Scene& scene, bool live);
   ~SoundLink();
   SoundLink(const SoundLink&) = delete;
@@ -27,9 +27,9 @@ class SoundLink {
 
   /// Servo thread (or the only thread of a deterministic run). Wait-free.
   void push(const ServoTick& tick) noexcept;
-  /// Application thread, at least ten times per second once the session's clock runs. `t`: present time on that clock;
-  /// for a file the time of the latest pushed tick. The sound begins with the first call, so that a tick at t is heard
-  /// in the sample at t. A file contains the session from its beginning.
+  /// Application thread: call at least ten times per second once the session's clock runs. `t`: present time on that
+  /// clock; for a file, the time of the latest pushed tick. The sound begins with the first call, so that a tick at t
+  /// is heard in the sample at t. A file contains the session from its beginning.
   void advance(Nanos t);
   /// Ends the sound; a file is complete only after this. Throws Error if it cannot be written.
   void stop(Nanos t);
@@ -50,14 +50,14 @@ class SoundLink {
 
   const bool live_;
   bool begun_ = false;
-  Nanos zero_ = 0;             // the clock's time at the session's zero, for live sound
-  double device_latency_ = 0;  // s
+  Nanos zero_ = 0;             // ns on the machine's clock at which the session's time is zero; only for live sound
+  double device_latency_ = 0;  // s, latency that the device reports
   std::atomic<double> latency_{std::numeric_limits<double>::quiet_NaN()};
   audio::SynthOptions options_;
   std::unique_ptr<audio::AudioOutput> output_;
   std::filesystem::path voice_file_;
   audio::SoundModels models_;
-  audio::TickVoice voice_;  // used by the audio thread
+  audio::TickVoice voice_;  // the ticks' voice; used only by the audio thread
   std::unique_ptr<audio::DrillSynth> synth_;
   Ring<ServoTick> ticks_{1 << 14};
 };

@@ -19,9 +19,10 @@ constexpr double kRange = 70;  // dB between the darkest and the brightest colou
 constexpr glm::u8vec3 kGround{255, 255, 255}, kInk{40, 44, 50};
 constexpr double kLetters = 15;                        // pixels, text height
 constexpr int kTick = 6;                               // pixels, length of a tick
-constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels around the plot
+constexpr glm::ivec2 kBefore{74, 34}, kAfter{18, 52};  // pixels, margins: left and top, right and bottom
 
-/// Dark violet over red to light yellow in even steps of lightness; after "inferno" of Smith and van der Walt (2015).
+/// Colour scale: dark violet, red, light yellow, in even steps of lightness; after "inferno" of Smith and van der Walt
+/// (2015).
 glm::u8vec3 color_of(double fraction) {
   static constexpr std::array<std::array<double, 3>, 6> kStops = {
       {{8, 6, 30}, {74, 16, 108}, {148, 38, 103}, {221, 81, 58}, {251, 164, 37}, {252, 250, 170}}};
@@ -64,7 +65,7 @@ SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm
   p.rgba.assign(static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y) * 4, 255);
   for (int y = 0; y < pixels.y; ++y)
     for (int x = 0; x < pixels.x; ++x) put(p, x, y, kGround);
-  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one beyond the last pixel
+  const glm::ivec2 lo = made.plot_lo, size = made.plot_size, hi = lo + size;  // hi: one pixel beyond the plot
 
   // Each pixel shows the maximum of its range, so that a thin line between two rows remains visible.
   const audio::Spectrogram s = audio::spectrogram(recording.mono(), recording.rate, static_cast<std::size_t>(size.x));

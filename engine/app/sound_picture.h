@@ -12,11 +12,11 @@ namespace typodont {
 struct SoundPicture {
   render::Picture picture;
   glm::ivec2 plot_lo{0}, plot_size{0};  // pixels: upper left corner and size of the plot
-  double to = 0;                        // Hz at the plot's upper edge; 0 Hz at the lower one
+  double to = 0;                        // Hz at the plot's upper edge; the lower edge is 0 Hz
   double seconds = 0;                   // s, duration shown by the plot's width
 };
 
-/// `to`: Hz. Throws Error if the file is not a sound, or if `to` exceeds half its sample rate.
+/// `to`: Hz at the plot's upper edge. Throws Error if the file is not a sound, or if `to` exceeds half its sample rate.
 SoundPicture picture_of_sound(const std::filesystem::path& sound, double to, glm::ivec2 pixels);
 
 }  // namespace typodont

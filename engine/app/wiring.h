@@ -21,7 +21,7 @@
 
 namespace typodont {
 
-/// Changed bricks that the carver makes and the renderer uploads. The reader deletes it.
+/// Changed bricks, meshed by the carver and uploaded by the renderer, which deletes the batch.
 using MeshBatch = std::vector<render::MeshUpdate>;
 
 /// Settings that may change during a session. They act on the servo's input and on its output, so the ticks contain
@@ -31,14 +31,14 @@ struct SessionSettings {
   bool backwards = false;                 // the handpiece turns backwards; only for a tool with a thread
   double force_fraction = 1;              // 0..1, factor on the force that reaches the hand
   PerTissue stiffness = every_tissue(1);  // factors on the materials' stiffness; only in sessions without recording
-  Nanos force_delay = 0;  // ns by which the force reaches the hand late; only if the session delays forces
+  Nanos force_delay = 0;                  // ns, delay of the force at the hand; only in sessions that can delay forces
 
   static constexpr PerTissue every_tissue(double fraction) {
     PerTissue all{};
     for (double& v : all) v = fraction;
     return all;
   }
-  /// N/m, what set_stiffness() of the servo takes.
+  /// N/m, stiffness of every tissue, for set_stiffness() of the servo.
   PerTissue stiffness_of(const MaterialTable& materials) const {
     PerTissue scaled{};
     for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = stiffness[i] * materials[i].stiffness;
@@ -67,18 +67,18 @@ enum class TissueCommand { kUndo, kRedo, kSave };
 /// A piece of an instructor's brush stroke.
 struct BrushMove {
   PaintStroke stroke;
-  bool begins = false;  // the brush was set down
+  bool begins = false;  // true: the stroke begins with this piece
 };
 
-/// An undo or redo of a stroke, with its position between cuts and between patches, which makes a replay exact.
+/// An undo or redo of a stroke. Its position between cuts and between patches makes a replay exact.
 struct StrokeEdit {
   Nanos t = 0;
   bool redo = false;
-  std::uint64_t cuts = 0;     // number of cuts in the tissue at that moment
-  std::uint32_t patches = 0;  // number of patches cut out before it
+  std::uint64_t cuts = 0;     // number of cuts applied to the tissue before the edit
+  std::uint32_t patches = 0;  // number of patches created before the edit
 };
 
-/// The eyes in front of a screen, and the view.
+/// Positions of the eyes in front of a screen, and the selected view.
 struct SeenFrom {
   Nanos t = 0;
   dvec3 eye_W{0}, right_W{1, 0, 0};
@@ -88,11 +88,11 @@ struct SeenFrom {
 
 /// Timing of a frame on a screen.
 struct PictureTiming {
-  Nanos t = 0;        // time at which it was begun, on the machine's clock
+  Nanos t = 0;        // ns on the machine's clock at which the frame was begun
   double period = 0;  // s since the previous frame
   double record = 0;  // s, preparation and submission on the CPU
   double gpu = 0;     // s, GPU time by the GPU's clock, of the latest finished frame
-  // s, estimate: from the shown sample of the hand to the middle of the screen's next refresh
+  // s, estimated time from the shown sample of the hand to the middle of the screen's next refresh
   double motion_to_photon = 0;
   double redrawn = 1;  // redrawn fraction of the picture
   int step = 0;        // level of quality, 0: best
@@ -119,9 +119,9 @@ struct Wiring {
   Ring<LoosePiece> pieces_to_debris{1 << 10};
   // CARVER → RENDER
   Ring<MeshBatch*> bricks{256};
-  // CARVER → UI, if a headset draws in RENDER's place and an operator watches
+  // CARVER → UI, if a headset draws instead of RENDER and an operator watches
   Ring<MeshBatch*> bricks_to_watch{256};
-  // CARVER → WATCH (live_views.h): copies of the tissue on request; WATCH → UI is inside LiveViews
+  // CARVER → WATCH (live_views.h): copies of the tissue on request; the channel WATCH → UI is in LiveViews
   Ring<haptics::TissueVolume*> copies_to_watch{4};
   // CARVER → EXPERT (live_expert.h): copies of the tissue for planning, if an expert is the hand
   Ring<haptics::TissueVolume*> copies_to_expert{2};
@@ -135,7 +135,7 @@ struct Wiring {
   Ring<ServoTick> ticks_to_score{1 << 14};
   // RECORDER → UI
   Latest<RecordState> record_to_render;
-  // HEADSET (which draws in RENDER's place) → SERVO, if a controller is the hand; → RECORDER
+  // HEADSET (which draws instead of RENDER) → SERVO, if a controller is the hand; → RECORDER
   Latest<XrHandSample> xr_hand;
   Ring<display::HmdTiming> xr_frames_to_recorder{1 << 12};
   // RENDER → RECORDER
@@ -154,11 +154,11 @@ struct Wiring {
   // LEFT HAND → RENDER, RECORDER
   Latest<MouthMirror> mouth_mirror;
   Ring<haptics::HandSample> left_to_recorder{1 << 13};
-  // SERVO → AUDIO: inside SoundLink (a ring of the sound's input)
+  // SERVO → AUDIO: this channel is a ring inside SoundLink
 
   std::atomic<bool> copy_wanted{false};          // WATCH → CARVER
   std::atomic<bool> expert_wants_copy{false};    // EXPERT → CARVER
-  std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes with the tissue
+  std::atomic<std::uint64_t> tissue_version{0};  // CARVER → WATCH: changes whenever the tissue changes
   std::atomic<std::uint32_t> saved{0},
       not_saved{0};  // CARVER (its saving thread) → UI: number of successful and failed saves of the tissue
   // RENDER → CARVER: voxels, largest distance of triangles from the surface (detail.h)
@@ -168,12 +168,12 @@ struct Wiring {
   std::atomic<bool> emergency{false};  // any thread → SERVO: no force from the next tick on, and end of the session
   // RENDER (window) → SERVO: tool chosen by key; negative: the hand's own choice
   std::atomic<std::int32_t> chosen_tool{-1};
-  std::atomic<bool> held{false};  // RENDER → SERVO: the emergency key is on: no drill until it is switched off
+  std::atomic<bool> held{false};  // RENDER → SERVO: the emergency stop is active; the drill is off until its release
   std::atomic<std::uint32_t> newest_faults{0};  // SERVO → RENDER
   std::atomic<Nanos> session_zero{
-      0};  // SERVO → LEFT HAND, RENDER, RECORDER: the clock's time at the session's zero; 0: not yet begun
+      0};  // SERVO → LEFT HAND, RENDER, RECORDER: machine's clock (ns) at the session's zero; 0: not yet begun
   std::atomic<bool> stop{false};          // any thread → all: end the session
-  std::atomic<bool> nothing_more{false};  // set when all others have ended → RECORDER: the rings contain the last data
+  std::atomic<bool> nothing_more{false};  // set after all others have ended → RECORDER: the rings contain all data
   std::atomic<bool> servo_ended{false};   // SERVO → RENDER: the hand is disconnected or the script has ended
 };
 

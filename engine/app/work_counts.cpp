@@ -77,7 +77,7 @@ WorkCounts process_counts() {
 double seconds_since_command() {
   std::ifstream in("/proc/self/stat");
   const std::string line((std::istreambuf_iterator<char>(in)), {});
-  // skip the process name, which may contain anything
+  // Skip the process name, which may contain any character.
   std::istringstream fields(line.substr(std::min(line.rfind(')') + 1, line.size())));
   constexpr int kStartTime = 20;  // index of the field "starttime", counted from the one after the name
   std::string field;

@@ -12,8 +12,8 @@ struct WorkCounts {
   std::uint64_t ticks = 0, queries = 0;  // ticks of the servo; queries of the distance field
   // Searches for tissue by the contact models that represent it as spheres, triangles or vertices (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
-  std::uint64_t patches = 0;     // surface patches cut out for the servo
-  std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings; none is ever redistanced
+  std::uint64_t patches = 0;     // surface patches created for the servo
+  std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings; their distances are never recomputed
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;

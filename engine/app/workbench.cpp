@@ -52,7 +52,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kCaughtAway = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
-constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns for which this must last before it is reported
+constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -73,13 +73,13 @@ struct Workbench::Impl {
   std::filesystem::path rig_file;
   std::optional<display::DisplayRig> rig;
   std::optional<LiveSession> session;
-  std::optional<Pointer> pointer;  // if the mouse is the hand
+  std::optional<Pointer> pointer;  // the mouse as the hand; empty for other hands
   Hands hands;
   std::optional<SoundLink> sound;
   std::optional<session::SessionWriter> writer;
   std::optional<StateStream> stream;
   std::optional<StreamTurns> streaming;
-  std::optional<LivePicture> picture;  // if the session is operated, or drawn here
+  std::optional<LivePicture> picture;  // the pictures; empty if the session is neither operated nor drawn here
   std::optional<XrSession> headset;    // draws on its own thread instead of the trainee's picture
   WorkCounts before;                   // counts of the process at the session's start
   dvec3 above{0, 0, 0};                // m, W: initial position of the tool
@@ -87,20 +87,20 @@ struct Workbench::Impl {
   bool running = false;
   std::optional<InterruptHandler> on_interrupt;
   Nanos began = 0;
-  ServoTick tick;                                // the latest tick, as drawn
-  SessionSettings settings;                      // as last sent to the servo
-  std::optional<session::HandMeter> meter;       // if the session is operated
-  std::optional<DamageMeter> damage;             // if the session is operated
-  std::optional<session::ImplantMeter> implant;  // for an implant exercise: its phase and notes
-  PerTissue volumes_before{};                    // m³, if the session is operated
+  ServoTick tick;                                // the latest tick that was drawn
+  SessionSettings settings;                      // the settings that were last sent to the servo
+  std::optional<session::HandMeter> meter;       // measures of the hand; empty if not operated
+  std::optional<DamageMeter> damage;             // measures of the damage; empty if not operated
+  std::optional<session::ImplantMeter> implant;  // phase and notes of an implant exercise
+  PerTissue volumes_before{};                    // m³, volumes at the start of an operated session
   // result of an exploration after the session
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> explored;
   Nanos fault_time = 0;
   std::uint32_t recent_faults = 0;
-  Nanos followed = 0;        // last time at which the tool was at the hand, on the session's clock
+  Nanos followed = 0;        // last time at which the tool followed the hand, on the session's clock
   std::string keys;          // help text about the hand and the keyboard, drawn below the picture
-  std::string told;          // drawn there instead in a steered session
-  std::vector<int> pressed;  // keys in the last step
+  std::string told;          // text of say(), drawn instead of `keys` in a steered session
+  std::vector<int> pressed;  // keys pressed in the last step
   std::string failure;
   bool held = false, hand_gone = false;
   std::jthread carver, servo, left, recorder, streamer;  // declared last: they use all other members
@@ -154,7 +154,7 @@ void Workbench::Impl::set_up() {
   choice.hand = hand_address(choice, rig ? &*rig : nullptr, window ? "mouse:" : hmd ? "openxr:right" : "");
 
   LiveSession& s = session.emplace(scene, load_tissue(scene));
-  // check now, not only when the tissue is saved
+  // Check the file's name now, not only when the tissue is saved.
   if (!options.save.empty()) require_output(options.save, FileKind::kVolume);
   const haptics::TissueVolume& tissue = s.carver.volume();
   s.draw = (window || hmd) && scene.needs("render");
@@ -327,7 +327,7 @@ void Workbench::Impl::advance_sound() {
   const Nanos zero = session->wiring.session_zero.load(std::memory_order_relaxed);
   if (zero == 0) return;
   if (!session->draw) take_tick();
-  // With a headset, the ticks are read by its own thread.
+  // With a headset, the headset's thread reads the ticks.
   sound->advance(sound->live() || headset ? now() - zero : session->wiring.tick_to_render.front().t);
 }
 
@@ -369,7 +369,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     picture->draw(tick, hint(), summary.work);
     return true;
   } catch (const gpu::DeviceLost& e) {
-    if (options.device) throw;  // the operator's window creates a new device for both
+    if (options.device) throw;  // the operator's window creates a new device for itself and the session
     log::warn("{}; the picture is made anew", e.what());
     if (picture->revive()) return true;
     failure = e.what();
@@ -397,7 +397,7 @@ void Workbench::Impl::report_hand() {
   }
 }
 
-/// Distance in m of the hand from a tool that the tissue holds; 0 if the tool follows.
+/// Distance in m between the hand and a tool that does not follow it; 0 if the tool follows.
 double Workbench::Impl::caught() const {
   return tick.t - followed > kCaughtFor ? tick.depth : 0;
 }
@@ -416,7 +416,7 @@ std::string Workbench::Impl::hint() const {
   if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
   if (implant && picture && !options.operated) {
-    // The line has room for only one of both; the present phase is more important than the keys.
+    // The line has no room for both the phase and the keys; the present phase is more important.
     text = implant_line() + "T: instrument   , .: speed   B: backwards   V: view   ";
   } else if (pointer)
     text = fmt::format(
@@ -438,7 +438,7 @@ std::string Workbench::Impl::hint() const {
   return text + "space or Esc: stop";
 }
 
-/// Keys 1 … 9: another tool of the set. Space or Esc: the emergency key.
+/// Executes the keys. 1 … 9: another tool of the set. Space or Esc: the emergency stop.
 void Workbench::Impl::follow_keys(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == kHoldKey || key == display::keys::kEscape) hold(true);
@@ -507,7 +507,7 @@ std::string Workbench::Impl::implant_line() const {
                             status.speed / (2 * kPi / 60), settings.backwards ? " backwards" : "");
 }
 
-/// Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
+/// Undo, redo and save: Ctrl+Z, Ctrl+Y and Ctrl+S; the letters without Ctrl work, too.
 void Workbench::Impl::edit_tissue(const display::UserInput& input) {
   for (const int key : input.pressed) {
     if (key == 'Z') session->wiring.tissue_commands.push(TissueCommand::kUndo);
@@ -532,7 +532,7 @@ void Workbench::Impl::score_ticks() {
   }
 }
 
-/// Zero force; joins all threads; completes the recording. Does nothing at a second call.
+/// Sends zero force, joins all threads, and completes the recording. Does nothing at a second call.
 void Workbench::Impl::end() {
   if (!running) return;
   running = false;
@@ -553,7 +553,7 @@ void Workbench::Impl::end() {
   if (!carved && failure.empty()) failure = "the tissue cannot be kept up with the hand: " + s.carver_failure;
   Cut last_cut;  // cut of a tick that the servo finished after the carver had ended
   while (carved && s.wiring.cuts_to_carver.pop(last_cut)) s.carver.apply(last_cut);
-  if (meter) {  // up to the last tick, as in a recording
+  if (meter) {  // score up to the last tick, as in a recording
     score_ticks();
     explored = picture->views()->take_explored();
   }
@@ -761,7 +761,7 @@ session::Score Workbench::score_so_far() {
   LiveViews* const views = m.picture ? m.picture->views() : nullptr;
   const bool judged = views && views->judged();
   if (judged) input = *views->judged();     // the latest evaluation of the geometry
-  if (m.scene.resume.empty() || !judged) {  // the present volumes
+  if (m.scene.resume.empty() || !judged) {  // otherwise use the present volumes
     input.before = input.after = m.volumes_before;
     const PerTissue removed = m.session->wiring.tissue_to_render.front().removed;
     for (std::size_t i = 0; i < input.after.size(); ++i) input.after[i] -= removed[i];

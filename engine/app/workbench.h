@@ -23,28 +23,28 @@
 namespace typodont {
 
 struct WorkbenchOptions {
-  std::string rig;                  // file or name; empty: a window if there is a desktop, otherwise no picture
-  std::string hand;                 // address; empty: the rig's, otherwise the mouse if there is a window
-  std::string left_hand;            // address; empty: the rig's, otherwise no second hand
-  std::string pedal;                // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
-  double rate = 1000;               // Hz, for hands without a rate of their own
-  std::string audio;                // address; empty: a sound card if there is one
-  std::filesystem::path record;     // empty: not recorded
+  std::string rig;        // rig file or name; empty: a window if there is a desktop, otherwise no picture
+  std::string hand;       // address of the hand; empty: the rig's value, otherwise the mouse if there is a window
+  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
+  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  double rate = 1000;     // Hz, for hands without a rate of their own
+  std::string audio;      // address of the sound output; empty: a sound card if there is one
+  std::filesystem::path record;     // file of the recording; empty: no recording
   std::vector<std::string> stream;  // addresses at which the state is published (stream/state_stream.h); empty: none
   double stream_rate = 100;         // Hz, rate of the published states
-  std::filesystem::path touches;    // file for pairs for `calibrate register`, from a headset's controller and an arm
-  double magnify = 0;               // magnification of the picture; 0: the rig's
+  std::filesystem::path touches;    // output file of point pairs for `calibrate register`, of a controller and an arm
+  double magnify = 0;               // magnification of the picture; 0: the rig's value
   double seconds = 1e18;            // s after which the session ends
   bool no_real_time = false;        // allow a device with motors without real-time scheduling
   bool explain = false;             // print which features are active, and why others are not
   std::filesystem::path save;       // file for the tissue, written at the end and on request; empty: none
-  bool save_at_end = true;          // false: only on request
-  std::string trainee;              // name for the recording
+  bool save_at_end = true;          // save the tissue at the end; false: only on request
+  std::string trainee;              // trainee's name for the recording
   int monitor = -1;                 // monitor for full screen; −1: a window
 
   // Options of an experiment (engine/app/experiment/).
-  bool steered = false;   // status() has the newest tick, also if nothing is drawn; hint() gives the text of say()
-  double most_delay = 0;  // s, longest delay of the force that may be asked for (SessionSettings); 0: none
+  bool steered = false;   // status() has the newest tick even if nothing is drawn; hint() gives the text of say()
+  double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session does not delay forces
 
   // Options of the operator's window (engine/app/operator/).
   bool operated = false;          // provides score and timing during the session
@@ -70,36 +70,36 @@ struct ImplantStatus {
 struct WorkbenchStatus {
   double seconds = 0;
   ServoTick tick;            // the latest tick
-  std::uint32_t faults = 0;  // bits set in the last second
-  double caught = 0;  // m, distance between the hand and a tool that has not followed for a second; 0: it follows
+  std::uint32_t faults = 0;  // fault bits that were set in the last second
+  double caught = 0;  // m, distance between hand and tool if the tool has not followed the hand for a second, else 0
   LoopTiming timing;
-  double frame_ms = 0, frames_per_second = 0;  // of the picture, smoothed
+  double frame_ms = 0, frames_per_second = 0;  // timing of the picture, smoothed
   std::string_view quality;
   std::uint64_t frames = 0;
   RecordState record;
   TissueState tissue;
   std::uint32_t saved = 0, not_saved = 0;  // number of requested saves that succeeded, and that failed
   std::uint64_t own_frames = 0;            // number of frames from a free viewpoint
-  double motor_heat = 0;                   // 1: the limit of the device's motors
-  double bearable_force = 0;               // N, force limit at this heat; 0: the device does not report it
-  bool armed = true;                       // the hand was free of contact, so that force is enabled
+  double motor_heat = 0;                   // heat of the device's motors; 1: their limit
+  double bearable_force = 0;               // N, force limit at the present heat; 0: the device does not report it
+  bool armed = true;                       // force is enabled, because the hand was free of contact
   LoopGranted granted;                     // real-time rights that the system granted to the servo loop
-  std::string_view real_time;              // says what was refused; empty: all was granted
-  std::optional<ImplantStatus> implant;    // for an exercise in implant surgery
+  std::string_view real_time;              // names the rights that were refused; empty: all were granted
+  std::optional<ImplantStatus> implant;    // progress of an exercise in implant surgery
 };
 
 struct WorkbenchSummary {
   double seconds = 0;
   std::uint64_t ticks = 0, frames = 0, cuts = 0;
-  std::uint32_t faults = 0;                    // bits seen in the session
-  double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was none
+  std::uint32_t faults = 0;                    // fault bits that were set in the session
+  double first_tick_s = 0, first_frame_s = 0;  // s since the command was given; 0: there was no tick, no frame
   std::uint64_t deadline_misses = 0;
   double tick_us_median = 0, tick_us_p999 = 0, worst_tick_us = 0;
   double jitter_us_p999 = 0, worst_jitter_us = 0;  // µs, |time between two wake-ups - period|
   LoopReport loop;                                 // the complete loop report
   PerTissue removed{};
-  std::optional<display::HeadTracker::Stats> tracker;  // if the rig has a tracker
-  std::optional<debris::DebrisLedger> debris;          // if the scene has debris and something was drawn
+  std::optional<display::HeadTracker::Stats> tracker;  // statistics of the head tracker; empty if there is none
+  std::optional<debris::DebrisLedger> debris;          // balance of the chips' mass; empty without debris or picture
   std::uint64_t debris_cuts_lost = 0;                  // cuts whose chips are missing because the ring was full
   std::vector<std::string> explanations;
   WorkCounts work;
@@ -108,8 +108,8 @@ struct WorkbenchSummary {
 class PictureStage;
 class LiveViews;
 
-/// One session. The user's thread draws: it constructs, starts, steps and stops the session. Every end, including the
-/// destructor, sends zero force.
+/// One session. One thread of the caller constructs, starts, steps and stops the session, and draws. Every end,
+/// including the destructor, sends zero force.
 class Workbench {
  public:
   /// Sets up tissue, hand, sound, recording and picture. Nothing moves yet. Throws Error.
@@ -122,64 +122,65 @@ class Workbench {
   /// Processes the input and draws a frame, or waits briefly without a picture. False at the end of the session: the
   /// window was closed, the hand's script has ended, the time is over, or the process was asked to stop.
   bool step();
-  /// The same for an embedded picture; the caller passes the input over the picture and its size.
+  /// step() for an embedded picture: the caller passes the input over the picture and the picture's size.
   bool step(const display::UserInput& input, glm::ivec2 picture_size);
   /// Applies the settings from the next tick on.
   void set(const SessionSettings& settings);
   const SessionSettings& settings() const;
-  /// Requests a tool by its index in the set; it changes as soon as pedal, drill and tissue allow it.
+  /// Requests a tool by its index in the set; the tool changes as soon as pedal, drill and tissue allow it.
   void choose_tool(int place);
-  /// In an implant exercise: requests the instrument of the present phase, with its speed, forwards.
+  /// Requests the instrument of the present phase of an implant exercise, with its speed and forward rotation.
   void choose_phase_tool();
-  /// Only without recording, because a recording contains cuts but no paint.
+  /// Paints tissue. Only without recording, because a recording contains cuts but no paint.
   void paint(const BrushMove& move);
-  /// After stop(): the brush strokes that are not undone.
+  /// Returns the brush strokes that are not undone. Call it after stop().
   std::vector<PaintStroke> painted() const;
-  /// Changes the colour of a tissue, sRGB, in all pictures, which are drawn again.
+  /// Changes the colour (sRGB) of a tissue in all pictures and draws them again.
   void color(Tissue tissue, const dvec3& color);
 
   /// The views of the running session; null if not operated.
   LiveViews* views();
   /// Shows a second picture from a free viewpoint, on the operator's device. It replaces the trainee's picture if both
-  /// would be in one window. A size of 0 switches it off.
+  /// would be in one window. A size of 0 switches the picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   /// The picture from the free viewpoint; null if there is none.
   const gpu::Image* own_picture() const;
-  /// After stop(), once: the final tissue.
+  /// Returns the final tissue. Call it once, after stop().
   haptics::TissueVolume take_tissue();
-  /// The device of an embedded picture will be destroyed or is lost: the session continues without picture.
+  /// Call this before the device of an embedded picture is destroyed, or when it is lost: the session continues without
+  /// picture.
   void drop_picture();
   /// Creates the pictures again on a new device.
   void make_picture(gpu::Device& device);
   /// The keys that were pressed in the last step(), numbered as in display::UserInput.
   const std::vector<int>& pressed() const;
-  /// In a steered session: the line below the picture, instead of the help text about the keys.
+  /// Sets the line below the picture in a steered session; it replaces the help text about the keys.
   void say(const std::string& line);
-  /// No force from the next tick on, and end of the session, regardless of contact. If the servo does not answer within
-  /// 50 ms, all devices are released from here. stop() still completes the recording.
+  /// Sends no force from the next tick on and ends the session, regardless of contact. If the servo does not answer
+  /// within 50 ms, this function releases all devices. stop() still completes the recording.
   void emergency_stop();
 
   /// True after SIGINT, SIGTERM or SIGHUP: the caller should end, too.
   static bool asked_to_stop();
 
   WorkbenchStatus status();
-  /// Score by the scene's rules from the measures so far. Only if operated.
+  /// Score by the scene's rules from the measures so far. Only in an operated session.
   session::Score score_so_far();
-  /// After stop(), once, if operated: everything that the score needs besides the tissue.
+  /// Returns everything that the score of an operated session needs besides the tissue. Call it once, after stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;
-  /// The picture's device, left eye and look; null if nothing is drawn.
+  /// The picture's stage: device, left eye, frame; null if nothing is drawn.
   PictureStage* stage();
 
-  /// The emergency key: no drill and no force until it is switched off (hands.h).
+  /// Switches the emergency stop on or off: while it is on, there is no drill and no force (hands.h).
   void hold(bool on) noexcept;
   /// Requests undo, redo or saving of the tissue; the carver executes it in its next turn. Drawing thread.
   void ask(TissueCommand command);
   /// Numbers of strokes that can be undone and redone.
   haptics::TissueVolume::Strokes strokes();
   bool held() const;
-  /// Zero force; joins all threads; completes the recording. Throws RunFailure if the run failed.
+  /// Sends zero force, joins all threads, and completes the recording. Throws RunFailure if the run failed.
   WorkbenchSummary stop();
 
  private:

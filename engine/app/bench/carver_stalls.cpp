@@ -22,11 +22,11 @@ constexpr const char* kTools[] = {"round_006", "round_012",         "round_023",
                                   "pear_010",  "inverted_cone_010", "explorer",  "implant_drill_028"};
 constexpr double kLanded = 0.5;     // s after which the hand rests on the surface
 constexpr double kAfter = 1.0;      // s that a run continues after the stall
-constexpr double kFade = 0.1;       // s, time constant of the fade in the law for comparison
-constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in that law
+constexpr double kFade = 0.1;       // s, time constant of the fade in the law kFadeOnStale
+constexpr double kComeBack = 0.25;  // s, time until the force is fully restored in the law kFadeOnStale
 constexpr double kRow = 5e-3;       // s between two rows of a path
 
-/// Motion of the hand in s and m relative to its landing point, and how it is held.
+/// Motion of the hand, in s and m relative to its landing point, and the model of the hand.
 struct Course {
   haptics::HandModel model;
   haptics::HandPath path;
@@ -53,7 +53,7 @@ Course make_course(const StallRun& run, Dice& dice, const Pose& at_surface) {
   const bool by_spring = run.gesture == StallGesture::kTap || run.gesture == StallGesture::kDropIn ||
                          run.gesture == StallGesture::kWithdraw;
   course.model.stiffness = dvec3(2000, 2000, by_spring ? spring : 0.0);
-  const double in = push / spring;  // m below the surface at which the spring pushes with `push`
+  const double in = push / spring;  // m, depth below the surface at which the spring pushes with the force `push`
   for (double t = 0; t < end + 2 * kRow; t += kRow) {
     haptics::HandPath::Row row;
     row.t = t;

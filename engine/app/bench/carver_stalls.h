@@ -1,5 +1,5 @@
 // Measures what a hand feels while the carver stalls: simulated hands on the molar, with the servo's force law and
-// others for comparison.
+// other laws for comparison.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace typodont {
 
-/// What happens to the servo's force while the carver is late. All laws except the first are for comparison: they
-/// attenuate the force between servo and hand by the tick's fault bits, so that the servo's energy ledger does not
-/// include them.
+/// Treatment of the servo's force while the carver is late. All laws except the first are for comparison: they
+/// attenuate the force between servo and hand according to the tick's fault bits, so the servo's energy ledger does not
+/// include their effect.
 enum class StallLaw {
   kServo,        // the servo's force, unchanged
-  kFadeOnStale,  // fades with a time constant of 0.1 s while Fault::kStalePatch is set, and returns within 0.25 s
+  kFadeOnStale,  // fades with a time constant of 0.1 s while Fault::kStalePatch is set, then returns within 0.25 s
   kZeroAtEdge,   // zero while Fault::kPatchEdge is set
-  kFadeAndZero,  // both of these
+  kFadeAndZero,  // both kFadeOnStale and kZeroAtEdge
 };
 inline constexpr StallLaw kStallLaws[] = {StallLaw::kServo, StallLaw::kFadeOnStale, StallLaw::kZeroAtEdge,
                                           StallLaw::kFadeAndZero};
@@ -25,7 +25,7 @@ const char* name_of(StallLaw law);
 /// Motion of the hand during the stall.
 enum class StallGesture {
   kSlide,     // moves to and fro on the surface under a constant force, with the drill off
-  kDrill,     // the same with the drill on
+  kDrill,     // slides with the drill on
   kTap,       // leaves the surface and returns, driven by a spring
   kWithdraw,  // lifts the tool after sliding or drilling, straight up or at an angle
   kDropIn,    // descends from the air, driven by a spring to a point inside the tissue
@@ -42,20 +42,20 @@ struct StallRun {
   StallLaw law = StallLaw::kServo;
 };
 
-/// Measures from the stall's first tick to one second after its last tick. SI units.
+/// Results from the stall's first tick to one second after its last tick. SI units.
 struct StallFelt {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
-  double energy = 0;      // J that the hand received beyond the energy stored in the coupling
-  double most_force = 0;  // N
+  double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
+  double most_force = 0;  // N, largest force
   double most_speed = 0;  // m/s, highest speed of the hand
   double held_back = 0;   // N, largest force against a hand that withdraws
   double end_force = 0;   // N, force in the last tick
   std::uint32_t faults = 0;
 };
 
-/// Simulates one hand: 0.15 kg, 5 N·s/m, held by a spring or pushed by a constant force. Equal runs give equal results.
-/// Throws Error.
+/// Simulates one hand: mass 0.15 kg, damper 5 N·s/m, held by a spring or pushed by a constant force. Equal runs give
+/// equal results. Throws Error.
 StallFelt feel_stall(const StallRun& run);
 
 }  // namespace typodont

@@ -1,5 +1,4 @@
-// What it costs to import: processor time and the most memory at a time, per voxel, of scans and meshes in the sizes
-// that clinics have.
+// Measures the cost of an import: processor time and peak memory per voxel, for scans and meshes of clinical sizes.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -23,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of this process, bytes: what it holds now, and the most since the last start().
+/// Memory of this process in bytes: the present resident size, and the peak since the last start().
 class Memory {
  public:
   static void start() { std::ofstream("/proc/self/clear_refs") << "5"; }
@@ -49,7 +48,8 @@ double processor_seconds() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-/// A head in Hounsfield units plus 1024: a skull with a lower jaw's arch in front, open below; noise of 20.
+/// Writes a head in Hounsfield units plus 1024: a skull with the arch of a lower jaw in front, open below; noise of 20
+/// HU.
 void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel_mm) {
   std::ofstream out(file, std::ios::binary);
   out << fmt::format(
@@ -78,7 +78,7 @@ void write_head(const fs::path& file, const glm::ivec3& size, const dvec3& voxel
   }
 }
 
-/// A ball of the length of a bone, mm.
+/// Writes a ball of the size of a bone; `radius` in mm.
 void write_ball(const fs::path& file, double radius) {
   constexpr int kRings = 100;
   std::ofstream out(file);
@@ -138,7 +138,7 @@ std::vector<BenchRow> bench_import(const BenchRun& run) {
     }
   } const remove{folder};
   haptics::ImportOptions bone;
-  bone.greys = false;  // as the command without --preview
+  bone.greys = false;  // no grey values are stored, as in the command without --preview
   bone.preset = haptics::ImportPreset::kBone;
   const std::vector<glm::ivec3> heads =
       run.quick ? std::vector<glm::ivec3>{{128, 128, 40}}

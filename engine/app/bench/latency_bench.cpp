@@ -1,5 +1,5 @@
 // Measures the latency of the whole program: from a motion of the hand to its effects, and from the command to the
-// first tick and picture. Uses wall-clock time, because waiting counts.
+// first tick and picture. Uses wall-clock time, because waiting times are part of the latency.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,7 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace literals;
 
-constexpr double kTouchTime = 0.4;  // s at which the hand's step reaches the tissue
+constexpr double kTouchTime = 0.4;  // s, time at which the hand's step reaches the tissue
 constexpr const char* kBaseline = "a tenth of a second, which people notice";
 
 /// A temporary folder of this bench.
@@ -59,7 +59,7 @@ BenchRow row(std::string name, std::string knob, double seconds, const char* per
           .ratio = seconds / 0.1};
 }
 
-/// An explorer rests above a block, steps down onto it at kTouchTime and stays: silence before, then a tap.
+/// An explorer rests above a block, steps onto it at kTouchTime and stays there: the sound is silence, then a tap.
 void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "hand.csv", wav = folder.path / "s.wav", session = folder.path / "s.h5";
   std::ofstream(hand) << fmt::format(
@@ -67,7 +67,7 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
       "0,2.0,1,0,0,0,0\n",
       kTouchTime - 0.002, kTouchTime + 0.002);
   const fs::path file = folder.path / "scene.json";
-  // Nothing to draw: picture_rows() measures the picture without a desktop.
+  // The scene draws nothing: picture_rows() measures the picture without a desktop.
   std::ofstream(file)
       << R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
     "tool": "explorer", "parts": ["haptics", "sound", "record"]})";
@@ -98,8 +98,8 @@ void step_rows(const Folder& folder, std::vector<BenchRow>& rows) {
         row("hand to sound, into a file", "step onto enamel", std::max(heard - moved, 1 / recording.rate), "step"));
     break;
   }
-  // A sound device plays in real time: the recording states a hundred times per second how long a tick took to become
-  // audible.
+  // A sound device plays in real time. A hundred times per second, the recording states the time from a tick to its
+  // sound.
   const std::vector<audio::AudioDevice> devices = audio::audio_devices();
   const auto card =
       std::find_if(devices.begin(), devices.end(), [](const audio::AudioDevice& d) { return d.is_default; });
@@ -147,7 +147,7 @@ void picture_rows(bool quick, std::vector<BenchRow>& rows) {
   }
 }
 
-/// s from the start of a command to the creation of its output `file`, and to its end.
+/// Times in s from the start of a command to the creation of its output `file`, and to the command's end.
 struct Took {
   double there = 1e9, end = 1e9;
 };
@@ -169,7 +169,7 @@ Took time_of(const std::string& command, const fs::path& file) {
   return {to_seconds(there - start), to_seconds(end - start)};
 }
 
-/// Runs commands as a user would: once to fill the caches, then measured.
+/// Runs each command as a user would: first to fill the caches, then for the measurement.
 void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
   const fs::path hand = folder.path / "still.csv", said = folder.path / "said.json", picture = folder.path / "left.png";
   std::ofstream(hand) << "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,30,1,0,0,0,0\n9,0,0,30,1,0,0,0,0\n";

@@ -1,5 +1,5 @@
-// Picture of a mesh while it is carved (contact models mesh_lod and vertex): the cost of updating and uploading the
-// changed parts between two frames, compared with the whole mesh.
+// Measures the picture of a mesh while it is carved (contact models mesh_lod and vertex): the cost of updating and
+// uploading the changed parts between two frames, compared with the cost for the whole mesh.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -26,10 +26,10 @@ constexpr double kBur = 0.6e-3;       // m, radius of a round bur
 constexpr int kApproach = 500;        // ticks from free space into the surface
 constexpr int kTicksAFrame = 16;      // ticks of 1 ms per frame
 constexpr double kDepth = 0.3e-3;     // m, depth to which the bur is moved
-constexpr double kPace = 5e-3;        // m/s along the surface
-constexpr double kPictureTime = 2e6;  // ns, time limit for an update
+constexpr double kPace = 5e-3;        // m/s, speed of the bur along the surface
+constexpr double kPictureTime = 2e6;  // ns, limit of the time of an update
 
-/// Divides every triangle into four of the same shape, for a finer mesh.
+/// Divides every triangle into four similar ones, which gives a finer mesh.
 haptics::TissueMesh divided(const haptics::TissueMesh& mesh) {
   haptics::TissueMesh finer;
   finer.vertices = mesh.vertices;

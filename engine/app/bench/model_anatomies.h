@@ -7,7 +7,7 @@
 
 namespace typodont {
 
-/// From the shipped assets. Throws Error where one is missing.
+/// Loads the anatomies from the shipped assets. Throws Error if an asset is missing.
 std::vector<haptics::ModelAnatomy> model_anatomies();
 
 }  // namespace typodont

@@ -28,7 +28,7 @@ std::vector<std::string> distinct(const std::vector<ModelFigure>& figures, std::
   return all;
 }
 
-/// A measure on a motion. `unit` chooses among rows of one measure: the end of their unit.
+/// A question about one measure of one motion. `unit`: end of a row's unit; selects among the rows of one measure.
 struct Question {
   const char *title, *text, *file;
   const char *motion, *measure, *unit;
@@ -60,7 +60,7 @@ std::vector<Plot> panels_of(const std::vector<ModelFigure>& figures, const Quest
   std::vector<Plot> panels;
   for (const std::string& tissue : distinct(figures, &ModelFigure::tissue)) {
     Plot plot{tissue, "servo's tick, median, ns", q.y_label, {}};
-    for (const std::string& model : models) plot.of(model);  // the same colour in every panel
+    for (const std::string& model : models) plot.of(model);  // gives each model the same colour in every panel
     bool any = false;
     for (const ModelFigure& f : figures) {
       if (f.tissue != tissue || !answers(f, q) || !(f.row->error > 0) || !(f.row->time_ns > 0)) continue;
@@ -78,7 +78,7 @@ std::string number(double v) {
   return std::abs(v) >= 0.01 && std::abs(v) < 1e5 ? fmt::format("{:.3g}", v) : fmt::format("{:.1e}", v);
 }
 
-/// What a table cell shows of a row.
+/// The value of a row that a table cell shows.
 using CellOf = std::function<double(const BenchRow&)>;
 double error_of(const BenchRow& row) {
   return row.error;
@@ -87,7 +87,8 @@ double microseconds_of(const BenchRow& row) {
   return row.time_ns * 1e-3;
 }
 
-/// The row that answers a question for a model on a tissue by its finest setting, the last; null: none.
+/// The row that answers a question for a model and a tissue, with the model's finest setting (the last row); null:
+/// none.
 const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& q, const std::string& model,
                        const std::string& tissue) {
   const BenchRow* row = nullptr;
@@ -96,14 +97,14 @@ const BenchRow* answer(const std::vector<ModelFigure>& figures, const Question& 
   return row;
 }
 
-/// The distinct tissues that a question was asked on.
+/// The distinct tissues for which a question has an answer.
 std::vector<std::string> tissues_of(const std::vector<ModelFigure>& figures, const Question& q) {
   std::vector<ModelFigure> asked;
   std::ranges::copy_if(figures, std::back_inserter(asked), [&](const ModelFigure& f) { return answers(f, q); });
   return distinct(asked, &ModelFigure::tissue);
 }
 
-/// Models in rows, tissues in columns; each model by its finest setting.
+/// A table with a row per model and a column per tissue; each model has its finest setting.
 std::string table_of(const std::vector<ModelFigure>& figures, const Question& q, const CellOf& cell) {
   const std::vector<std::string> tissues = tissues_of(figures, q);
   if (tissues.empty()) return {};
@@ -181,13 +182,14 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"And how long?", "Processor time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
 
-/// A task of the table of choice: the model with the least figure, among those that keep time and hold the hand.
+/// A task in the table of recommendations. The best model has the least figure among those that meet the tick's time
+/// limit and do not let the hand through.
 struct Task {
   const char* task;
   Question question;
   std::vector<std::string> tissues;
   double (*cell)(const BenchRow&);
-  const char* figure;  // what the number is
+  const char* figure;  // meaning of the number that the table shows
 };
 
 const std::vector<Task>& tasks() {
@@ -241,10 +243,10 @@ const std::vector<Task>& tasks() {
   return all;
 }
 
-constexpr double kMostTick = 500e3;  // ns, 99.9 %: half of a period at 1 kHz
+constexpr double kMostTick = 500e3;  // ns, limit of the 99.9 % quantile: half of a period at 1 kHz
 
-/// Geometric mean over the task's tissues by the finest setting whose tick keeps time; infinite where the model fails
-/// on one of them.
+/// Geometric mean over the task's tissues, each with the finest setting whose tick meets the time limit; infinite if
+/// the model fails on one of the tissues.
 double score(const std::vector<ModelFigure>& figures, const Task& task, const std::string& model) {
   double sum = 0;
   for (const std::string& tissue : task.tissues) {
@@ -267,7 +269,7 @@ struct Ranked {
   std::string model;
   double score = INFINITY;
 };
-/// Best first; models that fail are left out.
+/// The models with the best first; models that fail are omitted.
 std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& task) {
   std::vector<Ranked> all;
   for (const std::string& model : distinct(figures, &ModelFigure::model)) {

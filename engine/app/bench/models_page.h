@@ -1,5 +1,4 @@
-// docs/models.md: the rows of `typodont bench models` as answers to questions, one plot or table each. Made by the
-// program, never typed by hand.
+// Generates docs/models.md: the rows of `typodont bench models` as answers to questions, each with one plot or table.
 #pragma once
 
 #include <filesystem>
@@ -15,14 +14,14 @@ struct ModelFigure {
   std::string tissue, motion, model, measure;
   const BenchRow* row = nullptr;
 };
-/// The figures among rows, in their order; rows of other names are left out.
+/// The figures among `rows`, in order; rows with names of another form are omitted.
 std::vector<ModelFigure> model_figures(const std::vector<BenchRow>& rows);
 
-/// The model that comes first in most tasks of the table of choice; empty where there are no figures.
+/// The model that is the best in most tasks of the page's table of recommendations; empty if there are no figures.
 std::string model_of_most_tasks(const std::vector<ModelFigure>& figures);
 
-/// Writes FILE.md and, beside it in a folder of its name, one SVG per question. `machine`: processor, compiler, flags
-/// and date in one line. Throws Error where the place is not writable.
+/// Writes FILE.md and one SVG per question, in a folder of the same name beside it. `machine`: processor, compiler,
+/// flags and date in one line. Throws Error if a file cannot be written.
 void write_models_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                        const std::string& machine);
 

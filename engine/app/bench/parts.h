@@ -15,18 +15,18 @@ namespace typodont {
 
 /// Arguments of every part.
 struct BenchRun {
-  bool quick = false;                   // fewer repeats, for a quick look
-  haptics::SharedContactMethod method;  // for parts that measure a contact model; null: the default model
+  bool quick = false;                   // fewer repeats, for a short run
+  haptics::SharedContactMethod method;  // contact model, for parts that measure one; null: the default model
 };
 
 struct BenchPart {
   std::string_view name;
   std::string_view title;
-  std::string_view what;  // one sentence for the page
-  /// Throws Error if something it needs is missing.
+  std::string_view what;  // one sentence for the page: what the part measures
+  /// Returns the measured rows. Throws Error if a required file or device is missing.
   std::vector<BenchRow> (*rows)(const BenchRun& run);
   bool takes_model = false;  // uses BenchRun::method
-  /// Writes its rows as a separate page; null: they are a section of the common page.
+  /// Writes the part's rows as a separate page; null: the rows are a section of the common page.
   void (*write_page)(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                      const std::string& machine) = nullptr;
 };

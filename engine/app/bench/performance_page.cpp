@@ -20,7 +20,7 @@ bool positive(double v) {
   return std::isfinite(v) && v > 0;
 }
 
-/// "3.2 µs"
+/// Formats a duration, for example as "3.2 µs".
 std::string duration(double ns) {
   if (!std::isfinite(ns)) return "";
   for (const auto& [unit, scale] : {std::pair{"s", 1e9}, {"ms", 1e6}, {"µs", 1e3}})

@@ -14,14 +14,14 @@ struct MeasuredPart {
   std::vector<BenchRow> rows;
 };
 
-/// Growth of the time with the size for the rows called `name`: the exponent b of a least-squares fit time ∝ size^b in
-/// logarithms. NaN with fewer than two sizes.
+/// Growth of the time with the size for the rows named `name`: the exponent b of a least-squares fit time ∝ size^b on
+/// logarithmic scales. NaN with fewer than two sizes.
 double growth_exponent(const std::vector<BenchRow>& rows, const std::string& name);
 
-/// Writes FILE.md and one SVG per plot, in a folder of the same name beside it; each file completely or not at all. A
-/// part with its own page (BenchPart::write_page) is written beside FILE.md under the part's name, or to FILE.md if it
-/// is the only part. `machine`: processor, compiler, flags and date in one line. Throws Error if a file cannot be
-/// written.
+/// Writes FILE.md and one SVG per plot, in a folder of the same name beside it. Each file is written completely or not
+/// at all. A part with its own page (BenchPart::write_page) is written beside FILE.md under the part's name, or to
+/// FILE.md if it is the only part. `machine`: processor, compiler, flags and date in one line. Throws Error if a file
+/// cannot be written.
 void write_performance_page(const std::filesystem::path& file, const std::vector<MeasuredPart>& parts,
                             const std::string& machine);
 

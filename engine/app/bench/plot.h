@@ -18,15 +18,15 @@ struct Plot {
   std::string title, x_label, y_label;
   std::vector<PlotSeries> series;
 
-  /// The series of that name; creates it if there is none.
+  /// Returns the series of this name; creates the series if the plot has none.
   PlotSeries& of(const std::string& name);
 };
 
-/// One plot with its legend. Points are joined in the order of x.
+/// Draws one plot with its legend. The points of a series are joined in the order of x.
 std::string svg(const Plot& plot);
 
-/// Several plots of the same series side by side, with common axes, a title each, and one legend. Points are joined in
-/// their given order. Axis labels are those of the first plot.
+/// Draws several plots of the same series side by side, each with a title, with common axes and one legend. The points
+/// of a series are joined in their given order. The axis labels are those of the first plot.
 std::string svg_panels(const std::vector<Plot>& panels);
 
 }  // namespace typodont

@@ -23,7 +23,7 @@ struct Drilling {
   std::vector<Cut> cuts;
 };
 
-/// A hand that drills in circles with a tremor (tenths of a millimetre, 8 to 11 Hz).
+/// Simulates a hand that drills in circles with a tremor (tenths of a millimetre, 8 to 11 Hz).
 Drilling drill(int ticks) {
   const Scene scene = parse_scene(Json::parse(kScene, "bench"), {});
   HapticLoop loop(scene, load_tissue(scene), 1000);

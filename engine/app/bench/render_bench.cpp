@@ -25,7 +25,8 @@ display::DisplayRig closeup(const glm::ivec2& eye) {
   return rig;
 }
 
-/// Root-mean-square difference of all pixels between `fine`, averaged over 2×2 blocks, and `coarse`; in steps of 255.
+/// Root-mean-square difference of all pixels between `fine`, averaged over 2×2 blocks, and `coarse`; in steps of 0 to
+/// 255.
 double difference(const render::Picture& fine, const render::Picture& coarse) {
   double sum = 0;
   for (int y = 0; y < coarse.size.y; ++y) {
@@ -47,7 +48,7 @@ std::vector<BenchRow> bench_render(const BenchRun& run) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const dvec3 origin = volume.frame().origin;
-  const Surroundings around = make_surroundings(scene.surroundings);  // gum and neighbours, as in a session
+  const Surroundings around = make_surroundings(scene.surroundings);  // gum and neighbouring teeth, as in a session
   ServoTick tick;
   tick.X_WG.p = dvec3(6.8e-3, 5.5e-3, 19e-3);
   tick.spindle = 36000;

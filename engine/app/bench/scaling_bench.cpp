@@ -22,7 +22,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kBand = 1.0;  // mm, same band for all bodies, so that their memory is comparable and a shank has room
+constexpr double kBand = 1.0;  // mm, the same for all bodies, to make their memory comparable
 
 double allocated_bytes() {
   const auto info = mallinfo2();
@@ -32,7 +32,7 @@ double allocated_bytes() {
 struct Body {
   std::string knob, tissue;
   dvec3 top;       // m, point that is drilled from above
-  double surface;  // voxels²
+  double surface;  // voxels², area of the surface
 };
 
 Body ball(double radius_mm) {
@@ -50,7 +50,7 @@ Body ball(double radius_mm) {
 Body dental_arch() {
   std::string solids;
   dvec3 first(0);
-  double area = 0;  // mm²
+  double area = 0;  // mm², area of the surface
   for (int i = 0; i < 14; ++i) {
     const double along = (i - 6.5) / 6.5, x = 26 * along, y = -38 * along * along, radius = 2.6 + 2 * along * along;
     for (const bool core : {false, true}) {
@@ -80,7 +80,8 @@ Body hip() {
           4 * kPi * (33. * 33 + 26. * 26 + 24. * 24) / std::pow(0.1, 2)};
 }
 
-/// A frame of a close view of the drilled place: its cost depends on what is visible, not on the size of the body.
+/// Draws a close view of the drilled place: the cost of a frame depends on what is visible, not on the size of the
+/// body.
 void picture_row(const Body& body, const Scene& scene, haptics::TissueVolume& tissue, ServoTick tick, bool quick,
                  std::vector<BenchRow>& rows) {
   const auto fast = std::find_if(render::kQualityLadder.begin(), render::kQualityLadder.end(),

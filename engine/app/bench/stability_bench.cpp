@@ -1,5 +1,5 @@
-// Where a sampled wall becomes unstable under a simulated hand: the servo beside the exact recurrence of the linear
-// problem, and what the passivity controller makes of walls that stiff.
+// Measures the stiffness above which a sampled wall is unstable under a simulated hand, for the servo and for the exact
+// recurrence of the linear problem. Also measures how the passivity controller handles stiffer walls.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,24 +20,25 @@ namespace {
 
 using namespace literals;
 
-// The hand: a mass with a damper, pushed against the wall hard enough never to leave it (Colgate & Brown 1994).
+// The simulated hand: a mass with a damper, pushed against the wall so hard that it never leaves the wall (Colgate &
+// Brown 1994).
 constexpr double kMass = 0.15, kDamping = 5, kPush = 4;  // kg, N·s/m, N
 constexpr int kMostDelay = 2;
 
 struct Course {
-  bool grows = false;  // the largest excursion of the last quarter is more than that of the second, or off the wall
-  double least_energy = 0;  // J
+  bool grows = false;       // excursions grow from the second to the last quarter, or the hand leaves the wall
+  double least_energy = 0;  // J, minimum of the energy ledger
 };
 
-/// How the servo is clocked.
+/// Timing of the servo.
 struct Clock {
   double rate = 1000;  // Hz
-  int delay = 0;       // ticks until a force arrives
-  double jitter = 0;   // of the period, either way
+  int delay = 0;       // ticks from the computation of a force to its effect
+  double jitter = 0;   // largest deviation of a period in both directions, as a fraction of the period
 };
 
-/// `wall` gives the force (N) for a height above its surface (m), so long after the last (s). The mass is integrated
-/// exactly between ticks.
+/// Simulates a hand at a wall. `wall` gives the force (N) for a height above the surface (m) and the time since the
+/// previous tick (s). The motion of the mass between ticks is integrated exactly.
 Course play(double stiffness, const Clock& clock, const std::function<double(double, double)>& wall,
             const std::function<double()>& energy) {
   const double rest = -kPush / stiffness;
@@ -50,7 +51,7 @@ Course play(double stiffness, const Clock& clock, const std::function<double(dou
   double early = 0, late = 0;
   const int ticks = static_cast<int>(1.2 * clock.rate);
   for (int i = 0; i < ticks; ++i) {
-    std::copy_backward(force.begin(), force.end() - 1, force.end());  // each force is a tick older
+    std::copy_backward(force.begin(), force.end() - 1, force.end());  // every force becomes one tick older
     force[0] = wall(z, T);
     T = (1 + either_way(random)) / clock.rate;
     const double e = std::exp(-kDamping / kMass * T);
@@ -71,11 +72,11 @@ Course theory(double stiffness, const Clock& clock) {
       stiffness, clock, [&](double z, double) { return -stiffness * z; }, [] { return 0.0; });
 }
 
-/// A ball of 2 mm above a wall, which `press` brings to a height above contact (m).
+/// A wall, and above it a ball of 2 mm that `press` moves to a height above contact (m).
 class Wall {
  public:
   Wall(double stiffness, double rate, bool controller) : loop_(make(stiffness, rate, controller)) {}
-  /// So long after the last time, s.
+  /// Force in N at the height `z`; `after`: s since the previous call.
   double press(double z, double after) {
     haptics::HandSample hand;
     hand.t = t_ += from_seconds(after);
@@ -113,13 +114,13 @@ HapticLoop Wall::make(double stiffness, double rate, bool controller) {
 Course servo(double stiffness, const Clock& clock, bool controller) {
   Wall wall(stiffness, clock.rate, controller);
   const auto at = [&](double z, double after) { return wall.press(z, after); };
-  // In from outside, at 20 mm/s, as the hand must come.
+  // The hand must approach from outside, here at 20 mm/s.
   const double rest = -kPush / stiffness, way = 0.02 / clock.rate;
   for (double z = 0.2_mm; z > 0.97 * rest; z -= way) at(z, 1 / clock.rate);
   return play(stiffness, clock, at, [&] { return wall.energy(); });
 }
 
-/// How deep a hand at `speed` is when it first feels `force`, m, at a wall of 1 N/mm with the controller on.
+/// Depth in m of a hand at `speed` when it first feels `force`, at a wall of 1 N/mm with the controller on.
 double first_felt(double speed, double force, double rate) {
   Wall wall(1000, rate, true);
   const double way = speed / rate;
@@ -128,17 +129,17 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// The least depth at which any controller can give that force and keep its ledger above -1 nJ whatever the hand does
-/// next, if all it may suppose is that a hand goes back no farther in a tick than it came. What is held, F, may be
-/// asked back over that way a: F a <= E + ε; and while the hand goes on inward the ledger gains F a <= E + ε a tick, it
-/// doubles at most.
+/// Least depth in m at which any controller can give `force` at a wall of 1 N/mm. For every later motion of the hand,
+/// the controller must keep its energy ledger E above -ε (1 nJ). It may only assume that in one tick the hand retreats
+/// at most by its last step a. A force F is then allowed if F a <= E + ε. While the hand moves inward, the ledger gains
+/// F a <= E + ε per tick, so E + ε at most doubles in each tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J
   const double way = speed / rate;
   return way * std::max(force / (1000 * way), std::ceil(std::log2(std::max(force * way / kCredit, 1.0))));
 }
 
-/// The stiffness at which excursions begin to grow, N/m.
+/// The critical stiffness in N/m, above which excursions grow.
 template <class F>
 double critical(double guess, F&& course) {
   double low = 0.2 * guess, high = 5 * guess;
@@ -149,8 +150,7 @@ double critical(double guess, F&& course) {
   return std::sqrt(low * high);
 }
 
-/// What a late carver does to the hand, by law, by what the hand does, and by how long the carver stands still: the
-/// worst of some hands.
+/// Rows for a late carver: worst effect on several hands, for each law, motion of the hand and duration of the stall.
 void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
   const std::vector<double> stalls =
       quick ? std::vector<double>{0.2, 1.0} : std::vector<double>{5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1, 2, 5};
@@ -209,7 +209,7 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
                            {"delay of 1 tick, jitter of 50 %", 1, 0.5}}) {
     for (const double rate : rates) {
       const Clock clock{rate, kind.delay, kind.jitter};
-      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: b > K T / 2; a delay adds to T / 2
+      const double guess = 2 * kDamping * rate / (1 + 2 * kind.delay);  // Colgate: stable for b > K (T / 2 + delay)
       const double expected = critical(guess, [&](double k) { return theory(k, clock); });
       const double found = critical(guess, [&](double k) { return servo(k, clock, false); });
       const auto row = [&](std::string name, double value, const char* unit) {

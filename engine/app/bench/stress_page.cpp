@@ -19,14 +19,14 @@ namespace {
 struct Name {
   std::string campaign, model, measure;
 };
-/// "campaign, model: measure"; empty parts where it is none.
+/// Splits "campaign, model: measure"; the parts are empty if the name has another form.
 Name name_of(const BenchRow& row) {
   const std::size_t comma = row.name.find(", "), colon = row.name.find(": ");
   if (comma == std::string::npos || colon == std::string::npos || colon < comma) return {};
   return {row.name.substr(0, comma), row.name.substr(comma + 2, colon - comma - 2), row.name.substr(colon + 2)};
 }
 
-/// Measures of which any excess is a fall; others are flaws.
+/// Measures for which exceeding the limit means kFell; for all other measures it means kFlawed.
 constexpr std::array<std::string_view, 5> kFalls{"not finite", "beyond the limit", "came through", "holes", "escaped"};
 
 struct Campaign {
@@ -52,7 +52,7 @@ constexpr Campaign kCampaigns[] = {
     {"thin wall",
      "a ball of 1.2 mm through a sheet of 0.3 mm with 1 mm a tick: hands that no force holds back beyond it"}};
 
-/// Why a model does not survive a campaign, where that is known. Told only if it did not.
+/// Known reason why a model does not survive a campaign. Printed only if it did not survive.
 struct Cause {
   std::string_view campaign, model, why;
 };
@@ -135,7 +135,7 @@ std::string map_of(const std::vector<SurvivalCell>& cells) {
 
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
   std::vector<SurvivalCell> cells;
-  std::vector<double> worst;  // ratio, of each cell
+  std::vector<double> worst;  // largest ratio of a figure to its limit, for each cell
   for (const BenchRow& row : rows) {
     const Name name = name_of(row);
     if (name.model.empty() || !(row.ratio >= 0)) continue;
@@ -150,7 +150,7 @@ std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows) {
     const bool falls = std::ranges::find(kFalls, name.measure) != kFalls.end();
     const Survival survival = falls ? Survival::kFell : Survival::kFlawed;
     double& most = worst[static_cast<std::size_t>(at - cells.begin())];
-    // A fall says more than any flaw.
+    // A fall takes precedence over every flaw.
     if (survival < at->survival || (survival == at->survival && row.ratio < most)) continue;
     at->survival = survival, most = row.ratio;
     at->worst =

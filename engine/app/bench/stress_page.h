@@ -1,5 +1,5 @@
-// docs/stress.md: the rows of `typodont bench stress` as a map of what each contact model survives. Made by the
-// program, never typed by hand.
+// Generates docs/stress.md: the rows of `typodont bench stress` as a map of the campaigns that each contact model
+// survives.
 #pragma once
 
 #include <filesystem>
@@ -10,23 +10,24 @@
 
 namespace typodont {
 
-/// How a model came through a campaign.
+/// Result of a model in a campaign.
 enum class Survival {
-  kSurvived,  // all figures within what passes
-  kFlawed,    // finite, bounded and held, but a step, energy or an error beyond what passes
-  kFell       // not finite, beyond the force's limit, through the tissue, or without force in it
+  kSurvived,  // all figures are within their limits
+  kFlawed,    // no fall, but a force step, an energy or an error exceeds its limit
+  kFell       // the force is not finite, exceeds its limit or is missing, or the tool penetrated the tissue
 };
 
 struct SurvivalCell {
   std::string campaign, model;
   Survival survival = Survival::kSurvived;
-  std::string worst;  // the figure that is farthest beyond what passes; empty where none is
+  std::string worst;  // the figure that exceeds its limit most; empty if none does
 };
-/// One for each campaign and model, in the rows' order. Rows whose name is not "campaign, model: measure" are left out.
+/// One cell for each campaign and model, in the rows' order. Rows whose name is not "campaign, model: measure" are
+/// omitted.
 std::vector<SurvivalCell> survival_of(const std::vector<BenchRow>& rows);
 
-/// Writes FILE.md and, beside it in a folder of its name, map.svg. `machine`: processor, compiler, flags and date in
-/// one line. Throws Error where the place is not writable.
+/// Writes FILE.md and, in a folder of the same name beside it, map.svg. `machine`: processor, compiler, flags and date
+/// in one line. Throws Error if a file cannot be written.
 void write_stress_page(const std::filesystem::path& file, const std::vector<BenchRow>& rows,
                        const std::string& machine);
 

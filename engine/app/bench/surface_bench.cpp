@@ -1,7 +1,7 @@
-// Compares the cost of our surface mesh with OpenVDB's volumeToMesh, in one run and on one thread: the whole molar at
-// 0.05 mm, the part that changes in a frame of drilling, and a ball at equal error. Our rows are "triangles" (from
-// bricks, as volumeToMesh does) and "picture" (the whole TissueView: reading bricks from the carver's volume,
-// triangles, and the tissues below the surface).
+// Compares the cost of this program's surface mesh with OpenVDB's volumeToMesh, in one run and on one thread: the whole
+// molar at 0.05 mm, the part that changes in a frame of drilling, and a ball at equal error. The program's rows are
+// "triangles" (from bricks, as in volumeToMesh) and "picture" (the whole TissueView: reading bricks from the carver's
+// volume, triangles, and the tissues below the surface).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,9 +27,9 @@ namespace {
 using haptics::MeshBaseline;
 using namespace literals;
 
-constexpr double kBand = MeshBaseline::kBand;  // voxels
+constexpr double kBand = MeshBaseline::kBand;  // voxels, width of the band
 
-/// The shipped molar, resampled.
+/// The shipped molar, resampled with this voxel size.
 haptics::TissueVolume molar(double voxel) {
   const haptics::TissueVolume coarse = haptics::TissueVolume::load(assets_folder() / "teeth/molar.vdb");
   glm::ivec3 lo, hi;
@@ -70,7 +70,7 @@ haptics::TissueVolume molar(double voxel) {
   return haptics::TissueVolume(fine);
 }
 
-constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls, not at a sample
+constexpr glm::dvec3 kCentre(8.3, 7.6, 8.9);  // voxels, centre of the balls, not at a grid point
 
 haptics::TissueVolume ball(double radius_voxels) {
   const double voxel_mm = 0.05;
@@ -90,7 +90,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   const int reach = static_cast<int>(radius) + 15;
   for (int x = -reach; x <= reach; ++x)
     for (int y = -reach; y <= reach; ++y) {
-      // the two intervals of this row within the band
+      // A row along z meets the band in two intervals.
       const double across = std::hypot(x - kCentre.x, y - kCentre.y);
       if (across > radius + kBand) continue;
       const double far = std::sqrt(std::max(0.0, std::pow(radius + kBand, 2) - across * across));
@@ -105,7 +105,7 @@ std::unique_ptr<MeshBaseline> ball_grid(double radius) {
   return grid;
 }
 
-/// Input for volumeToMesh: the same samples, in voxels.
+/// Input for volumeToMesh: a grid with the same samples, in voxels.
 std::unique_ptr<MeshBaseline> grid_of(const haptics::TissueVolume& volume) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
@@ -142,7 +142,7 @@ std::vector<FieldBrick> read(const haptics::TissueVolume& volume, const std::vec
   return bricks;
 }
 
-/// Time in ns.
+/// Time in ns to mesh the bricks.
 double triangles_time(surface::SurfaceMesher& mesher, const std::vector<FieldBrick>& bricks) {
   return measure(1,
                  [&] {
@@ -170,7 +170,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
       Json::parse(R"({"tissue": {"volume": "teeth/molar.vdb"}, "tool": "round_012", "parts": ["haptics"]})", "bench"),
       {});
   for (const float tolerance : {-1.0f, 0.1f}) {
-    // The second carver is for the triangles alone, because changes can be queried only once.
+    // The second carver is for the row "triangles", because the changes of a carver can be queried only once.
     haptics::Carver carver(volume.clone(), haptics::tool_set(scene.servo)),
         same(volume.clone(), haptics::tool_set(scene.servo));
     TissueView view(tolerance);
@@ -179,7 +179,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
     row("molar at 0.05 mm, whole, triangles", tolerance, triangles, "whole", mesher.triangle_count());
     const double whole = measure(1, [&] { (void)view.update(carver.volume()); }).median;
     row("molar at 0.05 mm, whole, picture", tolerance, whole, "whole", view.mesher().triangle_count());
-    // A bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
+    // Drill with a bur of 1.2 mm, half sunk into the top of the crown, at 6 mm/s and 60 pictures per second.
     glm::ivec3 lo, hi;
     volume.bounds(lo, hi);
     const VoxelFrame frame = volume.frame();
@@ -206,7 +206,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
   }
 }
 
-/// A ball: sampled coarsely for our mesher, and finer for volumeToMesh until both errors are equal.
+/// Rows for a ball: sampled coarsely for the program's mesher, and finer for volumeToMesh until both errors are equal.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {
     return surface::greatest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) /

@@ -65,8 +65,8 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     again.push_back(static_cast<double>(thread_cpu_time() - undone));
     back.push_back(static_cast<double>(undone - start));
     (void)carver.volume().take_changed_bricks();
-    bytes = carver.volume().strokes().bytes;  // of this stroke alone, because the previous one was discarded
-    carver.undo();                            // so that the next stroke meets the same tissue
+    bytes = carver.volume().strokes().bytes;  // bytes of this stroke alone, because the previous one was discarded
+    carver.undo();                            // the next stroke must meet the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
   rows.push_back({.name = "made ready in the pause after it",

@@ -35,7 +35,7 @@ std::string quoted(const std::string& text) {
   return text.find_first_of(",\"") == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
-/// Describes machine, compiler, flags and date, so that only comparable rows are compared.
+/// Describes machine, compiler, flags and date, because only rows of the same machine and build are comparable.
 std::string machine() {
   std::string cpu = "unknown processor";
   std::ifstream info("/proc/cpuinfo");
@@ -89,7 +89,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// Rows stored in `file`, by part. Throws Error if it is not such a file.
+/// Reads the rows stored in `file`, by part. Throws Error if the file is not a table of rows.
 std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) {
   LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
@@ -153,8 +153,8 @@ void print_table(const std::vector<MeasuredPart>& parts) {
   }
 }
 
-/// The contact model named by --model; null without it. Throws Error if a requested part does not measure contact
-/// models.
+/// The contact model named by --model; null if the option is missing. Throws Error if a requested part does not measure
+/// contact models.
 haptics::SharedContactMethod chosen_method(const Options& options) {
   if (options.model.empty()) return nullptr;
   std::vector<std::string> taking;

@@ -106,13 +106,13 @@ void add_register(cli::Command& calibrate) {
   });
 }
 
-/// The differences between the two commands for poses of an arm and a tracker.
+/// Differences between the two commands that use poses of an arm and a tracker.
 struct PoseCommand {
   const char* name;
   const char* about;
   const char *X, *Z;  // names of the two results
   const char *X_what, *Z_what;
-  const char* b_columns;  // meaning of the b columns
+  const char* b_columns;  // meaning of the columns b of the input
   const char* footer;
   bool camera_on_arm;
 };
@@ -332,7 +332,7 @@ struct HandOptions : GuideOptions {
   }
 };
 
-/// The steps that are solved from the captures beside the rig file.
+/// Options of the steps that are solved from the captures beside the rig file.
 struct RigOptions {
   std::string rig, captures, report, map, arm_serial, tracker_serial;
   bool user_offset = false;
@@ -440,7 +440,7 @@ void add_drift(cli::Command& calibrate) {
     const std::vector<dvec3> then = points(read_touches(file));
     const auto touched_now = [&] {
       if (!options->touches.empty()) return read_touches(options->touches);
-      // Stored beside the rig like all captures; each session's check starts without old ones.
+      // The captures are stored beside the rig like all others; the check of each session starts without old captures.
       const std::filesystem::path folder = rig.captures_folder() / "today";
       std::error_code code;
       std::filesystem::remove(folder / "drift.csv", code);
@@ -492,7 +492,7 @@ void add_status(cli::Command& calibrate) {
   });
 }
 
-/// Guides, solves and stores one step in the rig file. False if the user stopped.
+/// Runs one step: guided capture, solution, storage in the rig file. Returns false if the user stopped.
 bool guide_step(RigFile& rig, Step step, HandOptions& options) {
   GuidedCapture guide(rig.bench(), rig.captures_folder(), options.plate_pitch_mm * kMillimetre);
   guide.begin(step);

@@ -25,13 +25,13 @@ Check check_of(const CLI::Validator& validator) {
   return Check(std::make_shared<const CLI::Validator>(validator));
 }
 
-constexpr std::size_t kLongest = 40;  // characters of an argument that a message shows at most
+constexpr std::size_t kLongest = 40;  // largest number of an argument's characters that a message shows
 
 std::string shown(const std::string& text) {
   return text.size() > kLongest ? text.substr(0, kLongest - 3) + "..." : text;
 }
 
-/// NaN if the text is not a finite number.
+/// The number in `text`; NaN if the text is not a finite number.
 double number_of(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
@@ -135,7 +135,7 @@ Option* Option::optional_word(const std::string& usual, const std::string& word)
 }
 
 struct Command::Impl {
-  std::unique_ptr<CLI::App> root;  // only for the program itself; other commands belong to it
+  std::unique_ptr<CLI::App> root;  // set only for the program itself, which owns all commands
   CLI::App* app;
   std::deque<Option> options;
   std::deque<Command> commands;

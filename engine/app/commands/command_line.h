@@ -1,5 +1,5 @@
 // The command line: commands, options, and checks of option values. CLI11 parses the words; only command_line.cpp
-// includes it, because that costs 8 s of compile time per file.
+// includes CLI11, which costs 8 s of compile time per file.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// A check of an option's value; another value is refused with a message that states the expected one.
+/// A check of an option's value; any other value is refused with a message that states the expected values.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -28,17 +28,17 @@ class Check {
   friend class Option;
   std::shared_ptr<const CLI::Validator> validator_;
 };
-/// A finite number from low to high, inclusive.
+/// Accepts a finite number from low to high, inclusive.
 Check range(double low, double high);
 Check range(int low, int high);
-/// Above 0, up to `most`.
+/// Accepts a number above 0, up to `most`.
 Check more_than_zero(double most = 1e9);
-/// A whole number from 0, for example a monitor or a channel.
+/// Accepts a whole number from 0, for example a monitor or a channel.
 Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
-/// A file name to which the command may write a file of one of these kinds: the extension belongs to a kind (a device
-/// or FIFO may have any name), the folder is writable, and no existing file must be kept (PartialFile).
+/// Accepts the name of a file that the command may write: the extension belongs to one of these kinds (a device or FIFO
+/// may have any name), the folder is writable, and no existing file must be kept (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {
@@ -50,7 +50,7 @@ class Option {
   Option* show_default();
   /// The option takes `count` words.
   Option* expected(int count);
-  /// The option takes at most one word; without one the value is `usual`. `word`: its name in the help.
+  /// The option takes at most one word; without a word the value is `usual`. `word`: name of the word in the help.
   Option* optional_word(const std::string& usual, const std::string& word);
 
  private:
@@ -58,7 +58,7 @@ class Option {
 };
 
 /// A command with its options and subcommands; the root is the program itself. Returned pointers are valid as long as
-/// the root. The root's run() writes the variables, which must outlive it.
+/// the root exists. The root's run() writes the variables, so they must outlive it.
 class Command {
  public:
   Command(const std::string& name, const std::string& about);
@@ -66,8 +66,8 @@ class Command {
   Command(Command&&) noexcept;
 
   Command* add_command(const std::string& name, const std::string& about);
-  /// `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or path, an optional
-  /// or a vector of them, as listed in command_line.cpp.
+  /// `name`: "--out" for an option, or a bare name for a positional argument. T: a string, number or path, or an
+  /// optional or vector of these types, as listed in command_line.cpp.
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& about = "");
   Option* add_flag(const std::string& name, bool& value, const std::string& about = "");
@@ -76,16 +76,17 @@ class Command {
   void version(const std::string& text);
   /// Smallest and largest number of subcommands that must be given.
   void expect_commands(int least, int most);
-  /// The work to do after all options are read. It may throw.
+  /// Sets the command's work, which runs after all options are read. It may throw.
   void callback(std::function<void()> work);
   /// Throws Error if one of `options` was given although `needed` (text such as "--view section") was not.
   void refuse_without(std::initializer_list<const char*> options, bool given, const std::string& needed) const;
-  /// True if one of its subcommands was given.
+  /// True if the command line names a subcommand of this command.
   bool named_command() const;
   std::string help() const;
 
-  /// Only for the root: parses the words and runs the named command. Returns nothing after a command ran, otherwise the
-  /// exit status: 0 after --help and --version, 2 if the words are invalid. Throws what the work throws.
+  /// Parses the words and runs the named command. Only for the root. Returns an empty optional after a command ran,
+  /// otherwise the exit status: 0 after --help and --version, 2 if the words are invalid. Throws the exceptions of the
+  /// command's work.
   std::optional<int> run(int argc, char** argv);
 
  private:

@@ -7,8 +7,8 @@ namespace cli {
 class Command;
 }
 
-// Each function adds its command to `program`; the work runs in its callback. It throws Error (exit 2) or RunFailure
-// (exit 1), prints results on standard output and messages on standard error.
+// Each function adds its command to `program`; the command's work runs in its callback. The work throws Error (exit 2)
+// or RunFailure (exit 1), prints results on standard output and messages on standard error.
 void add_bench_command(cli::Command& program);
 void add_calibrate_command(cli::Command& program);
 void add_demo_command(cli::Command& program);

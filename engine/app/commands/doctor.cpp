@@ -43,8 +43,8 @@ struct Check {
   std::string id;    // machine-readable name, e.g. "vulkan"
   std::string name;  // name for the user
   State state = State::kOk;
-  std::string found;      // what was found
-  std::string without;    // what does not work without it; empty if all is well
+  std::string found;      // state of the checked item on this machine
+  std::string without;    // what does not work while the item is missing; empty if nothing is missing
   std::string mend;       // a command, or a manual step, that fixes it
   bool required = false;  // the program cannot run without it, not even offscreen
 };
@@ -61,7 +61,7 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
-/// Suppresses standard error while libraries search for hardware, because they report everything that is missing.
+/// Suppresses standard error while libraries search for hardware, because they report every missing device.
 class QuietStandardError {
  public:
   QuietStandardError() : kept_(dup(STDERR_FILENO)) {
@@ -90,7 +90,7 @@ Check vulkan() {
   c.without = "no picture, neither on a display nor in a file";
   c.mend = "sudo apt install libvulkan1 mesa-vulkan-drivers";
   const QuietStandardError quiet;
-  // The library is loaded at run time, so that a machine without Vulkan gets a message of this program instead of the
+  // The library is loaded at run time. Without Vulkan the user then gets this program's message instead of the
   // loader's.
   void* library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library) {
@@ -224,7 +224,7 @@ Check clock_speed() {
   return c;
 }
 
-/// Known devices by USB id, as in the kernel's uevent.
+/// Known devices by USB id, as written in the kernel's uevent file.
 struct KnownDevice {
   unsigned vendor, product;  // product 0: any product
   const char* name;
@@ -357,7 +357,8 @@ Check openxr() {
       return c;
     }
     fs::path library = (*runtime)["library_path"].get<std::string>();
-    // The dynamic loader searches for a bare name; a relative path is relative to the file that names it.
+    // A bare name is left to the dynamic loader's search; a relative path is relative to the JSON file that contains
+    // it.
     if (library.has_parent_path() && library.is_relative()) library = place.parent_path() / library;
     std::error_code code;
     if (library.has_parent_path() && !fs::exists(library, code)) {

@@ -1,4 +1,4 @@
-// typodont experiment: two-alternative trials, with a person or with a simulated observer, and what they say.
+// typodont experiment: two-alternative trials, with a person or with a simulated observer, and their evaluation.
 #include "engine/app/experiment/experiment.h"
 
 #include <fmt/format.h>
@@ -27,8 +27,8 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMostDelay = 300;     // ms
-constexpr double kMostStiffness = 10;  // N/mm
+constexpr double kMostDelay = 300;     // ms, limit of the force's delay
+constexpr double kMostStiffness = 10;  // N/mm, limit of the stiffness
 
 struct Options {
   std::string input, out, page, hand, staircase = "2-down-1-up";
@@ -76,7 +76,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
       throw Error("--models", "", fmt::format("{} of them", options.models.size()), "two different contact models");
     for (std::size_t i = 0; i < 2; ++i) {
       Scene known = scene;
-      choose_model(known, options.models[i]);  // throws for an unknown one
+      choose_model(known, options.models[i]);  // throws if the model is unknown
       plan.models[i] = options.models[i];
     }
     if (options.observer && options.hand.empty())
@@ -85,7 +85,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
   }
   if (!options.models.empty()) throw Error("--models", "", "it beside another question", "--question model");
   plan.rule = rule_of(options.staircase);
-  double most = 0;  // of the reference and what exceeds it
+  double most = 0;  // largest allowed value of the reference plus the difference
   switch (plan.question) {
     case Question::kStiffness:
       plan.reference = options.reference.value_or(plan.scene_stiffness / kNewtonPerMillimetre);
@@ -116,7 +116,7 @@ ExperimentPlan plan_of(const Options& options, const Scene& scene) {
 
 void run_simulated(const Options& options, const Scene& scene, Experiment& experiment, TrialLog& log) {
   const Psychometric truth{options.bias, Psychometric::width_of_jnd(*options.observer), options.lapse};
-  SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);  // not the sequence that the order has
+  SimulatedObserver observer(truth, options.seed ^ 0x9E3779B97F4A7C15u);  // another sequence than the trials' order
   std::optional<ScriptedTouch> touch;
   if (!options.hand.empty()) touch.emplace(scene, options.hand, options.rate);
   Progress progress("experiment");

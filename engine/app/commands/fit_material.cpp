@@ -39,7 +39,7 @@ std::vector<haptics::FeedSample> read_curve(const std::string& input) {
   return samples;
 }
 
-/// One curve of a plot: points in data units, scaled by the given ranges.
+/// Draws one curve of a plot: points in data units, scaled by the given ranges.
 std::string polyline(const std::vector<double>& x, const std::vector<double>& y, double x_most, double y_least,
                      double y_most, double left, double top, double width, double height, const char* color) {
   std::string points;
@@ -50,7 +50,7 @@ std::string polyline(const std::vector<double>& x, const std::vector<double>& y,
   return fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="1.5" points="{}"/>)", color, points);
 }
 
-/// Left plot: error over the iterations; right plot: the two force curves.
+/// Draws two plots. Left: error over the iterations; right: the two force curves.
 std::string plot(const haptics::MaterialFit& fit) {
   std::vector<double> rounds, logs, t;
   for (std::size_t i = 0; i < fit.error.size(); ++i) {

@@ -1,4 +1,4 @@
-// typodont import: a scan or a mesh becomes a .vdb to drill.
+// typodont import: converts a scan or a mesh to a .vdb volume that can be drilled.
 #include "haptics/import/import.h"
 
 #include <fmt/format.h>
@@ -112,7 +112,7 @@ nlohmann::ordered_json vec(const dvec3& v, double unit) {
 nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& a,
                                const std::vector<std::filesystem::path>& pictures) {
   nlohmann::ordered_json j;
-  // The names of DICOM folders are often those of persons.
+  // The input's name is omitted for DICOM, because DICOM folders often have the names of persons.
   if (a.parts.empty()) j["input"] = r.format == "DICOM" ? r.format : a.input;
   for (const std::string& part : a.parts) j["parts"].push_back(part);
   j["out"] = a.out;
@@ -239,7 +239,7 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
 
 void run(const Arguments& a) {
   haptics::ImportOptions options = options_of(a);
-  // Say at once what would only show after the work.
+  // Report invalid arguments now, before the long work.
   if (a.input.empty() == a.parts.empty())
     throw Error("INPUT", "", a.input.empty() ? "nothing to import" : "both INPUT and --part",
                 "a scan or a mesh, or one mesh per tissue (--part TISSUE=FILE)");

@@ -1,4 +1,4 @@
-// typodont render: draws a scene as each eye sees it, without a screen, and writes the matrices.
+// typodont render: draws a scene as each eye sees it, without a screen, and writes the matrices of the eyes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct Options {
   bool json = false, hud = false, validate = false;
 };
 
-/// Parses "NX,NY,NZ,OFFSET_MM": tissue is kept where normal · p > offset.
+/// Parses "NX,NY,NZ,OFFSET_MM": tissue with normal · p > offset is kept.
 glm::dvec4 parse_plane(const std::string& text) {
   glm::dvec4 p;
   int end = 0;
@@ -54,7 +54,7 @@ glm::dvec4 parse_plane(const std::string& text) {
   return {dvec3(p) / length, -p.w * kMillimetre / length};
 }
 
-/// Adds what a teaching view shows besides the surface.
+/// Adds what a teaching view shows in addition to the surface.
 void add_view(PictureStage& stage, const Options& options, const Scene& scene, const haptics::TissueVolume& volume) {
   const dvec3 origin = volume.frame().origin;
   if (options.view == "section") {
@@ -84,7 +84,7 @@ void add_view(PictureStage& stage, const Options& options, const Scene& scene, c
   }
 }
 
-/// Green: no resistance; white: dentin's density; red: 1.5 times that (S2, Fig. 9).
+/// Colour of a density. Green: no resistance; white: dentin's density; red: 1.5 times dentin's density (S2, Fig. 9).
 glm::vec3 density_color(double density) {
   const glm::vec3 soft(0.25f, 0.65f, 0.3f), middle(0.93f, 0.92f, 0.88f), hard(0.85f, 0.25f, 0.2f);
   const auto below = static_cast<float>(std::clamp(density, 0.0, 1.0));
@@ -92,7 +92,7 @@ glm::vec3 density_color(double density) {
   return density < 1 ? glm::mix(soft, middle, below) : glm::mix(middle, hard, above);
 }
 
-/// The tissue's spheres, the farthest first, because nearer ones are drawn over them.
+/// The tissue's spheres sorted from far to near, because nearer spheres are drawn over farther ones.
 std::vector<render::Particle> sphere_particles(const haptics::Carver& carver, const haptics::ServoSettings& settings,
                                                const dvec3& eye) {
   std::vector<haptics::ShownSphere> spheres = haptics::shown_spheres(carver, settings);
@@ -150,7 +150,7 @@ void run(const Options& options) {
     throw Error("", "--plane", "--view " + options.view, "--view section, whose plane it is");
   if (!options.ideal.empty() && options.view != "difference")
     throw Error("", "--ideal", "--view " + options.view, "--view difference, whose ideal it is");
-  std::optional<session::SessionReader> session;  // set if a moment of a recording is drawn instead of a scene
+  std::optional<session::SessionReader> session;  // the recording of which one moment is drawn; empty: a scene is drawn
   if (options.scene.ends_with(".h5")) session.emplace(options.scene);
   const Scene scene = session ? scene_of(*session) : read_scene(options.scene);
   if (options.at != 0 && options.pose.empty() && !session)
@@ -181,8 +181,8 @@ void run(const Options& options) {
   }
   if (options.magnify > 0) rig.magnify = options.magnify;
   rig = magnified_for(rig, volume);
-  // A carver is needed if the picture does not show the volume as read: a moment of a session, or a body of another
-  // model.
+  // A carver is needed if the picture does not show the volume as it was read: for a moment of a session, or for the
+  // surface of another contact model.
   std::unique_ptr<haptics::Carver> carver;
   const bool spheres_wanted = options.view == "spheres";
   if (session) {
@@ -227,7 +227,8 @@ void run(const Options& options) {
                      {"left", eye_json(eyes[0])},
                      {"right", eye_json(eyes[1])},
                      {"frame", stats_json(drawn)},
-                     // The same frame once more: nothing moved, so nothing is drawn and no command is recorded.
+                     // Statistics of a second draw of the same frame: nothing has moved, so nothing is drawn and no
+                     // command is recorded.
                      {"unchanged", stats_json(again)}};
   ordered_json skipped = ordered_json::object();
   if (!stage_options.tool) skipped["tool"] = "no --pose";
@@ -268,8 +269,8 @@ void run(const Options& options) {
     render::write_png(out / "screen.png", stage.screen());
     written.push_back((out / "screen.png").string());
   }
-  // Draw once more after the set-up, with a small head motion that forces a full redraw: the time of frames in
-  // sequence.
+  // Measures the time of a frame within a sequence: draws another frame after the set-up. A small head motion forces a
+  // full redraw.
   rig.head.eye_center += 1e-6 * rig.head.right;
   stage.look_from(rig);
   const Nanos began = now();

@@ -1,5 +1,5 @@
-// typodont replay: repeats a recorded session: checks it bit for bit, shows it, films it, or applies its hand to
-// another scene.
+// typodont replay: repeats a recorded session: checks that the result is the same bit for bit, shows it, films it, or
+// applies its hand to another scene.
 #include "engine/app/recording/replay.h"
 
 #include <fmt/format.h>
@@ -54,7 +54,7 @@ void check(const Options& options) {
   if (options.check && !result.identical) throw RunFailure("the replay differs: " + result.what_differs);
 }
 
-/// Runs the recorded hand in a scene with some keys changed.
+/// Runs the recorded hand in the recorded scene with some keys of the scene changed.
 void rerun(const Options& options) {
   std::string text = options.with, where = "--with";
   if (!text.starts_with("{")) {

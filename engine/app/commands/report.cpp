@@ -44,7 +44,7 @@ session::Language language_of(const std::string& wanted) {
   return session::Language::kEnglish;
 }
 
-/// Learning curve for a folder of sessions.
+/// Writes the learning curve for a folder of sessions.
 void run_folder(const Options& options, session::Language language) {
   using namespace session;
   Progress progress("sessions");
@@ -68,7 +68,7 @@ void run_folder(const Options& options, session::Language language) {
   }
 }
 
-/// Adds the phases and the bed of an exercise in implant surgery.
+/// Adds the phases and the bed of an exercise in implant surgery to the JSON object `to`.
 void add_implant(const session::ImplantMeasures& m, const session::Score& score, nlohmann::json& to) {
   to["score"] = score.points;
   to["phases"] = nlohmann::json::array();
@@ -88,7 +88,7 @@ void add_implant(const session::ImplantMeasures& m, const session::Score& score,
                             {"temperature_C", phase.hottest},
                             {"notes_s", notes}});
   }
-  // null: unknown
+  // JSON null means an unknown value.
   const auto known = [](double value, double unit) {
     return value >= 0 && value < 1 ? nlohmann::json(value * unit) : nlohmann::json();
   };
@@ -160,7 +160,7 @@ void run(const Options& options) {
     const auto tooth = scene.empty() ? std::nullopt : tooth_sides(Json::parse(scene, options.session));
     for (const ScoreItem& item : report.score->items) {
       items.push_back({{"name", item.name},
-                       {"value", item.value},  // null: there was nothing to measure
+                       {"value", item.value},  // null if nothing could be measured
                        {"unit", item.unit},
                        {"target", item.target},
                        {"tolerance", item.tolerance},

@@ -45,9 +45,9 @@ struct Options {
   bool json = false;
 };
 
-constexpr int kTries = 2;  // attempts for a session whose process died
+constexpr int kTries = 2;  // number of attempts for a session whose process died
 
-/// "task" and "score" of a scene file, to replace those of a recorded scene; empty: keep the recorded rules.
+/// "task" and "score" of a scene file, which replace those of a recorded scene; empty: keep the recorded rules.
 std::string rules_of(const std::string& file) {
   if (file.empty()) return {};
   const Json scene = Json::load(file);
@@ -61,7 +61,7 @@ std::string rules_of(const std::string& file) {
   return changes.dump();
 }
 
-/// Scores one session in this process.
+/// Scores one session in the present process.
 Row score(const std::string& file, const std::string& rules) {
   const session::SessionReader reader(file);
   const session::SessionSummary s =
@@ -85,8 +85,8 @@ std::string text_of(const Row& row) {
   return row.dump(-1, ' ', false, Row::error_handler_t::replace);
 }
 
-/// Scores one session in a separate process, so that a crash does not affect others. Returns its exit status; `said`
-/// receives its messages followed by its output.
+/// Scores one session in a separate process, so that a crash does not affect the other sessions. Returns its exit
+/// status; `said` receives its messages, then its output.
 int score_elsewhere(const std::string& file, const std::string& rules, std::string& said) {
   std::vector<std::string> words{own_file().string(), "rescore", file, "--json"};
   if (!rules.empty()) words.insert(words.end(), {"--rules", rules});
@@ -117,7 +117,7 @@ int score_elsewhere(const std::string& file, const std::string& rules, std::stri
   return status;
 }
 
-/// The last line of the output: the result, or the reason for failure.
+/// The last line of the output: the result, or the reason for a failure.
 std::string last_line(std::string said) {
   said.erase(said.find_last_not_of("\n") + 1);
   said.erase(0, said.rfind('\n') + 1);
@@ -171,7 +171,7 @@ std::string table_of(const std::vector<Row>& rows) {
   for (const std::string& name : items) cell(name);
   text += '\n';
   for (const Row& row : rows) {
-    text += cell_of(row["session"]);  // never empty, because it begins the line
+    text += cell_of(row["session"]);  // the session's name is never empty, so no line begins with a comma
     for (std::size_t i = 1; i < first.size(); ++i) text += ',' + (row.contains(first[i]) ? cell_of(row[first[i]]) : "");
     for (const std::string& name : items)
       text += ',' + (row.contains("items") && row["items"].contains(name) ? cell_of(row["items"][name]) : "");
@@ -217,7 +217,7 @@ void run(const Options& options) {
         progress.at(static_cast<double>(done) / static_cast<double>(files.size()));
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
-    } catch (...) {  // also on Ctrl-C
+    } catch (...) {  // any exception, including an interrupt by Ctrl-C
       cancelled = true;
       throw;
     }

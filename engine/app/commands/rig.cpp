@@ -23,7 +23,7 @@ using display::BenchPlan;
 using display::BenchSpec;
 using Value = nlohmann::ordered_json;
 
-/// Workspaces from the manufacturers' data sheets; for a cylinder the box inside it.
+/// Workspaces from the manufacturers' data sheets; for a cylindrical workspace, the box inside the cylinder.
 struct ArmReach {
   const char* name;
   dvec3 box_mm;  // width, depth, height

@@ -36,7 +36,7 @@ struct Options {
   bool json = false, no_timing = false;
 };
 
-/// Destination of the ticks: a CSV table, or a session according to the extension.
+/// Destination of the ticks: a CSV table or a session file, depending on the extension.
 class TickSink {
  public:
   TickSink(const std::string& file, const Scene& scene, const haptics::DeviceInfo& hand,
@@ -67,7 +67,7 @@ class TickSink {
   std::optional<OfflineRecording> session_;
 };
 
-/// Length of the hand's path in s; nothing for hands that decide at run time when they end.
+/// Duration of the hand's path in s; empty for hands that decide at run time when they end.
 std::optional<double> length_of(const Options& options, const Scene& scene) {
   const std::string& hand = options.hand;
   if (hand == "expert:") return std::nullopt;
@@ -79,11 +79,11 @@ std::optional<double> length_of(const Options& options, const Scene& scene) {
   return haptics::length_of_scripted_hand(hand.starts_with("script:") ? hand.substr(7) : hand, tool_names(scene));
 }
 
-/// Computes the size of the output before it is written, and throws Error if the disk is too small.
+/// Estimates the size of the output before it is written. Throws Error if the disk is too small.
 void check_room(const Options& options, double seconds) {
-  constexpr double kBytesPerRow = 280;        // bytes per row of a table; measured in and out of contact
+  constexpr double kBytesPerRow = 280;        // bytes per row of a table; measured with and without contact
   constexpr double kBytesPerTick = 240;       // bytes per tick of a session, compressed
-  constexpr double kWorthSaying = 500 << 20;  // bytes from which the size is reported to the user
+  constexpr double kWorthSaying = 500 << 20;  // bytes; a larger size is reported to the user
   const bool session = std::string_view(options.out).ends_with(".h5");
   const double bytes = seconds * options.rate * (session ? kBytesPerTick : kBytesPerRow);
   const std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();

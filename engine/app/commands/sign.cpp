@@ -34,7 +34,7 @@ void sign(const Options& options) {
     throw Error("sign", "", "no key or no session", "--key FILE SESSION.h5 …, or --new-key FILE");
   const session::SigningKey key = session::load_key(options.key);
   for (const std::string& file : options.sessions) {
-    const session::SessionReader reader(file);  // only a complete session is signed
+    const session::SessionReader reader(file);  // only a complete session may be signed
     if (reader.truncated())
       throw Error(file, "", "a session that was cut off", "one that ended: typodont replay repairs it");
   }

@@ -1,4 +1,4 @@
-// typodont sound: fits a model to a recording, makes sound from a model, compares two sounds.
+// typodont sound: fits a model to a recording, synthesizes sound from a model, compares two sounds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void check_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // false for NaN
+  if (value >= low && value <= high) return;  // the condition is false for NaN
   throw Error(option, "", fmt::format("{}", value), fmt::format("{} to {}", low, high));
 }
 
@@ -133,7 +133,7 @@ struct SynthCommand {
 };
 
 void run_synth(const SynthCommand& c) {
-  constexpr double kLongest = 36000;  // s
+  constexpr double kLongest = 36000;  // s, longest duration
   if (c.seconds == 0 && c.contact.empty()) throw Error("--seconds", "", "nothing", "a length, or --contact");
   if (c.seconds != 0) check_range("--seconds", c.seconds, 1e-3, kLongest);
   if (c.rate != 0) check_range("--rate", c.rate, 8000, 384000);
@@ -142,13 +142,13 @@ void run_synth(const SynthCommand& c) {
   audio::ContactTrack track;
   if (!c.contact.empty()) track = audio::read_contact_track(c.contact);
 
-  // Find the spindle speed whose sound is as recorded.
+  // Find the spindle speed at which the model sounds as in its recording.
   std::string reference = "model";
   if (c.spindle_krpm > 0) {
     models.free_speed = c.spindle_krpm * kKrpm;
     reference = "option";
   } else if (track.has_spindle && track.fastest > 0) {
-    // For a drill of another type than the recorded one, both free-running speeds are assumed to correspond.
+    // If the drill is of another type than the recorded one, the free-running speeds of both are assumed to correspond.
     const bool told = models.free_speed > 0 && !models.idle.spindle_estimated;
     const bool beyond = track.fastest > 4.0 / 3 * models.free_speed;
     const bool far_below = track.fastest < models.free_speed / 3 && !told;
@@ -164,7 +164,7 @@ void run_synth(const SynthCommand& c) {
     }
   }
   if (models.free_speed == 0) {
-    // any speed is right: without information, the whole recording is assumed to run at it
+    // Without information any speed is valid: the whole recording is assumed to run at this speed.
     models.free_speed = 100 * kKrpm;
     reference = "none";
   }

@@ -28,15 +28,15 @@ using haptics::SphereShare;
 using haptics::SweptBall;
 using haptics::packing::CutSphere;
 
-constexpr std::size_t kGroup = 64;         // threads per group, same value as in the shaders
-constexpr std::size_t kMostGroups = 1024;  // each thread processes several spheres of a larger tissue
-constexpr std::size_t kMostBalls = 2048;   // limit for the spheres of a tool
+constexpr std::size_t kGroup = 64;         // threads per group, the same value as in the shaders
+constexpr std::size_t kMostGroups = 1024;  // limit; with more tissue each thread processes several spheres
+constexpr std::size_t kMostBalls = 2048;   // limit of the number of a tool's spheres
 constexpr std::size_t kLeastResults = 65536;
 constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-// rounding error of a position over the extent: about a dozen roundings in single precision
+// rounding error of a position, as a fraction of the extent: about a dozen roundings in single precision
 constexpr double kRounding = 2e-6;
 
-// Same layout as in shaders/spheres.glsl.
+// The layout must equal that of shaders/spheres.glsl.
 struct Ball {
   dvec3 a{0}, b{0}, near_to{0};
   double radius = 0;
@@ -53,7 +53,7 @@ struct Contact {
   double t;
   std::uint32_t ball, sphere;
 };
-/// Header before each list of results.
+/// Header of each list of results.
 struct Head {
   std::uint32_t count, unused;
 };
@@ -177,7 +177,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     device_.destroy();
   }
 
-  /// Calls `work`; false, with the reason in the log, if Vulkan fails.
+  /// Calls `work`. If Vulkan fails, logs the reason and returns false.
   template <class F>
   bool attempt(F&& work) noexcept {
     try {
@@ -190,7 +190,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     }
   }
 
-  /// Fills a GPU buffer in pieces. Set-up time.
+  /// Fills a GPU buffer in pieces. Called only at set-up.
   template <class Write>
   void upload(const gpu::Buffer& to, std::size_t count, std::size_t bytes, Write&& write) {
     const std::size_t at_once = kStagingBytes / bytes;
@@ -235,7 +235,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     return put(balls, [](const CuttingBall& b) { return Ball{b.from, b.to, b.near_to, b.radius}; });
   }
 
-  /// Runs a pass and waits for it. Returns the number of groups; 0: it failed.
+  /// Runs a pass and waits for its end. Returns the number of groups; 0 if the pass failed.
   std::size_t run(Kind kind) noexcept {
     const std::size_t groups = std::clamp<std::size_t>((count_ + kGroup - 1) / kGroup, 1, kMostGroups);
     const Pass pass{around_,
@@ -274,7 +274,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
     head->count = 0;
     if (run(kind) == 0) return false;
     if (head->count > capacity_) {
-      loaded_ = false;  // some results are lost
+      loaded_ = false;  // the list was too short, so some results are lost
       return false;
     }
     found = {results_.mapped<Result>(sizeof(Head)), head->count};
@@ -291,7 +291,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
   VkFence done_ = VK_NULL_HANDLE;
   bool loaded_ = false, printed_ = false;
   dvec3 origin_{0};   // m, W, origin for positions in single precision
-  double slack_ = 0;  // m, allowance for rounding
+  double slack_ = 0;  // m, allowance for rounding errors
   std::uint32_t balls_put_ = 0;
   glm::vec4 around_{0};
 };

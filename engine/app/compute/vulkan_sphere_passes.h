@@ -10,9 +10,11 @@
 namespace typodont {
 
 /// Implements the factory that haptics/sphere_passes.h declares. Creates a Vulkan device that only the returned passes
-/// use. Null if no device computes in double precision or has enough memory. A CPU device is used only if `any_device`.
+/// use. Returns null if no device computes in double precision or has enough memory. Uses a CPU device only if
+/// `any_device`.
 std::unique_ptr<haptics::SpherePasses> make_vulkan_sphere_passes(std::size_t spheres, bool any_device);
-/// The same on a device created with DeviceOptions::doubles; the passes destroy it. Throws RunFailure.
+/// Creates the passes on a device that was created with DeviceOptions::doubles; the passes destroy it. Throws
+/// RunFailure.
 std::unique_ptr<haptics::SpherePasses> vulkan_sphere_passes(const gpu::Device& device, std::size_t spheres);
 
 }  // namespace typodont

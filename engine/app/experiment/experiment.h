@@ -1,6 +1,6 @@
-// Two-alternative trials: each trial shows two stimuli one after the other in random order and asks which was greater.
-// The plan defines the trials. The subject who answers is a person in a live session (live_subject.h) or a simulated
-// observer (simulated_subject.h). One thread.
+// Two-alternative trials: each trial presents two stimuli one after the other in random order and asks which one was
+// greater. The plan defines the trials. The subject who answers is a person in a live session (live_subject.h) or a
+// simulated observer (simulated_subject.h). One thread.
 #pragma once
 
 #include <array>
@@ -22,24 +22,24 @@ inline constexpr std::array<std::string_view, 4> kQuestionNames{"stiffness", "fo
 std::string_view name_of(Question question);
 /// Unit of the difference: "%" or "ms"; empty for models.
 std::string_view unit_of(Question question);
-/// The question in words, as "Which was stiffer?"
+/// The question in words, for example "Which was stiffer?"
 std::string_view words_of(Question question);
 
 /// One of the two stimuli of a trial, as changes of the scene.
 struct Stimulus {
-  std::string model;           // contact model; empty: the scene's
-  double stiffness_ratio = 1;  // stiffness over the scene's stiffness
+  std::string model;           // contact model; empty: the scene's model
+  double stiffness_ratio = 1;  // ratio of the stiffness to the scene's stiffness
   double force_fraction = 1;   // 0..1, factor on the force that reaches the hand
   double delay = 0;            // s, delay of the force
 };
 
 struct Trial {
-  int number = 0;  // from 1
+  int number = 0;  // number of the trial, from 1
   std::array<Stimulus, 2> stimuli;
   /// The value of each stimulus in the log: N/mm, % or ms; for models the index in ExperimentPlan::models.
   std::array<double, 2> values{};
-  double level = 0;             // excess of the greater stimulus over the reference, in the unit of the question
-  bool greater_second = false;  // true if the greater stimulus (or the second model) is shown second
+  double level = 0;  // difference between the greater stimulus and the reference, in the unit of the question
+  bool greater_second = false;  // true if the second stimulus is the greater one (or the second model)
 };
 
 enum class Answer { kFirst, kSecond };
@@ -47,7 +47,7 @@ enum class Answer { kFirst, kSecond };
 struct AnsweredTrial {
   Trial trial;
   Answer answer = Answer::kFirst;
-  double seconds = 0;  // time from the question to the answer; 0 for a simulated subject
+  double seconds = 0;  // s from the question to the answer; 0 for a simulated subject
   bool right() const { return (answer == Answer::kSecond) == trial.greater_second; }
 };
 
@@ -56,13 +56,13 @@ struct ExperimentPlan {
   double scene_stiffness = 0;         // N/m, stiffness of the scene's coupling
   double reference = 0;               // stiffness: N/mm; force: % of the servo's force; delay: ms
   std::array<std::string, 2> models;  // the two compared models; only for Question::kModel
-  StaircaseRule rule;                 // only for the other questions
+  StaircaseRule rule;                 // rule of the staircase; not for Question::kModel
   int trials = 150;                   // largest number of trials; for models the exact number
-  int turns = 24;                     // number of the staircase's turns that ends the experiment
+  int turns = 24;                     // number of turns of the staircase after which the experiment ends
   std::uint64_t seed = 1;             // seed of the random order
 };
 
-/// Gives the trials of a plan one by one and collects the answers.
+/// Provides the trials of a plan one by one and collects the answers.
 class Experiment {
  public:
   explicit Experiment(const ExperimentPlan& plan);
@@ -82,7 +82,7 @@ class Experiment {
   ExperimentPlan plan_;
   Staircase staircase_;
   std::mt19937_64 random_;
-  std::vector<bool> orders_;  // for models: whether each trial shows the second model second; balanced
+  std::vector<bool> orders_;  // for models, one value per trial: true if the second model is shown second; balanced
   Trial next_;
   std::vector<AnsweredTrial> answered_;
 };
@@ -92,17 +92,17 @@ struct ExperimentResult {
   Question question = Question::kStiffness;
   std::array<std::string, 2> models;
   int trials = 0, right = 0;
-  std::optional<PsychometricFit> fit;    // for all questions except models
-  int turns = 0;                         // of the staircase
-  double settled_level = 0, target = 0;  // level at which the staircase settled, and its fraction of right answers
-  Estimate chosen;                       // fraction of the answers for the second model
-  double chance = 1;                     // probability of such answers if the subject felt no difference
-  Estimate second;                       // fraction of the answers "second"
+  std::optional<PsychometricFit> fit;    // fitted psychometric function; for all questions except models
+  int turns = 0;                         // number of turns of the staircase
+  double settled_level = 0, target = 0;  // settled level, and its fraction of right answers
+  Estimate chosen;                       // fraction of the answers that chose the second model
+  double chance = 1;  // probability of these or more uneven answers if the subject felt no difference
+  Estimate second;    // fraction of the answers "second"
 };
 
 ExperimentResult result_of(const ExperimentPlan& plan, const std::vector<AnsweredTrial>& answered);
 
-/// JSON object, pretty-printed. `log`: name of the file with the trials.
+/// The result as a JSON object, pretty-printed. `log`: name of the file with the trials.
 std::string json_of(const ExperimentResult& result, const std::string& log);
 /// The result as text for the terminal.
 std::string words_of(const ExperimentResult& result);

@@ -15,12 +15,12 @@ namespace typodont {
 
 namespace {
 
-constexpr double kFree = 0.3;  // s without contact before the next stimulus
+constexpr double kFree = 0.3;  // s, time without contact before the next stimulus
 
 /// Reads answers from standard input; never waits.
 class TypedAnswers {
  public:
-  /// Discards what was typed before the question. Input from a pipe is kept.
+  /// Discards the text that was typed before the question. Input from a pipe is kept.
   void forget() {
     if (::isatty(STDIN_FILENO)) ::tcflush(STDIN_FILENO, TCIFLUSH), text_.clear();
   }
@@ -53,7 +53,7 @@ class TypedAnswers {
 struct LiveSubject::Impl {
   Scene scene;
   Options options;
-  Scene shown;        // the scene with the session's model; the session refers to it
+  Scene shown;        // the scene with the session's model; the session has a reference to it
   std::string model;  // the session's contact model
   std::optional<Workbench> bench;
   TypedAnswers typed;

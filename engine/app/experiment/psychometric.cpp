@@ -15,8 +15,8 @@ namespace {
 
 using Binomial = boost::math::binomial_distribution<double>;
 
-constexpr double kUpperQuartile = 0.6744897501960817;  // of the normal distribution: Φ = 0.75
-constexpr double kChiSquare95 = 3.841458820694124;     // one degree of freedom
+constexpr double kUpperQuartile = 0.6744897501960817;  // upper quartile of the normal distribution: Φ = 0.75
+constexpr double kChiSquare95 = 3.841458820694124;     // 95 % quantile of χ² with one degree of freedom
 constexpr double kLeastProbability =
     1e-12;  // lower limit for the probability of an answer, so that one answer cannot make the likelihood 0
 constexpr double kWidthRange = 50;  // widths lie between 1/50 of the smallest and 50 times the largest difference
@@ -25,14 +25,15 @@ double cumulative_gaussian(double x) {
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// Answers at one difference.
+/// The number of answers at one difference, and how many of them were "second".
 struct Level {
   double difference = 0, count = 0, second = 0;
 };
 
-/// The argument of the greatest value of `f` between low and high: on a grid, then by Brent's method beside the best.
+/// Finds the argument of the maximum of `f` between low and high: first on a grid, then by Brent's method near the best
+/// grid point.
 double maximize(const std::function<double(double)>& f, double low, double high, int grid) {
-  constexpr int kBits = 20;  // precision
+  constexpr int kBits = 20;  // precision of Brent's method in bits
   int best = 0;
   double most = -std::numeric_limits<double>::infinity();
   const double width = (high - low) / grid;
@@ -62,7 +63,8 @@ class Likelihood {
     low_ = std::log(least / kWidthRange), high_ = std::log(greatest_ * kWidthRange);
   }
 
-  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is concave in the rate.
+  /// Finds the best lapse rate for this bias and width. Returns the log-likelihood, which is a concave function of the
+  /// rate.
   double best(double bias, double width, double& lapse) {
     for (std::size_t i = 0; i < levels_.size(); ++i)
       shares_[i] = cumulative_gaussian((levels_[i].difference - bias) / width);
@@ -123,7 +125,7 @@ class Likelihood {
   double probability(std::size_t i, double lapse) const {
     return std::clamp(0.5 * lapse + (1 - lapse) * shares_[i], kLeastProbability, 1 - kLeastProbability);
   }
-  /// Derivative of the log-likelihood by the lapse rate.
+  /// Derivative of the log-likelihood with respect to the lapse rate.
   double slope(double lapse) const {
     double sum = 0;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
@@ -132,7 +134,7 @@ class Likelihood {
     }
     return sum;
   }
-  /// Finds the border of `inside` between the values `in` and `out` by bisection.
+  /// Finds by bisection the border of `inside` between `in` (inside) and `out` (outside).
   static double border(const std::function<bool(double)>& inside, double in, double out) {
     for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (in + out);
@@ -142,7 +144,7 @@ class Likelihood {
   }
 
   std::vector<Level> levels_;
-  std::vector<double> shares_;  // Φ of each level, for the bias and width under test
+  std::vector<double> shares_;  // Φ of each level, for the present bias and width
   double greatest_ = 0;         // largest difference
   double low_ = 0, high_ = 0;   // logarithms of the smallest and largest considered width
 };
@@ -164,14 +166,14 @@ PsychometricFit fit_psychometric(std::span<const Judgement> judgements) {
 }
 
 Estimate fraction_of(int chosen, int count) {
-  constexpr double kTail = 0.025;  // probability on either side of the interval
+  constexpr double kTail = 0.025;  // probability at each side of the interval
   return {static_cast<double>(chosen) / count, Binomial::find_lower_bound_on_p(count, chosen, kTail),
           Binomial::find_upper_bound_on_p(count, chosen, kTail)};
 }
 
 double chance_of(int chosen, int count) {
   const int more = std::max(chosen, count - chosen);
-  return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));  // P(X > more - 1) on either side
+  return std::min(1.0, 2 * cdf(complement(Binomial(count, 0.5), more - 1)));  // P(X > more - 1) at each side
 }
 
 }  // namespace typodont

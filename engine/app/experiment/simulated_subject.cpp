@@ -13,11 +13,11 @@ namespace typodont {
 
 namespace {
 
-constexpr double kTouched = 0.1;           // fraction of the largest force at which the contact counts as felt
-constexpr double kDelayRange = 1;          // s, longest delay of a stimulus
-constexpr Nanos kPause = kNanosPerSecond;  // pause in the air between two stimuli
+constexpr double kTouched = 0.1;           // fraction of the largest force above which the contact counts as felt
+constexpr double kDelayRange = 1;          // s, limit of a stimulus's delay
+constexpr Nanos kPause = kNanosPerSecond;  // ns, pause in the air between two stimuli
 
-/// Uniform in [0, 1), the same on every standard library.
+/// Uniform random number in [0, 1), the same with every standard library.
 double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
@@ -37,7 +37,7 @@ double signed_percent(const Trial& trial, double first, double second) {
 }  // namespace
 
 Answer SimulatedObserver::judge(double difference) {
-  // P("second") is the psychometric function itself, lapses and bias included.
+  // The psychometric function, including lapses and bias, is the probability of the answer "second".
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 

@@ -1,5 +1,5 @@
 // A simulated observer with a known threshold. It judges either the nominal values of the stimuli, or the forces that a
-// scripted hand felt in the real servo. One thread.
+// scripted hand received from the real servo. One thread.
 #pragma once
 
 #include <array>
@@ -28,10 +28,11 @@ class SimulatedObserver {
   std::mt19937_64 random_;
 };
 
-/// Nominal difference second − first, in the unit of the question; if that is %, relative to the lesser stimulus.
+/// Nominal difference second − first, in the unit of the question; a difference in % is relative to the lesser
+/// stimulus.
 double meant_difference(const Trial& trial);
 
-/// Measures of the force that a hand felt with a stimulus.
+/// Measures of the force that a hand received with a stimulus.
 struct Felt {
   double stiffness = 0;  // N/m, least-squares slope of force over depth, along the normal of the first contact
   double force = 0;      // N, largest force
@@ -42,12 +43,12 @@ struct Felt {
 /// one model run one after the other in the same servo, as in a live session.
 class ScriptedTouch {
  public:
-  /// `hand`: HAND.csv or HAND.json, whose path begins and ends in the air. `rate`: Hz. Throws Error.
+  /// `hand`: HAND.csv or HAND.json; the path must begin and end in the air. `rate`: Hz. Throws Error.
   ScriptedTouch(const Scene& scene, const std::string& hand, double rate);
   ~ScriptedTouch();
-  /// Throws Error if the hand does not touch the tissue, or begins or ends inside it.
+  /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
-  /// Difference second − first of the felt measures, in the unit of the question.
+  /// Difference second − first of the measures that feel() returns, in the unit of the question.
   double felt_difference(Question question, const Trial& trial);
 
  private:
@@ -55,7 +56,7 @@ class ScriptedTouch {
   Scene scene_;
   std::string hand_;
   double rate_;
-  std::map<std::string, std::unique_ptr<Loop>> loops_;  // by model
+  std::map<std::string, std::unique_ptr<Loop>> loops_;  // one per contact model
 };
 
 }  // namespace typodont

@@ -6,22 +6,22 @@
 
 namespace typodont {
 
-/// Levels change by ratios, so a level never reaches 0.
+/// Rule of a staircase. Levels change by ratios, so a level never reaches 0.
 struct StaircaseRule {
   enum class Kind {
     kTransformed,  // the level falls after `down` right answers in a row, and rises after each wrong one (Levitt 1971)
-    kWeighted      // it falls after each right answer, and rises by more after each wrong one (Kaernbach 1991)
+    kWeighted      // the level falls after each right answer, and rises by more after each wrong one (Kaernbach 1991)
   };
   Kind kind = Kind::kTransformed;
-  int down = 2;               // for kTransformed: settles where a fraction 0.5^(1/down) of the answers is right
+  int down = 2;               // for kTransformed: settles where a fraction of 0.5^(1/down) of the answers is right
   double weighted_at = 0.75;  // for kWeighted: settles where this fraction of the answers is right
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between levels before the staircase has turned `coarse` times
-  double step = 1.2;        // ratio afterwards
-  int coarse = 3;           // turns
+  double first_step = 1.6;  // ratio between levels until the staircase has turned `coarse` times
+  double step = 1.2;        // ratio between levels after these turns
+  int coarse = 3;           // number of turns with the ratio `first_step`
 
-  /// Fraction of right answers at the level where it settles.
+  /// Fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
 };
 
@@ -31,7 +31,7 @@ class Staircase {
 
   /// Level of the next trial.
   double level() const { return level_; }
-  /// The answer to the trial at level().
+  /// Takes the answer to the trial at level() and changes the level.
   void answer(bool right) {
     if (right && rule_.kind == StaircaseRule::Kind::kTransformed && ++in_a_row_ < rule_.down) return;
     in_a_row_ = 0;
@@ -42,9 +42,9 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Number of changes between rising and falling levels.
+  /// Number of turns, i.e. changes between rising and falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// The geometric mean of the levels at an even number of turns after the coarse ones; 0 if there are too few.
+  /// Geometric mean of the levels at an even number of turns after the coarse turns; 0 if there are too few turns.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;
@@ -59,7 +59,7 @@ class Staircase {
   StaircaseRule rule_;
   double level_;
   int in_a_row_ = 0;   // right answers since the level last changed
-  int direction_ = 0;  // of the last change: 1 greater, -1 smaller, 0 none yet
+  int direction_ = 0;  // direction of the last change: 1 up, -1 down, 0 no change yet
   std::vector<double> turns_;
 };
 

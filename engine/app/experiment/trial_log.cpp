@@ -18,9 +18,9 @@ namespace typodont {
 
 namespace {
 
-constexpr std::string_view kPlan = "# plan ";  // before the plan as JSON, in the first line
+constexpr std::string_view kPlan = "# plan ";  // prefix of the first line, before the plan as JSON
 
-/// The columns of a question: what the two stimuli were, and by how much they differed.
+/// Names of the columns of a question: the values of the two stimuli, and their difference.
 struct Columns {
   std::string first, second, level;
 };

@@ -1,4 +1,4 @@
-// The log of an experiment's trials: a table that is whole after every trial.
+// The log of an experiment's trials: a table file that is complete after every trial.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +10,16 @@
 namespace typodont {
 
 struct TrialLog {
-  ExperimentPlan plan;  // as far as a fit needs it: question, models, rule
-  std::string scene;    // file, as it was named
+  ExperimentPlan plan;  // the part of the plan that a fit needs: question, models, rule
+  std::string scene;    // name of the scene file as the user wrote it
   std::vector<AnsweredTrial> answered;
 };
 
-/// The whole table. The first lines, which begin with '#', hold the plan.
+/// The complete table. The first lines begin with '#' and contain the plan.
 std::string table_of(const TrialLog& log);
-/// Replaces the file by the table. A killed program leaves the table as it was after the trial before.
+/// Replaces the file by the table. If the program is killed, the file still contains the table of the previous trial.
 void write_trial_log(const std::filesystem::path& file, const TrialLog& log);
-/// Throws Error naming file, line, column.
+/// Reads a log. Throws Error that names file, line and column.
 TrialLog read_trial_log(const std::filesystem::path& file);
 
 }  // namespace typodont

@@ -11,7 +11,8 @@ namespace typodont {
 /// A unique number for each cell of a grid.
 std::uint64_t brick_number(const glm::ivec3& key);
 
-/// Converts positions to metres from the volume's origin; `voxel`: m. nullptr: the brick has no surface any more.
+/// Converts positions to metres from the volume's origin; `voxel`: m. `mesh` is nullptr if the brick no longer has a
+/// surface.
 render::MeshUpdate brick_update(const glm::ivec3& key, const surface::BrickMesh* mesh, double voxel);
 
 }  // namespace typodont

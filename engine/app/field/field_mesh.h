@@ -1,5 +1,5 @@
-// Meshes fields given as functions of W with the tissue's mesher, for bodies that are only drawn (surroundings,
-// insides).
+// Meshes fields that are functions of a position in W, with the tissue's mesher. Used for bodies that are only drawn
+// (surroundings, insides).
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,12 @@
 namespace typodont {
 
 /// Sets each vertex normal to the field's gradient, so that large triangles are shaded like small ones; the mesher
-/// treats a bend between two large triangles as a crease. At a real crease the gradient is no normal of either side, so
-/// the mesher's normal stays. `lo`: m, W, origin of the vertices; `step`: m, half the distance for the gradient.
+/// treats a bend between two large triangles as a crease. At a real crease the gradient is not normal to either side,
+/// so the mesher's normal is kept. `lo`: m, W, origin of the vertices; `step`: m, half the distance for the finite
+/// difference of the gradient.
 template <class Distance>
 void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, double step, Distance&& distance) {
-  constexpr float kSameSide = 0.5f;  // cosine; limit between the same side of a crease and another
+  constexpr float kSameSide = 0.5f;  // cosine; two normals with a smaller cosine belong to different sides of a crease
   for (render::MeshUpdate& brick : bricks) {
     for (render::Vertex& v : brick.vertices) {
       const dvec3 p = lo + dvec3(v.p);
@@ -35,18 +36,18 @@ void shade_by_slope(std::vector<render::MeshUpdate>& bricks, const dvec3& lo, do
   }
 }
 
-/// Meshes the box lo … hi, m, W; vertices are relative to lo. `distance(p)`: m, negative inside; `label(p)`: the tissue
-/// at p, used near the surface. `tolerances`: voxels, one mesh for each.
+/// Meshes the box from lo to hi (m, W); vertices are relative to lo. `distance(p)`: m, negative inside; `label(p)`: the
+/// tissue at p, used near the surface. `tolerances`: voxels, one mesh for each.
 template <std::size_t kMeshes, class Distance, class Label>
 std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3& lo, const dvec3& hi, double voxel,
                                                                      const std::array<float, kMeshes>& tolerances,
                                                                      Distance&& distance, Label&& label) {
-  // These bodies are round. The field is scaled down so that its slope is nowhere 1, because the mesher recognises a
-  // crease by slope 1.
+  // These bodies are round. The mesher recognises a crease by a slope of 1, so the field is scaled down until its slope
+  // is below 1 everywhere.
   constexpr float kFlat = 0.3f, kBand = 4 * kFlat;
   const VoxelFrame frame{lo, voxel};
   const glm::ivec3 bricks(glm::ceil((hi - lo) / (voxel * FieldBrick::kCells)));
-  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below, two above
+  const glm::ivec3 size = bricks * FieldBrick::kCells + 3;  // one extra sample below and two above
   std::vector<float> samples(static_cast<std::size_t>(size.x) * size.y * size.z);
   const auto at = [&](const glm::ivec3& i) {
     return (static_cast<std::size_t>(i.x) * size.y + static_cast<std::size_t>(i.y)) * size.z +
@@ -93,7 +94,7 @@ std::array<std::vector<render::MeshUpdate>, kMeshes> meshes_of_field(const dvec3
   return updates;
 }
 
-/// Makes a single mesh like this.
+/// Makes a single mesh with meshes_of_field().
 template <class Distance, class Label>
 std::vector<render::MeshUpdate> mesh_of_field(const dvec3& lo, const dvec3& hi, double voxel, float tolerance,
                                               Distance&& distance, Label&& label) {

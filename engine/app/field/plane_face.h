@@ -1,5 +1,5 @@
-// Meshes the face in which a plane cuts a solid given as functions of W, coloured by the tissues inside. For the tooth,
-// its neighbours and the gum.
+// Meshes the face at which a plane cuts a solid, coloured by the tissues inside. The solid is given as functions of a
+// position in W. Used for the tooth, its neighbours and the gum.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,16 @@
 
 namespace typodont {
 
-/// The side with normal · p > offset is kept; the face is visible from the other side.
+/// A cutting plane. The side with normal · p > offset is kept; the face is visible from the other side.
 struct CutPlane {
   dvec3 normal;
   double offset;  // m
-  // m, depth of the face inside the kept side, so that clipping keeps it. It must be small: of surfaces perpendicular
-  // to the plane inside a body, a strip of this width is visible in front of the face.
+  // m, depth of the face inside the kept side, so that clipping keeps the face. The depth must be small: where a
+  // surface inside the body is perpendicular to the plane, a strip of this width is visible in front of the face.
   double within = 0.2e-6;
 };
 
-/// The tissue with the largest fraction, except air and `except`. Air if there is none.
+/// The tissue with the largest fraction, except air and `except`. Air if there is no such tissue.
 inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, std::size_t except = 0) {
   std::size_t best = 0;
   for (std::size_t t = 1; t < fractions.size(); ++t)
@@ -30,12 +30,13 @@ inline std::size_t commonest(const std::array<double, kTissueCount>& fractions, 
   return best;
 }
 
-/// Covers the box lo … hi, m, W, in cells of `step`; vertices are relative to `origin`. `distance(p)`: m, negative
-/// inside; `fractions(p)`: fraction of each tissue around p, used inside and near the outline.
+/// Meshes the face within the box from lo to hi (m, W), in cells of `step`; vertices are relative to `origin`.
+/// `distance(p)`: m, negative inside; `fractions(p)`: fraction of each tissue around p, used inside the face and near
+/// its outline.
 template <class Distance, class Shares>
 std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& box_lo, const dvec3& box_hi, double step,
                                            const dvec3& origin, Distance&& distance, Shares&& fractions) {
-  constexpr int kTile = 48;  // cells per side of a piece of the face; suits index size and culling
+  constexpr int kTile = 48;  // cells per side of a piece of the face; small enough for the index type and for culling
   const dvec3 n = glm::normalize(plane.normal);
   const dvec3 u = glm::normalize(std::abs(n.z) < 0.9 ? glm::cross(dvec3(0, 0, 1), n) : glm::cross(dvec3(0, 1, 0), n));
   const dvec3 v = glm::cross(n, u);  // u × v = n
@@ -75,8 +76,8 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             return grid[static_cast<std::size_t>(i + a) * (ny + 1) + static_cast<std::size_t>(j + b)];
           };
           const std::array<const Sample*, 4> corners{&at(0, 0), &at(1, 0), &at(1, 1), &at(0, 1)};
-          // The part of the cell inside the tissue: its inner corners and the crossings of the outline with its edges,
-          // in order.
+          // The part of the cell inside the tissue is a polygon: the cell's inner corners, and the points where the
+          // outline crosses its edges, in order.
           std::array<Sample, 8> part;
           std::size_t count = 0;
           std::array<double, kTissueCount> sum{};
@@ -104,7 +105,7 @@ std::vector<render::MeshUpdate> plane_face(const CutPlane& plane, const dvec3& b
             vertex.second = static_cast<float>(a + b > 0 ? b / (a + b) : 0);
             update.vertices.push_back(vertex);
           }
-          // The face is seen against the normal, so the winding is reversed.
+          // The viewer looks along the normal, so the winding is reversed.
           for (std::uint32_t k = 1; k + 1 < count; ++k)
             update.indices.insert(update.indices.end(), {base, base + k + 1, base + k});
         }

@@ -40,7 +40,7 @@ Tissue ToothField::tissue(const dvec3& p_W) const {
 }
 
 Tissue ToothField::tissue_at_surface(const dvec3& p_W) const {
-  constexpr double kStep = 0.1e-3;  // m
+  constexpr double kStep = 0.1e-3;  // m, depth below the surface, and step of the gradient
   dvec3 p = p_W;
   for (int round = 0; round < 4; ++round) {
     const double away = distance(p) + kStep;

@@ -1,4 +1,4 @@
-// A whole volume as plain arrays that can be sampled anywhere. For pictures; built at set-up or when a view is
+// A whole volume as plain arrays that can be sampled at any point. Used for pictures; built at set-up or when a view is
 // requested.
 #pragma once
 
@@ -12,15 +12,15 @@ namespace typodont {
 
 class ToothField {
  public:
-  /// `reach`: m beyond the band up to which outside distances are also available (accurate to a few percent).
+  /// `reach`: m, distance beyond the band up to which outside distances are also available (accurate to a few percent).
   explicit ToothField(const haptics::TissueVolume& volume, double reach = 0);
 
-  /// m, W: bounds of the surface with the band around it.
+  /// m, W: bounds of the surface, including the band around it.
   const dvec3& low() const { return low_; }
   const dvec3& high() const { return high_; }
   double voxel() const { return frame_.voxel; }
 
-  /// m, negative inside. Linear between samples; band + reach if no surface is near.
+  /// m, negative inside. Linear interpolation between samples; band + reach if no surface is near.
   double distance(const dvec3& p_W) const;
   Tissue tissue(const dvec3& p_W) const;
   /// Tissue slightly below the surface point nearest to p.

@@ -32,12 +32,13 @@ using calibration::DelayResult;
 using calibration::Stream;
 using namespace std::chrono_literals;
 
-/// Records one source on its own thread with arrival times. The constructor opens it; recording starts with begin().
+/// Records one source with arrival times on a thread of its own. The constructor opens the source; recording starts
+/// with begin().
 class Recording {
  public:
   virtual ~Recording() { stop(); }
-  /// Takes the first sample, which starts the clock of a hand that has its own. Called for all recordings before any
-  /// begins, so that start-up time does not count as delay.
+  /// Reads the first sample, which starts the clock of a hand that has its own clock. Called for all recordings before
+  /// the first begin(), so that start-up time does not count as delay.
   virtual void wake() {}
   virtual void begin() = 0;
   bool ended() const { return ended_; }
@@ -63,7 +64,7 @@ class Recording {
     const double seconds = to_seconds(t - zero());
     if (stream_.t.empty() || seconds > stream_.t.back()) stream_.t.push_back(seconds), stream_.p.push_back(p);
   }
-  /// Common time zero of all recordings of a run.
+  /// Common zero of time for all recordings of a run.
   static Nanos zero() {
     static const Nanos began = now();
     return began;

@@ -1,5 +1,5 @@
-// Records one motion live with two sources: the bench's hand, and another sensor that follows it. Both are stamped with
-// this computer's clock at the arrival of each sample, as in a session.
+// Records one motion live from two sources: the bench's hand, and another sensor that follows it. Each sample gets the
+// time of its arrival on this computer's clock, as in a session.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct DelayCaptureOptions {
   std::string hand;  // A: the address of a hand
   std::string with;  // B: another hand's address, or opentrack:[ADDRESS:]PORT
   std::string pedal = "none";
-  double seconds = 30;  // s, longest duration; ends earlier once the delay is known to 0.1 ms
+  double seconds = 30;  // s, longest duration; the capture ends earlier if the delay is known to 0.1 ms
 };
 
 struct DelayCapture {

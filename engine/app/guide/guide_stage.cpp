@@ -35,14 +35,14 @@ using namespace std::chrono_literals;
 
 namespace {
 
-/// Reads a hand on its own thread, without force, until a touch is taken from it.
+/// Reads a hand on a thread of its own, without force, until a touch is taken from it.
 class GuideHand {
  public:
   struct Press {
     StillTouch::Verdict verdict = StillTouch::Verdict::kNone;
     dvec3 p_H{0};
-    std::optional<ArmReading> reading;  // only if the hand reports joint angles
-    double moved = 0;                   // m
+    std::optional<ArmReading> reading;  // joint angles; empty if the hand does not report them
+    double moved = 0;                   // m, displacement of the tip during the press
   };
 
   explicit GuideHand(const GuideOptions& options) : still_(options.still), wait_for_prompt_(options.fast) {
@@ -65,9 +65,9 @@ class GuideHand {
 
   const haptics::DeviceInfo& info() const { return device_->info(); }
   bool ended() const { return ended_.load(std::memory_order_acquire); }
-  /// Acts as a press of the pedal.
+  /// Simulates a press of the pedal.
   void press() { asked_ = true; }
-  /// From now on the next press counts; presses during the processing of the last one are ignored.
+  /// Enables the next press. Presses during the processing of the previous one are ignored.
   void ready() {
     asked_ = false;
     state_.store(State::kReady, std::memory_order_release);
@@ -83,7 +83,7 @@ class GuideHand {
   enum class State { kBusy, kReady, kPressed };
 
   void follow() noexcept {
-    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trigger the safety layer
+    if (device_->info().force_limit > 0) enter_realtime({});  // late writes would trigger the device's safety layer
     haptics::HandSample sample;
     while (!stop_ && device_->read(sample)) {
       device_->write(dvec3(0), dvec3(0));
@@ -100,10 +100,10 @@ class GuideHand {
     ended_.store(true, std::memory_order_release);
   }
 
-  StillTouch still_;  // hand thread
+  StillTouch still_;  // detector of touches; used only by the hand's thread
   bool wait_for_prompt_;
   std::unique_ptr<haptics::HapticDevice> device_;
-  Press press_;  // the thread that holds the present state owns this
+  Press press_;  // owned by the thread that the present state names
   std::atomic<State> state_{State::kBusy};
   std::atomic<bool> asked_{false}, stop_{false}, ended_{false};
   std::thread thread_;
@@ -130,7 +130,7 @@ class GuideVoice {
     advance();
   }
   void advance() { output_->advance(now() - began_); }
-  /// Returns after the last cue.
+  /// Returns after the last cue has been played.
   void finish() {
     if (file_) output_->advance(std::max(heard_at_, now() - began_));
     const Nanos end = std::min(heard_at_ + from_seconds(0.1), now() - began_ + from_seconds(1));
@@ -160,14 +160,14 @@ class GuideVoice {
   bool file_;
   std::array<std::vector<float>, 5> sounds_;
   Ring<Cue> cues_{64};
-  const std::vector<float>* playing_ = nullptr;  // audio thread
+  const std::vector<float>* playing_ = nullptr;  // the cue that is playing; used only by the audio thread
   std::size_t at_ = 0;
   Nanos began_ = 0, heard_at_ = 0;
   // declared last, because it must stop before the data that it plays is destroyed
   std::unique_ptr<audio::AudioOutput> output_;
 };
 
-/// Drawing parameters of the prompts, from the rig.
+/// Parameters for drawing the prompts, from the rig.
 struct Look {
   display::Layout layout = display::Layout::kMono;
   bool mirrored = false, upside_down = false;
@@ -182,14 +182,14 @@ Look look_of(const GuidedCapture& guide, const std::filesystem::path& file) {
     look.layout = rig.screen.layout;
     const glm::dmat2 upright = display::upright(rig);
     if (in_mirror && upright[0].x != 0) look.mirrored = upright[0].x < 0, look.upside_down = upright[1].y < 0;
-  } catch (const Error& e) {  // before the screen step there may be no screen in the rig
+  } catch (const Error& e) {  // the rig may have no screen before the screen step
     log::info("prompts are drawn plainly: {}", e.what());
   }
   return look;
 }
 
 #ifdef TYPODONT_WINDOW
-/// The panel itself, with a separate picture for each eye, in the rig's layout.
+/// The window on the panel, in the rig's layout, with a separate picture for each eye.
 class GuideScreen {
  public:
   GuideScreen(const Look& look, int monitor) : look_(look), device_(make_device()) {
@@ -214,7 +214,7 @@ class GuideScreen {
     changed_ = true;
     draw();
   }
-  /// Reads keys and the close button, and redraws what the desktop has lost.
+  /// Reads keys and the close button, and redraws the window if the desktop has lost its content.
   display::UserInput poll() {
     display::UserInput input = output_->poll();
     if (changed_ || output_->needs_frame()) draw();
@@ -231,7 +231,7 @@ class GuideScreen {
 
   void draw() {
     const auto target = output_->acquire();
-    if (!target) return;  // minimised or temporarily lost: try later
+    if (!target) return;  // minimised or temporarily lost: retry later
     ring_.wait_idle(device_);
     const bool resized = target->size != size_;
     if (resized || changed_) make_pictures(target->size);
@@ -255,7 +255,7 @@ class GuideScreen {
     output_->present();
   }
 
-  /// Draws both eyes' pictures of the prompt in the size that the compositor copies without scaling.
+  /// Draws the prompt for both eyes at the size that the compositor copies without scaling.
   void make_pictures(const glm::ivec2& size) {
     const glm::ivec2 eye = display::eye_pixels_in(look_.layout, size);
     const std::size_t pixels = static_cast<std::size_t>(eye.x) * static_cast<std::size_t>(eye.y);
@@ -284,7 +284,7 @@ class GuideScreen {
   }
 
   void destroy() {
-    vkDeviceWaitIdle(device_.device);  // not the frame ring's wait, which throws for a lost device
+    vkDeviceWaitIdle(device_.device);  // the frame ring's wait would throw for a lost device
     output_.reset();
     compositor_.reset();
     pictures_.destroy(device_);
@@ -307,7 +307,7 @@ class GuideScreen {
 };
 #endif
 
-/// Reads lines from standard input with a limited waiting time.
+/// Reads lines from standard input, with a time limit.
 class Keyboard {
  public:
   std::optional<std::string> line(int wait_ms) {
@@ -335,7 +335,7 @@ class Keyboard {
     }
   }
   bool ended() const { return ended_ && text_.empty(); }
-  /// Inserts lines typed elsewhere; they are read next.
+  /// Inserts lines that were typed elsewhere, to be read next.
   void put(const std::string& lines) { text_.insert(0, lines); }
 
  private:
@@ -367,7 +367,7 @@ std::optional<Touch> parse_touch(const std::string& line, const ArmGeometry& arm
   return touch;
 }
 
-/// Guides one step, from its first prompt to its end.
+/// Guides the user through one step, from its first prompt to its end.
 class Guide {
  public:
   Guide(GuidedCapture& capture, const GuideOptions& options) : capture_(capture), options_(options) {
@@ -393,12 +393,12 @@ class Guide {
     cue(Cue::kReady);
     ask("");
     while (!end_) {
-      const bool hand_ended = hand_ && hand_->ended();  // read before its last press is processed
+      const bool hand_ended = hand_ && hand_->ended();  // read this before the hand's last press is processed
       if (hand_) {
         if (const auto press = hand_->take()) answer(*press);
       }
       if (end_) break;
-      // A key that requests a touch is answered before the next key counts.
+      // Process a touch that was requested by a key before the next key is read.
       if (waiting_ && !hand_ended)
         std::this_thread::sleep_for(1ms);
       else if (const auto line = keys_.line(hand_ ? 4 : 1000))
@@ -452,7 +452,7 @@ class Guide {
     if (voice_) voice_->play(what);
   }
 
-  /// Reports what happened, prompts for the next touch, and enables it.
+  /// Reports the last event, prompts for the next touch, and enables that touch.
   void ask(const std::string& happened) {
     Prompt prompt = capture_.prompt();
     if (!happened.empty()) fmt::print("{}\n", happened);
@@ -487,7 +487,7 @@ class Guide {
         throw Error("--hand", "", options_.hand + ", which does not tell six joint angles, for the step arm",
                     "an arm that does; or six angles in rad a line on standard input, without --hand");
       }
-      // Only the open arm designs have a kinematic model, so only their joint angles give the tip's position.
+      // Only the open arm designs have a kinematic model, so only for them the joint angles give the tip's position.
       const bool modelled = capture_.step() == Step::kArm || options_.hand.starts_with("woodenhaptics:");
       return add({press.p_H, modelled ? press.reading : std::nullopt});
     }
@@ -538,7 +538,7 @@ class Guide {
 #endif
   std::optional<GuideHand> hand_;
   std::optional<GuideEnd> end_;
-  bool waiting_ = false;  // waiting for the hand's answer to a key
+  bool waiting_ = false;  // a key has requested a touch, and the hand has not answered yet
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Guided capture on a real bench: input from a hand's touches and the keyboard, prompts on the bench's screen, as sound
-// and as text. Connects calibration/, which knows no devices, with the hands, the screen and the sound.
+// Guided capture on a real bench: input from a hand's touches and the keyboard; prompts on the bench's screen, as sound
+// and as text. Connects calibration/, which does not use devices, with the hands, the screen and the sound.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 namespace typodont {
 
 struct GuideOptions {
-  std::filesystem::path rig;   // rig file; its screen and mirror determine how prompts are drawn
+  std::filesystem::path rig;   // rig file; its screen and mirror determine how the prompts are drawn
   std::string hand;            // address; empty: touches come only from standard input
   std::string pedal = "auto";  // "none", or a value as in haptics::HandOptions
   bool fast = false;           // scripted hands run as fast as possible, and wait for each prompt
@@ -24,12 +24,12 @@ struct GuideOptions {
 
 enum class GuideEnd { kSolve, kSkip, kStop };
 
-/// Runs the step of `guide` until it has its touches or the user ends it. Every touch is on disk before it is answered.
-/// `device`, if given, receives the hand's model and serial number, or stays empty without a hand. Throws Error at
-/// set-up, and RunFailure if the hand disappears before the step is done.
+/// Runs the step of `guide` until it has its touches or the user ends it. Every touch is written to disk before the
+/// next prompt. If `device` is not null, it receives the hand's model and serial number, or an empty text without a
+/// hand. Throws Error at set-up, and RunFailure if the hand disappears before the step is done.
 GuideEnd run_guide(calibration::GuidedCapture& guide, const GuideOptions& options, std::string* device = nullptr);
 
-/// Writes PGM, or PNG if the file name ends so.
+/// Writes a PGM file, or a PNG file if the file's extension is .png.
 void write_picture(const std::filesystem::path& file, const calibration::Picture& picture);
 
 }  // namespace typodont

@@ -18,51 +18,52 @@ namespace typodont {
 
 namespace {
 
-/// Motion of the hand along a leg. Tolerances, leads and forces are those of work on a tooth (ExpertGrip).
+/// Motion of the hand along a leg. Tolerances, leads and forces apply to work on a tooth; ExpertGrip scales them.
 struct Lead {
-  static constexpr double travel_pace = 60e-3;  // m/s through the air
-  static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
+  static constexpr double travel_pace = 60e-3;  // m/s, pace through the air
+  static constexpr double cut_pace = 30e-3;     // m/s, pace along a stroke without resistance
+  static constexpr double scrape_pace = 27e-3;  // m/s, pace of an edge
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
-  static constexpr double slowing_time = 0.04;  // s before the end of a cut
-  static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
-  // Tolerances between the tool and the wanted place.
-  static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted place of a cut moves on
-  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which it moves on
-  static constexpr double there = 0.01e-3;    // m from the stroke's end at which a cut is finished
+  static constexpr double slowing_time = 0.04;  // s, duration of the slowdown
+  static constexpr double end_pace = 0.4e-3;    // m/s, pace at the end of a cut
+  // Tolerances between the tool and the wanted position.
+  static constexpr double ahead = 0.06e-3;    // m, largest distance at which the wanted position of a cut advances
+  static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which the wanted position advances
+  static constexpr double there = 0.01e-3;    // m, distance to the stroke's end at which a cut is finished
   static constexpr double near_line =
       0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
-  static constexpr int most_times = 3;   // passes back along a run of an edge
+  static constexpr int most_times = 3;   // limit of the passes back along a run of an edge
   static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
-  // The hand leads the wanted place by a gain times the tool's error; the coupling turns the lead into a force.
+  // The hand leads the wanted position by a gain times the tool's error; the coupling turns the lead into a force.
   static constexpr double reaction_time = 0.05;  // s, lag of the hand
-  static constexpr double gain = 50;             // of a cut
+  static constexpr double gain = 50;             // gain of a cut
   static constexpr double steady_gain = 1.5;  // limit of the gain, in reaction times per tick: a higher one oscillates
-  static constexpr double scrape_gain = 30;   // of an edge in soft filling
-  static constexpr double most_scrape_lead = 1.2e-3;  // m
-  // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
-  // Forces are fractions of the task's mean force, lengths are fractions of the lead for that force.
+  static constexpr double scrape_gain = 30;   // gain of an edge in soft filling
+  static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
+  // The lead of a cut is limited. The limit is adjusted until the push equals the wanted force, because the lead for a
+  // force depends on the tissue. Forces are fractions of the task's mean force, lengths are fractions of the lead for
+  // that force.
   static constexpr double bulk_force = 1.7, finishing_force = 1.5;
-  static constexpr double lead_per_force = 15;                   // 1/s, change of the limit for the force's error
+  static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
 
-/// Joins strokes to legs.
+/// Parameters for joining strokes to legs.
 struct Joining {
   static constexpr double straight_on = 0.9,
-                          turn = 0.3;  // cosines between two strokes: above the first, full pace
-  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;  // m/s between the cosines; below both
-  static constexpr double no_gap = 1e-6;                        // m; strokes with a smaller gap meet
+                          turn = 0.3;  // cosines between two strokes; above straight_on: full pace
+  static constexpr double aside_pace = 8e-3, turn_pace = 3e-3;  // m/s, pace between the cosines, and below both
+  static constexpr double no_gap = 1e-6;                        // m; strokes with a smaller gap are continuous
   static constexpr double longest_run = 3e-3;                   // m, longest run of an edge
   static constexpr double joined = 0.6e-3;        // m; strokes with a smaller gap are joined without lifting
-  static constexpr double hop = 0.5e-3;           // m above the highest obstacle between two strokes
-  static constexpr double shank_radius = 0.8e-3;  // m, of a bur's shank, which must clear obstacles too
+  static constexpr double hop = 0.5e-3;           // m, clearance above the highest obstacle between two strokes
+  static constexpr double shank_radius = 0.8e-3;  // m, radius of a bur's shank, which must clear obstacles too
   static constexpr double beside = 0.3e-3;        // m, lateral clearance to obstacles
-  static constexpr double above = 1.0e-3;         // m above all tissue, for travel
-  static constexpr double run_up = 0.6;           // s until the drill has its speed
+  static constexpr double above = 1.0e-3;         // m, height above all tissue for travel
+  static constexpr double run_up = 0.6;           // s, time in which the drill reaches its speed
 };
 
-/// m, about that of the CT of a tooth: a task with larger voxels is larger than work on a tooth.
+/// m, voxel size of a typical CT of a tooth. A task with larger voxels is assumed to be larger in the same ratio.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
 ExpertGrip grip_of(const Scene& scene, double voxel) {
@@ -78,16 +79,18 @@ ExpertGrip grip_of(const Scene& scene, double voxel) {
 /// Choice and order of the cutting tools.
 struct ToolChoice {
   static constexpr double pass = 0.22, least_pass = 0.12e-3,
-                          most_pass = 0.3e-3;  // distance of passes: diameters, bounds in m
-  // m that an edge reaches into tissue that should stay. Negative: enamel that the edge touches would carry its push,
-  // and the filling beside the enamel would hardly be cut.
+                          most_pass = 0.3e-3;  // distance of passes: in diameters, and its bounds in m
+  // m, depth to which an edge may reach into tissue that must stay. It is negative, because enamel would carry the push
+  // of an edge that touches it, and the filling beside the enamel would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
-  static constexpr double allowance = 0.005e-3;  // m that a bur reaches into tissue that should stay, about its lag
-  // Of the tools that remove at least 1 - hardly_more of what the best one removes, the widest is taken: it is fastest.
+  static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may reach into tissue that must stay
+  // The widest tool is taken, because it is the fastest, among those that remove at least the fraction 1 - hardly_more
+  // of the volume that the best tool removes.
   static constexpr double hardly_more = 0.12;
-  static constexpr double same_width = 0.01e-3;  // m
-  static constexpr double hardly_less = 0.7;     // another tool that leaves less than this fraction makes the finish
-  // The next tool must leave less than the fraction worth_it of the present error, and gain least_gain of the task.
+  static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
+  static constexpr double hardly_less = 0.7;     // a tool that leaves less than this fraction makes the finish instead
+  // The next tool must leave less than the fraction worth_it of the present error, and must reduce it by at least the
+  // fraction least_gain of the error at the task's start.
   static constexpr double worth_it = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
@@ -99,34 +102,34 @@ struct Filling {
   static constexpr double grid = 0.15e-3;     // m between the places that are evaluated
   static constexpr int head_points = 120;
   static constexpr double down = 0.04e-3;  // m, step by which an instrument is lowered onto the tissue
-  static constexpr double trusted = 0.7;   // fraction of a distance by which an instrument is lowered at once
-  static constexpr double free = 0.1;      // voxels between the instrument and the tissue
+  static constexpr double trusted = 0.7;  // fraction of the free distance by which an instrument is lowered in one step
+  static constexpr double free = 0.1;     // voxels, clearance between the instrument and the tissue
   static constexpr double portion_height = 0.6, portion_radius = 0.98;  // fractions of the fill's reach
   static constexpr double below_wall =
-      0.8;  // instrument radii, largest height above the floor: above, the wall is nearer
+      0.8;  // instrument radii, largest height above the floor; at larger heights the wall is nearer
   static constexpr double near_wall = 0.2e-3,
-                          nudge = 0.02e-3;    // m: an instrument nearer to a wall moves up to it, in steps
-  static constexpr double rise = 0.3e-3;      // m, step of an instrument that fills its own hole
-  static constexpr double head_free = 0.5;    // voxels between the dome and the instrument
-  static constexpr double one_surface = 0.5;  // a point with a lower slope of the field lies midway between surfaces
+                          nudge = 0.02e-3;  // m: an instrument within near_wall of a wall moves to it in steps of nudge
+  static constexpr double rise = 0.3e-3;    // m, step of an instrument that fills its own hole
+  static constexpr double head_free = 0.5;  // voxels, clearance between the dome and the instrument
+  static constexpr double one_surface = 0.5;  // a point with a smaller slope of the field lies midway between surfaces
   static constexpr double proud = 0.12e-3,
-                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour
-  // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity it is low, since it is
-  // carved away again: `carved_again`, and `overfilled` in the last layers. On the enamel beside the cavity, where an
-  // edge hardly removes it, it is high: `flash`.
+                          overfill = 0.4e-3;  // m, largest height of the instrument's end above the contour, by pass
+  // Cost of unwanted filling, as a fraction of the gain of wanted filling. Over the cavity the cost is low, because the
+  // excess is carved away later: `carved_again`, and `overfilled` in the second pass. On the enamel beside the cavity
+  // an edge hardly removes the excess, so the cost is high: `flash`.
   static constexpr double carved_again = 0.1, overfilled = 0.03, flash = 3;
-  static constexpr double rim = 1;            // voxels below the contour, where cavity and enamel are distinguished
-  static constexpr double layer = 0.4e-3;     // m above the lowest missing voxel: filling higher than that is no gain
-  static constexpr double whole_voxel = 0.9;  // voxels by which a dome must pass a voxel's centre to fill it
-  static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: what one tick puts down
+  static constexpr double rim = 1;         // voxels below the contour, where cavity and enamel are distinguished
+  static constexpr double layer = 0.4e-3;  // m above the lowest missing voxel; filling above that height gains nothing
+  static constexpr double whole_voxel = 0.9;        // voxels by which a dome must pass a voxel's centre to fill it
+  static constexpr double least_volume = 0.004e-9;  // m³, smallest portion: the volume filled in one tick
   static constexpr int at_once = 1;                 // portions per plan
-  // A portion is given up after `longer` times its nominal time, plus `least_time` (s).
+  // A portion is abandoned after `longer` times its nominal time, plus `least_time` (s).
   static constexpr double longer = 1.2, least_time = 0.1;
 };
 
-/// Termination.
+/// Conditions for the end of the work.
 struct Rounds {
-  // Another round of cutting is planned only while the last one at least halved the error.
+  // Another round of cutting is planned only if the last one at least halved the error.
   static constexpr double still_left = 0.5;
   static constexpr int most_cuts = 4;             // rounds of cutting
   static constexpr double least_layer = 0.01e-9;  // m³, smallest useful layer of filling
@@ -143,7 +146,7 @@ double left_to_do(const session::Preparation& in) {
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
 
-/// Missing volume, m³.
+/// Missing volume of filling, m³.
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
@@ -218,7 +221,7 @@ class Terrain {
   }
 
  private:
-  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m
+  static constexpr double kCell = 0.2e-3, kRim = 2e-3;  // m, cell size and margin of the grid
   std::size_t cell(const glm::ivec2& at) const {
     return static_cast<std::size_t>(at.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(at.y);
   }
@@ -228,14 +231,14 @@ class Terrain {
   }
 
   dvec3 u_, v_, w_;
-  glm::dvec2 lo_{0};  // m along u and v
+  glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 size_{0};
   std::vector<double> height_;  // m along w
 };
 
 class Plan {
  public:
-  /// `filled`: places of all portions so far; the plan adds its own.
+  /// `filled`: positions of all portions so far; the plan adds its own.
   Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskJudge& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
@@ -302,8 +305,8 @@ class Plan {
     return static_cast<std::size_t>(
         std::count_if(tools_.begin(), tools_.end(), [](const haptics::Tool& t) { return t.fill != Tissue::kAir; }));
   }
-  /// Plans portions of filling with instrument number `coarser`, counted from the finest; none where they gain nothing.
-  /// `over`: overfills, the instrument may stand higher above the contour and excess costs less.
+  /// Plans portions of filling with instrument number `coarser`, counted from the finest; plans nothing if no portion
+  /// gains. `over`: overfills: the instrument may be higher above the contour, and excess costs less.
   void fill(std::size_t coarser, bool over) {
     over_ = over;
     std::vector<std::uint32_t> by_reach;
@@ -317,7 +320,7 @@ class Plan {
 
   struct Candidate {
     std::size_t tool = 0;
-    double left = 0;  // m³
+    double left = 0;  // m³, remaining difference from the ideal
     std::vector<Stroke> strokes;
   };
   std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand,
@@ -345,7 +348,7 @@ class Plan {
     }
     lift();
   }
-  /// Pace from one stroke into the next, m/s.
+  /// Pace at the transition from one stroke to the next, m/s.
   static double pace_over(const Stroke& s, const Stroke& next) {
     const dvec3 a = s.to.p - s.from.p, b = next.to.p - next.from.p;
     const double length = glm::length(a) * glm::length(b), cosine = length > 0 ? glm::dot(a, b) / length : 1;
@@ -368,7 +371,8 @@ class Plan {
   void lift() {
     if (!legs_.empty()) add(ExpertLeg::Kind::kMove, over(legs_.back().to));
   }
-  /// Moves to the place above `to`, over all obstacles between; `lifts`: first straight up from the last place.
+  /// Moves to the position above `to`, over all obstacles on the way. `lifts`: first moves straight up from the last
+  /// position.
   void go_over(const Pose& to, const Terrain& terrain, bool lifts) {
     const haptics::Tool& tool = tools_[tool_];
     const dvec3 from = legs_.back().to.p;
@@ -382,7 +386,7 @@ class Plan {
     if (lifts) add(ExpertLeg::Kind::kMove, raised(legs_.back().to));
     add(ExpertLeg::Kind::kMove, raised(to));
   }
-  /// Moves up to `height`, across, and down to `to`, over the filling that was just put down.
+  /// Moves up to `height`, across, and down to `to`, over the portion that was just filled.
   void hop(const Pose& to, double height) {
     Pose up = legs_.back().to, across = to;
     up.p += (height - glm::dot(up.p, axis_)) * axis_;
@@ -405,10 +409,10 @@ class Plan {
   struct Instrument {
     const haptics::Tool& tool;
     dquat R_WT;
-    dvec3 u, v, w;             // its axes in W
+    dvec3 u, v, w;             // the instrument's axes in W
     double half;               // m from the head's centre to its free end
-    std::vector<dvec3> head;   // m, points on its surface in W, relative to its centre
-    haptics::HeadField field;  // m
+    std::vector<dvec3> head;   // m, points on the head's surface in W, relative to its centre
+    haptics::HeadField field;  // m, distance field of the head
     Instrument(const haptics::Tool& t, const dvec3& axis)
         : tool(t),
           R_WT(toward(axis)),
@@ -420,27 +424,28 @@ class Plan {
       for (const haptics::HeadSample& sample : haptics::sample_head(t, Filling::head_points))
         head.push_back(R_WT * sample.p_TQ);
     }
-    dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, its free end
+    dvec3 end(const Pose& X_WT) const { return X_WT.p - half * w; }  // m, position of the free end
   };
   /// A candidate portion: the instrument's pose and the dome that it puts down.
   struct Portion {
     Pose X_WT;
-    dvec3 center;  // m, of the dome
-    // Of a dome of radius k + 1 voxels: the cost of its excess, and the wanted voxels that it fills up to level j.
+    dvec3 center;  // m, centre of the dome
+    // excess[k]: cost of the unwanted filling of a dome with a radius of k + 1 voxels. wanted: for each k, the number
+    // of wanted voxels that this dome fills up to each level.
     std::vector<double> excess, wanted;
-    double lowest = 0, step = 0;  // m along the axis, of the lowest level and between levels
+    double lowest = 0, step = 0;  // m along the axis: height of the lowest level, distance of levels
     std::size_t level(double height) const {
       return static_cast<std::size_t>(
           std::clamp((height - lowest) / step, 0.0, 2.0 * static_cast<double>(excess.size()) - 1));
     }
   };
-  /// A place of the instrument's axis, m along u and v, and the portion that can be put down there.
+  /// A position of the instrument's axis (m along u and v), and the portion that can be filled there.
   struct Spot {
     double a = 0, b = 0;
     std::optional<Portion> portion;
   };
 
-  /// Plans portions for the lowest missing voxels. Deep voxels come first: later no instrument reaches them.
+  /// Plans portions for the lowest missing voxels. Deep voxels come first, because later no instrument reaches them.
   void fill_with(std::uint32_t which) {
     const haptics::Tool& tool = tools_[which];
     session::Preparation layer = judge_.preparation(state_);
@@ -455,7 +460,7 @@ class Plan {
     for (const dvec3& q : lowest_first(layer)) {
       if (portions == Filling::at_once) break;
       const glm::ivec3 v(q);
-      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // filled by a portion of this plan
+      if (!to_fill(layer, layer.after.at(v.x, v.y, v.z))) continue;  // already filled by a portion of this plan
       double radius = 0;                                             // voxels
       const Portion* const best = best_for(q, layer, instrument, spots, radius);
       if (!best) continue;
@@ -479,7 +484,7 @@ class Plan {
     if (portions > 0) lift();
   }
 
-  /// Holds the pedal until `volume` (m³) is put down.
+  /// Holds the pedal until `volume` (m³) has been filled.
   void press(const Instrument& instrument, const Pose& X_WT, double volume) {
     pedal_ = 1;
     add(ExpertLeg::Kind::kWait, X_WT, Filling::longer * volume / instrument.tool.fill_rate + Filling::least_time,
@@ -487,8 +492,8 @@ class Plan {
     pedal_ = 0;
   }
 
-  /// Fills the hole that the instrument leaves in a dome of `radius` (m): it rises in steps and puts down a small dome
-  /// under its free end at each step. Left open, later domes would close the hole and make it a void.
+  /// Fills the hole that the instrument leaves in a dome of `radius` (m): the instrument rises in steps and fills a
+  /// small dome under its free end at each step. Otherwise later domes would close the hole and leave a void.
   void withdraw(const Instrument& instrument, const Portion& from, double radius, session::Preparation& layer) {
     const haptics::Tool& tool = instrument.tool;
     const double voxel = layer.frame.voxel, hole = tool.radius() + haptics::Fill::kClear * voxel;
@@ -527,9 +532,9 @@ class Plan {
     return voxels;
   }
 
-  /// The portion that fills q (voxels) with the greatest gain, and its radius (voxels); null where no portion gains.
-  /// The gain is the wanted volume in the layer above q less the cost of excess. Higher filling is no gain, since it
-  /// would block the instrument.
+  /// The portion that fills q (voxels) with the greatest gain, and its radius (voxels); null if no portion gains. The
+  /// gain is the wanted volume up to the layer above q, minus the cost of excess. Higher filling gains nothing, because
+  /// it would block the instrument.
   const Portion* best_for(const dvec3& q, const session::Preparation& in, const Instrument& instrument,
                           const std::vector<Spot>& spots, double& radius) const {
     const Portion* best = nullptr;
@@ -590,13 +595,13 @@ class Plan {
     return spots;
   }
 
-  /// Lowers the instrument at (a, b) until it stands on tissue, then lifts it by the height of a portion.
+  /// Lowers the instrument at (a, b) until it touches tissue, then lifts it by the height of a portion.
   std::optional<Portion> portion_at(const Instrument& instrument, const session::Preparation& layer, double a,
                                     double b) const {
     const double half = instrument.half, reach = instrument.tool.fill_reach, h = layer.frame.voxel;
     const auto at = [&](double c) { return a * instrument.u + b * instrument.v + c * instrument.w; };
     const auto end = [&](double c) { return layer.frame.to_voxels(at(c - half)); };
-    const auto room = [&](double c) {  // voxels between instrument and tissue beyond those that stay free; 0: too close
+    const auto room = [&](double c) {  // voxels between instrument and tissue, minus the clearance; 0: too close
       double least = 1e9;
       for (const dvec3& p : instrument.head) {
         least = std::min(least, layer.after.sample(layer.frame.to_voxels(at(c) + p)) - Filling::free);
@@ -612,10 +617,10 @@ class Plan {
     while (c > middle - span) {
       const double below = room(c - Filling::down);
       if (below <= 0) break;
-      // The distance says how many more steps are clear.
+      // The distance gives the number of further steps without contact.
       c -= Filling::down * (1 + std::floor(Filling::trusted * below * h / Filling::down));
     }
-    // Move up to a near wall: a slit between instrument and wall would stay open.
+    // Move the instrument to a near wall: a slit between instrument and wall would stay open.
     dvec3 aside = layer.after.gradient(end(c + reach));
     aside -= glm::dot(aside, instrument.w) * instrument.w;
     if (layer.after.sample(end(c + reach)) * h < instrument.tool.radius() + Filling::near_wall &&
@@ -637,8 +642,8 @@ class Plan {
   }
 
   /// The portion of an instrument whose centre is at (a, b, c) along its axes. The dome's centre is where the servo
-  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end. None
-  /// where the end is out of reach of any surface.
+  /// puts it: at the surface point nearest to the free end or, midway between walls, at the point below the end. Empty
+  /// if no surface is within reach of the end.
   std::optional<Portion> portion_standing(const Instrument& instrument, const session::Preparation& layer, double a,
                                           double b, double c) const {
     const double reach = instrument.tool.fill_reach;
@@ -659,7 +664,7 @@ class Plan {
     return portion;
   }
 
-  /// Distance from p (voxels) down to tissue, m; at most the reach.
+  /// Distance in m from p (voxels) down to the tissue, at most the instrument's reach.
   static double way_down(const Instrument& instrument, const session::Preparation& layer, const dvec3& p) {
     const double reach = instrument.tool.fill_reach;
     double way = 0;
@@ -705,7 +710,7 @@ class Plan {
     }
   }
 
-  /// Cost of filling at p (voxels), where none is wanted.
+  /// Cost of unwanted filling at p (voxels).
   double excess_cost(const session::Preparation& in, const dvec3& p) const {
     const dvec3 g = in.ideal.gradient(p);
     const double slope = glm::length(g);
@@ -714,7 +719,7 @@ class Plan {
     return in.before.sample(below) > 0 ? over_ ? Filling::overfilled : Filling::carved_again : Filling::flash;
   }
 
-  /// Whether sample i is missing: empty now, inside the ideal, and part of the task's change.
+  /// True if sample i is missing: empty now, inside the ideal, and part of the task's change.
   static bool to_fill(const session::Preparation& in, std::size_t i) {
     return in.after.distance[i] > 0 && in.ideal.distance[i] < 0 && in.ideal.distance[i] < in.before.distance[i] - 0.2f;
   }
@@ -734,19 +739,19 @@ class Plan {
   }
 
   const ExpertGrip grip_;
-  double whole_;  // m³
+  double whole_;  // m³, difference from the ideal at the task's start
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
   const TaskJudge& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
-  double top_ = -1e9, above_ = -1e9;  // m along the axis
+  double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue, height for travel
   std::vector<ExpertLeg> legs_;
   double pedal_ = 0;
-  double force_ = 0;  // N
+  double force_ = 0;  // N, push of the next cuts
   std::uint32_t tool_ = 0;
-  bool over_ = false;  // overfills the contour
+  bool over_ = false;  // true: overfill the contour
 };
 
 }  // namespace
@@ -771,7 +776,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   missing_ = std::min(missing_, missing);
   if (vain_ > Rounds::most_vain) vain_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
-    // Once more after the first carving: overfill what is still open, to carve it again.
+    // Fill again after the first carving: overfill the places that are still open; the excess is carved later.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
     vain_ = 0;

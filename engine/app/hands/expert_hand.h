@@ -21,30 +21,30 @@ namespace typodont {
 /// One step of a plan.
 struct ExpertLeg {
   enum class Kind {
-    kMove,    // through the air
-    kCut,     // along a line, as fast as the tissue goes
-    kScrape,  // along a line with an edge, to and fro until the tool reaches the line
-    kWait,    // for `seconds`, or until `volume` is put down
-    kTake,    // another tool, once the drill stands still
+    kMove,    // moves through the air
+    kCut,     // cuts along a line, as fast as the tissue is removed
+    kScrape,  // draws an edge to and fro along a line until the tool reaches the line
+    kWait,    // waits for `seconds`, or until `volume` has been filled
+    kTake,    // takes another tool, once the drill stands still
   } kind = Kind::kMove;
   Pose to;
   double pedal = 0;
   std::uint32_t tool = 0;
   double seconds = 0;
-  double volume = 0;    // m³
-  double end_pace = 0;  // m/s at the end of a stroke that continues in the next leg; 0: the stroke stops there
+  double volume = 0;    // m³ of filling, for kWait
+  double end_pace = 0;  // m/s, pace at the end of a stroke that continues in the next leg; 0: the stroke stops there
   double force = 0;     // N, push of a cut
 };
 
-/// Sizes and forces of a task, relative to work on a tooth.
+/// Size and forces of a task.
 struct ExpertGrip {
-  double size = 1;     // by which lengths are larger: distances between places, clearances, tolerances
-  double force = 1;    // N, the mean force that the task asks for
-  double lead = 1e-3;  // m by which a hand leads its tool for that force
+  double size = 1;     // factor on the lengths for work on a tooth: distances, clearances, tolerances
+  double force = 1;    // N, mean force that the task prescribes
+  double lead = 1e-3;  // m, lead of the hand over its tool that gives the mean force
 };
 
-/// Where a portion of filling was put down: m along the two axes perpendicular to the preparation's axis. The
-/// instrument leaves a hole there, and fits into it only at this place.
+/// Position of a filled portion: m along the two axes perpendicular to the preparation's axis. The instrument leaves a
+/// hole there, and fits into the hole only at this position.
 struct FilledSpot {
   std::uint32_t tool = 0;
   double a = 0, b = 0;
@@ -55,10 +55,10 @@ struct FilledSpot {
 /// carved.
 class Expert {
  public:
-  /// Throws Error where the task names no ideal.
+  /// `start`: the tissue at the session's start. Throws Error if the task has no ideal.
   Expert(const Scene& scene, const haptics::TissueVolume& start);
-  /// Plans from the present tissue: one layer of filling, or all cutting and carving. Empty when no further plan would
-  /// improve the result. Throws Error when no tool of the scene can begin the task.
+  /// Plans from the present tissue: one layer of filling, or all cutting and carving. Returns an empty plan if no
+  /// further plan would improve the result. Throws Error if no tool of the scene can begin the task.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);
   const ExpertGrip& grip() const { return grip_; }
   /// The tissue that the last plan would leave if the tool followed it exactly.
@@ -69,38 +69,38 @@ class Expert {
   const ExpertGrip grip_;
   TaskJudge judge_;
   std::optional<SurroundingsShape> around_;
-  double whole_;  // m³ by which the tissue differs from the ideal at the start
+  double whole_;  // m³, difference between the tissue and the ideal at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
-  int layers_ = 0, cuts_ = 0;   // plans of filling and of cutting so far
-  int layers_cut_ = 0;          // layers before the last carving; 0 until filling goes on after the first carving
-  double missing_ = 1e9;        // m³, the smallest missing volume of filling so far
-  double off_ = 0;              // m³ by which the tissue differed from the ideal before the last cutting
-  int vain_ = 0;                // consecutive layers that reduced the missing volume too little
-  std::size_t instrument_ = 0;  // filling instrument, from the finest; the second pass overfills the contour
+  int layers_ = 0, cuts_ = 0;  // numbers of plans so far, of filling and of cutting
+  int layers_cut_ = 0;    // number of layers before the last carving; 0 until filling resumes after the first carving
+  double missing_ = 1e9;  // m³, the smallest missing volume of filling so far
+  double off_ = 0;        // m³, difference between the tissue and the ideal before the last cutting
+  int vain_ = 0;          // consecutive layers that reduced the missing volume too little
+  std::size_t instrument_ = 0;  // index of the filling instrument, finest first; the second pass overfills
 };
 
 class ExpertHand final : public haptics::HapticDevice {
  public:
   ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGrip& grip = {});
-  /// The hand's info(). Like a scripted hand it holds every orientation, whatever the torque.
+  /// The info() of an expert hand. Like a scripted hand, it keeps its orientation at any torque.
   static haptics::DeviceInfo info_for(double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// Stores the servo's last tick: the hand leads its tool from there.
+  /// Stores the servo's last tick; the hand's lead starts from its tool pose.
   void see(const ServoTick& tick) noexcept override { seen_ = tick; }
-  /// Begins the next plan, after read() has ended the last one. Swaps: `legs` holds the finished plan afterwards, so
-  /// that the servo thread frees no memory. Servo thread.
+  /// Begins the next plan, after read() has ended the last one. Swaps the plans: afterwards `legs` contains the
+  /// finished plan, so that the servo thread frees no memory. Servo thread.
   void go_on(std::vector<ExpertLeg>& legs) noexcept;
   double done() const { return static_cast<double>(leg_) / static_cast<double>(legs_.size()); }
 
  private:
   void next_leg() noexcept;
-  /// At the end of an edge's leg: continues along the run, turns back, or begins the next run.
+  /// Called at the end of an edge's leg: continues along the run, reverses, or begins the next run.
   void end_scraping() noexcept;
-  /// Leaves a stroke that the hand cannot finish: withdraws along the shank, then moves to the start of the next leg.
-  /// The direct way could press into tissue that should stay.
+  /// Leaves a stroke that the hand cannot finish: withdraws along the shank, then moves to the start of the next leg. A
+  /// direct move could press into tissue that should stay.
   void leave() noexcept;
 
   haptics::DeviceInfo info_;
@@ -109,26 +109,26 @@ class ExpertHand final : public haptics::HapticDevice {
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
-  std::array<ExpertLeg, 2> way_out_;  // legs that leave a stroke
-  std::size_t way_ = 2;               // current leg of way_out_; 2: the hand follows its plan
+  std::array<ExpertLeg, 2> way_out_;  // legs with which the hand leaves a stroke
+  std::size_t way_ = 2;               // index of the current leg in way_out_; 2: the hand follows its plan
   std::uint64_t ticks_ = 0;
   Pose from_;          // start of this leg
   Pose free_;          // end of the last leg through the air
-  double along_ = 0;   // m from the leg's start to the wanted place
-  double filled_ = 0;  // m³ filled since the session's start, when this leg began
+  double along_ = 0;   // m from the leg's start to the wanted position
+  double filled_ = 0;  // m³, volume filled from the session's start to the start of this leg
   double waited_ = 0;  // s without progress
-  // Strokes of an edge that continue in each other form a run. The edge is drawn to and fro along it until the tool
-  // reaches the line.
+  // Consecutive strokes of an edge without a stop form a run. The hand draws the edge to and fro along the run until
+  // the tool reaches the line.
   std::size_t run_ = 0;  // first leg of the run
-  Pose run_from_;        // start of that leg
+  Pose run_from_;        // start of the run's first leg
   double worst_ = 0;     // m, largest distance of the tool from the line in this pass
-  int times_ = 0;        // passes to and fro
-  bool back_ = false;    // this pass goes back
-  dvec3 lead_{0};        // m from the wanted place to the hand
-  double most_lead_;     // m, limit of a cut's lead, adjusted until the push is the leg's force
+  int times_ = 0;        // number of completed passes back along the run
+  bool back_ = false;    // the present pass goes back
+  dvec3 lead_{0};        // m, vector from the wanted position to the hand
+  double most_lead_;     // m, limit of a cut's lead, adjusted until the push equals the leg's force
 };
 
-/// Runs the hand in simulated time: after each finished plan the expert plans again from the tissue as it is, until the
+/// Runs the hand in simulated time. After each finished plan the expert plans again from the present tissue, until a
 /// plan is empty. `each`: called after every tick.
 void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
                 const std::function<void(const ServoTick&, const Cut*)>& each);

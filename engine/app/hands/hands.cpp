@@ -27,7 +27,7 @@ const std::string& first_of(const std::string& asked, const std::string& rig) {
 
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual) {
   if (!choice.hand.empty()) {
-    // "mouse" means "mouse:".
+    // The colon of a scheme is optional: "mouse" means "mouse:".
     for (const haptics::Driver& driver : haptics::drivers())
       if (choice.hand == driver.scheme) return choice.hand + ":";
     return choice.hand;
@@ -112,7 +112,8 @@ void add_window_drivers() {
   xr.hardware = false;
   xr.open = opened_by_the_window("openxr", "a headset's rig, and a scene that names \"render\"");
   xr.find = [] {
-    // Files where the loader searches for the active runtime (OpenXR loader specification), for the simple cases.
+    // Files in which the loader looks up the active runtime (OpenXR loader specification); covers only the simple
+    // cases.
     std::vector<std::filesystem::path> places;
     if (const char* file = std::getenv("XR_RUNTIME_JSON")) places.emplace_back(file);
     if (const char* home = std::getenv("XDG_CONFIG_HOME"))

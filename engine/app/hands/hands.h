@@ -15,10 +15,10 @@ namespace typodont {
 
 /// The requested hands. The command line has priority over the rig, and the rig over the defaults.
 struct HandChoice {
-  std::string hand;                // address; empty: the rig's, otherwise the display's default
-  std::string left_hand;           // address; empty: the rig's, otherwise none
-  std::string pedal;               // "auto", "none", a path or a serial number; empty: the rig's, otherwise "auto"
-  double rate = 1000;              // Hz, for hands without a rate of their own
+  std::string hand;       // address of the hand; empty: the rig's value, otherwise the display's default
+  std::string left_hand;  // address of the second hand; empty: the rig's value, otherwise no second hand
+  std::string pedal;      // "auto", "none", a path or a serial number; empty: the rig's value, otherwise "auto"
+  double rate = 1000;     // Hz, for hands without a rate of their own
   std::vector<std::string> tools;  // names of the session's tools, for scripts
 };
 
@@ -27,21 +27,23 @@ struct Hands {
   std::unique_ptr<haptics::HapticDevice> left;  // holds the mouth mirror; null: there is no second hand
 };
 
-/// Creates the hands that belong to a window ("mouse", "") or a headset ("openxr", "right").
+/// Creates a hand that belongs to a window or a headset, from the scheme and the rest of an address, for example
+/// "mouse" and "", or "openxr" and "right".
 using WindowHands =
     std::function<std::unique_ptr<haptics::HapticDevice>(const std::string& scheme, const std::string& rest)>;
 
-/// The hand's address, or `usual` if none was given. Throws Error if that is empty, too.
+/// The hand's address, or `usual` if none was given. Throws Error if `usual` is empty, too.
 std::string hand_address(const HandChoice& choice, const display::DisplayRig* rig, const std::string& usual);
-/// Opens the hands for `choice`. `window` creates those that belong to a window or headset, or throws. Throws Error.
+/// Opens the hands for `choice`. `window` creates the hands that belong to a window or headset, or throws. Throws
+/// Error.
 Hands open_hands(const HandChoice& choice, const display::DisplayRig* rig, const WindowHands& window);
 /// Throws Error if a device with motors is used and the system refuses SCHED_FIFO, because other programs could delay
 /// the servo and the motor would continue with old forces. Set-up time, before the first force.
 void require_real_time(const Hands& hands);
-/// "Woody (1000 Hz, vibration up to 150 Hz)", for --explain.
+/// Describes a device for --explain, for example "Woody (1000 Hz, vibration up to 150 Hz)".
 std::string in_words(const haptics::DeviceInfo& info);
 
-/// Registers mouse:, openxr: and expert: beside the built-in drivers, so that `typodont devices` and --hand know them.
+/// Registers mouse:, openxr: and expert: beside the built-in drivers, for `typodont devices` and --hand.
 void add_window_drivers();
 
 /// Collects the loop's statistics for the recorder and the picture. Servo thread; costs about ten nanoseconds per tick.
@@ -62,8 +64,8 @@ class LoopWatch {
   Nanos published_ = 0;
 };
 
-/// Filters the pedal: it counts as released while the emergency key is on, and after that until it was released once.
-/// Servo thread.
+/// Filters the pedal: it counts as released during an emergency stop, and after the stop until the user has released it
+/// once. Servo thread.
 class PedalLock {
  public:
   double pass(double pedal, bool held) noexcept {
@@ -75,11 +77,12 @@ class PedalLock {
   bool locked_ = false;
 };
 
-/// The emergency key, called by the drawing thread. If on, the drill stops and the force on every device with motors
-/// ramps down to zero. After it is switched off, the force returns once the hands are free of contact.
+/// Switches the emergency stop on or off; called by the drawing thread. While it is on, the drill stops and the force
+/// on every device with motors ramps down to zero. After it is switched off, the force returns once the hands are free
+/// of contact.
 void hold_hands(Wiring& wiring, bool hold) noexcept;
 
-/// Thread of the second hand, whose pose is that of the mouth mirror. `mirror`: the scene's.
+/// Thread of the second hand, whose pose is that of the mouth mirror. `mirror`: the scene's mouth mirror.
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);
 
 }  // namespace typodont

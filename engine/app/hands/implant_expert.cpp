@@ -16,23 +16,23 @@ namespace {
 namespace level = session::implant_level;
 using session::ImplantDeed;
 
-constexpr double kAbove = 8e-3;         // m of the tip over the plan's entry, to change tools
-constexpr double kNear = 2.0e-3;        // m over it, from which the hand goes down slowly
-constexpr double kTravel = 20e-3;       // m/s in the air
-constexpr double kLanding = 4e-3;       // m/s towards the bone, and along the bed
-constexpr double kSweepPace = 3e-3;     // m/s of the smoothing bur
-constexpr double kSweepReach = 3.5e-3;  // m to each side of the axis that is smoothed
-constexpr double kSweepBelow = 0.1e-3;  // m that the hand is lower than the ridge is to be: the bur yields
-constexpr double kSweepApart = 0.7e-3;  // m between its strokes
-constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N
-constexpr double kLeadPerForce = 1.5e-3;  // m/s of lead for each N that the force is off
-constexpr double kMostLead = 3e-3;        // m
-constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back …
-constexpr double kPull = 2e-3;            // … by that much
-constexpr double kHot = 42, kCool = 40;   // °C: at the one the hand lifts the tool, at the other it goes on
-constexpr double kClear = 0.5e-3;         // m over the plan's entry where no bur touches its pit any more
-constexpr double kSlowFrom = 0.3e-3;      // m before the depth is reached
-constexpr double kPatience = 200;         // s in a stage
+constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry for a change of the tool
+constexpr double kNear = 2.0e-3;        // m, height above the entry below which the hand moves slowly
+constexpr double kTravel = 20e-3;       // m/s, speed in the air
+constexpr double kLanding = 4e-3;       // m/s, speed towards the bone and along the bed
+constexpr double kSweepPace = 3e-3;     // m/s, speed of the smoothing bur
+constexpr double kSweepReach = 3.5e-3;  // m, distance that is smoothed on each side of the axis
+constexpr double kSweepBelow = 0.1e-3;  // m, depth of the hand below the wanted ridge, because the bur yields
+constexpr double kSweepApart = 0.7e-3;  // m, distance between the smoothing bur's strokes
+constexpr double kDrillForce = 3.0, kThreadForce = 1.0, kCheckForce = 0.8, kMarkForce = 1.5;  // N, forces of the phases
+constexpr double kLeadPerForce = 1.5e-3;  // m/(s·N), change of the lead per error of the force
+constexpr double kMostLead = 3e-3;        // m, limit of the lead
+constexpr double kPeck = 3e-3;            // m of drilling after which the drill is pulled back
+constexpr double kPull = 2e-3;            // m by which the drill is pulled back
+constexpr double kHot = 42, kCool = 40;   // °C: the hand lifts the tool at kHot and continues at kCool
+constexpr double kClear = 0.5e-3;         // m, height above the plan's entry at which no bur touches its pit
+constexpr double kSlowFrom = 0.3e-3;      // m, distance to the wanted depth at which the hand slows down
+constexpr double kPatience = 200;         // s, limit of the time in a stage
 
 }  // namespace
 
@@ -65,7 +65,7 @@ double ImplantExpert::tip_depth() const {
   return glm::dot(tip_W - task_.plan.entry_W, task_.plan.axis_W);
 }
 
-/// The tool along the plan's axis, its tip so deep.
+/// Pose of the tool along the plan's axis, with its tip at `depth` (m) and an offset `aside` (m) across the axis.
 Pose ImplantExpert::at(double depth, const dvec3& aside) const {
   const dquat R = rotation_between({0, 0, -1}, task_.plan.axis_W);
   return {task_.plan.entry_W + (depth - tool().half()) * task_.plan.axis_W + R * aside, R};
@@ -76,7 +76,7 @@ void ImplantExpert::see(const ServoTick& tick) noexcept {
   meter_.add({&tick, 1});
 }
 
-/// Presses on the tool where it is held, no farther than `depth`.
+/// Presses the tool along the plan's axis with a force of `newton`, at most to `depth` (m).
 void ImplantExpert::press(haptics::HandSample& sample, double newton, double depth) {
   const double force = std::max(0.0, -glm::dot(seen_.f_T_W, task_.plan.axis_W));
   lead_ = std::clamp(lead_ + kLeadPerForce * (newton - force) * dt_, 0.02e-3, kMostLead);
@@ -86,7 +86,7 @@ void ImplantExpert::press(haptics::HandSample& sample, double newton, double dep
   sample.X_WT = at(depth_);
 }
 
-/// From when the bone is hot until it has cooled down.
+/// True from the time when the bone is hot until it has cooled down.
 bool ImplantExpert::must_cool() {
   const double temperature = meter_.temperature();
   cooling_ = temperature > (cooling_ ? kCool : kHot);
@@ -106,7 +106,8 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
     case ImplantDeed::kSmooth: {
-      // To and fro over the ridge, the bur's lowest point at the plan's entry; off the bone while that is hot.
+      // Move to and fro over the ridge, with the bur's lowest point at the plan's entry. Lift the bur while the bone is
+      // hot.
       const double level_depth = phase().depth + kSweepBelow;
       const double goal = must_cool() ? -kNear : level_depth;
       depth_ += std::clamp(goal - depth_, -kLanding * dt_, kLanding * dt_);
@@ -141,7 +142,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
     case ImplantDeed::kDrill:
       break;
   }
-  // Back and forth, so that the bone cools.
+  // Pull the drill back from time to time, so that the bone cools.
   const bool hot = must_cool();
   if (!pulling_ && tip_depth() < phase().depth - 1e-3 && (hot || tip_depth() > pecked_ + kPeck)) {
     pulling_ = true;
@@ -194,13 +195,13 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kBack: {
-      // A tap comes out only as its thread turns.
+      // A tap moves out only while its thread turns back.
       const bool held = tool().implant->threaded() && seen_.level == level::kScrewing && tip_depth() > 0.1e-3;
       if (held) {
         sample.pedal = -1;
         depth_ = tip_depth() - 0.1e-3;
       } else {
-        // A round bur is drawn out of its pit while it turns: where it stands the pit's walls hold it.
+        // A round bur must turn while it is withdrawn from its pit; the walls of the pit would hold a bur at rest.
         if (phase().deed == ImplantDeed::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
       }

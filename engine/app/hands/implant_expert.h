@@ -11,26 +11,26 @@
 
 namespace typodont {
 
-/// It sees where its tool is and what it feels, presses with the force that a phase asks for, and goes on when the
-/// exercise says that the phase is done. Same scene, same rate: the same hand.
+/// Reads the tool's pose and force, presses with the force of the present phase, and begins the next phase when the
+/// exercise reports that the phase is done. The same scene and rate give the same motion.
 class ImplantExpert final : public haptics::HapticDevice {
  public:
-  /// The scene has an implant task.
+  /// `scene` must have an implant task. `rate`: Hz.
   ImplantExpert(const Scene& scene, double rate);
   const haptics::DeviceInfo& info() const noexcept override { return info_; }
   bool read(haptics::HandSample& sample) noexcept override;
   void write(const dvec3&, const dvec3&) noexcept override {}
-  /// What came of the last sample: the eyes of this hand.
+  /// Receives the servo's tick for the last sample.
   void see(const ServoTick& tick) noexcept override;
   double done() const;
-  /// The phase that it gave up in, after too long without getting on; empty: none.
+  /// Name of the phase that the hand gave up because it took too long; empty: none.
   std::string gave_up() const;
 
  private:
   enum class Stage { kTake, kApproach, kWork, kBack, kOver };
   const session::ImplantPhase& phase() const { return task_.phases[phase_]; }
   const haptics::Tool& tool() const { return tools_[phase().tool]; }
-  /// m of the tip below the plan's entry, along its axis.
+  /// Depth of the tip in m below the plan's entry, along the plan's axis.
   double tip_depth() const;
   Pose at(double depth, const dvec3& aside = dvec3(0)) const;
   void work(haptics::HandSample& sample);
@@ -41,24 +41,24 @@ class ImplantExpert final : public haptics::HapticDevice {
   haptics::DeviceInfo info_;
   session::ImplantTask task_;
   std::vector<haptics::Tool> tools_;
-  std::vector<dvec3> sweep_;  // m across the axis, of the smoothing bur
+  std::vector<dvec3> sweep_;  // m, positions of the smoothing bur across the axis
   session::ImplantMeter meter_;
   double dt_, stiffness_, motor_;
   ServoTick seen_;
   std::size_t phase_ = 0;
   Stage stage_ = Stage::kTake;
   std::uint64_t ticks_ = 0;
-  double depth_ = 0;      // m, where the hand is
-  double lead_ = 0;       // m that the hand is ahead of the tool
-  double waited_ = 0;     // s in this stage
-  double along_ = 0;      // m of the sweep that are done
-  double pecked_ = 0;     // m, the depth at which the drill was last pulled back
-  bool pulling_ = false;  // back, to let the bone cool
-  bool cooling_ = false;  // the bone was too hot, and is not yet cool again
+  double depth_ = 0;      // m, depth of the hand's tip below the plan's entry
+  double lead_ = 0;       // m, lead of the hand over the tool
+  double waited_ = 0;     // s, time in the present stage
+  double along_ = 0;      // m, completed length of the sweep
+  double pecked_ = 0;     // m, depth at which the drill was last pulled back
+  bool pulling_ = false;  // the drill is being pulled back, to let the bone cool
+  bool cooling_ = false;  // the bone became too hot and has not yet cooled down
   bool gave_up_ = false;
 };
 
-/// The same in a live session: it keeps to the clock, and stands still while the session is held.
+/// Creates an ImplantExpert for a live session: it follows the clock, and does not move during an emergency stop.
 std::unique_ptr<haptics::HapticDevice> make_live_implant_expert(const Scene& scene, double rate);
 
 }  // namespace typodont

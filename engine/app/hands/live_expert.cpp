@@ -65,8 +65,8 @@ class LiveExpert final : public haptics::HapticDevice {
   }
 
  private:
-  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal up while the next plan is made. Returns
-  /// false when the next plan is empty. Servo thread.
+  /// Writes the next sample to `last_`: on the plan, or at rest with the pedal up while the planner makes the next
+  /// plan. Returns false if the next plan is empty. Servo thread.
   bool follow_plan() noexcept {
     if (waits_) {
       Legs* next = nullptr;
@@ -82,7 +82,7 @@ class LiveExpert final : public haptics::HapticDevice {
     return true;
   }
 
-  /// Planner thread.
+  /// Makes a plan whenever the servo thread requests one. Planner thread.
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {
@@ -106,16 +106,16 @@ class LiveExpert final : public haptics::HapticDevice {
 
   Wiring& wiring_;
   const bool paced_;
-  Expert expert_;    // planner thread, once that runs
-  ExpertHand hand_;  // servo thread, as all members up to asked_
+  Expert expert_;    // used by the planner thread once it runs
+  ExpertHand hand_;  // used by the servo thread, like all members down to waits_
   haptics::HandSample last_;
   std::uint64_t ticks_ = 0;
   Nanos began_ = 0;
   bool held_ = false;
-  bool waits_ = false;                       // until the planner has made the next plan
+  bool waits_ = false;                       // true until the planner has made the next plan
   std::atomic<bool> asked_{false};           // SERVO → PLANNER
   Ring<Legs*> plans_{2};                     // PLANNER → SERVO
-  std::vector<std::unique_ptr<Legs>> made_;  // all plans; planner thread; freed at the session's end
+  std::vector<std::unique_ptr<Legs>> made_;  // all plans, freed at the session's end; used by the planner thread
   std::jthread planner_;
 };
 

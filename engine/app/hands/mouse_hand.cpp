@@ -18,7 +18,7 @@ namespace {
 constexpr double kUsualStep = 0.15e-3;                     // m per notch of the wheel, default
 constexpr double kLeastStep = 0.005e-3, kMostStep = 2e-3;  // m per notch, limits
 constexpr double kFollowTime = 15e-3;                      // s, time constant of the smoothing
-constexpr double kMostDepth = 30e-3;                       // m
+constexpr double kMostDepth = 30e-3;                       // m, limit of the tool's distance from the screen's plane
 constexpr Nanos kShortestPress = 50'000'000;         // ns, shortest press that the servo sees, so that no click is lost
 constexpr glm::dvec2 kRestingLean{0, 24 * kDegree};  // initial tilt away from the user, so that the bur is visible
 constexpr double kMostLean = 85 * kDegree;           // rad, largest tilt
@@ -39,7 +39,7 @@ class MouseHand : public haptics::HapticDevice {
     sleep_until(start_ + t);
     if (wiring_.pointer.fetch()) wanted_ = wiring_.pointer.front();
     sample = smoothing_.next(wanted_, t);
-    return true;  // the servo decides when to end
+    return true;  // the servo ends the session
   }
   void write(const dvec3&, const dvec3&) noexcept override {}
 
@@ -112,16 +112,16 @@ haptics::HandSample Pointer::follow(const display::UserInput& input, Nanos t) {
   at_ = input.pointer;
   if (input.right || input.shift) {
     lean(moved, seen);
-    offset_ -= moved;  // the head does not move
+    offset_ -= moved;  // the tool's head must not move
   } else {
-    // The offset then shrinks while the pointer moves, so that the tool never jumps.
+    // While the pointer moves, the offset shrinks, so that the tool never jumps.
     const double left = glm::length(offset_);
     if (left > 0) offset_ *= std::max(0.0, 1 - kReturn * glm::length(moved) / left);
   }
   if (input.middle) lean_ = glm::dvec2(0);
   depth_ = std::clamp(depth_ + input.wheel * wheel_step_, -kMostDepth, kMostDepth);
 
-  // On the eye's ray through the screen, so that the tool appears under the pointer at every depth.
+  // Put the tool on the eye's ray through the pointer, so that it appears under the pointer at every depth.
   const glm::dvec2 over = at_ + offset_;
   const dvec3 on_screen = seen.middle + over.x * seen.half_right + over.y * seen.half_up;
   const double distance = glm::dot(seen.eye - on_screen, seen.toward_eye);

@@ -1,6 +1,6 @@
-// Uses the mouse over the window as a hand. The tool follows the pointer across the picture; the wheel moves it along
-// the line of sight; the left button is the pedal. With the right button or Shift pressed the mouse tilts the tool
-// instead; the middle button sets it upright. It gives no force.
+// Uses the mouse over the window as a hand. The tool follows the pointer across the picture; the wheel moves the tool
+// along the line of sight; the left button is the pedal. With the right button or Shift pressed the mouse tilts the
+// tool instead; the middle button sets the tool upright. The mouse gives no force.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,8 @@
 
 namespace typodont {
 
-/// m per notch of the wheel, from the text after "mouse:" in an address: "" the default, otherwise mm. Throws Error.
+/// Parses the text after "mouse:" in an address: mm per notch of the wheel; "" means the default. Returns m. Throws
+/// Error.
 double wheel_step_of(const std::string& text);
 
 /// Render thread: computes the tool's pose from the window's input.
@@ -21,7 +22,7 @@ class Pointer {
  public:
   /// `wheel_step`: m per notch.
   Pointer(const display::DisplayRig& rig, const dvec3& start_W, double wheel_step);
-  /// The picture has changed its shape.
+  /// Updates the rig after the picture has changed its shape.
   void follow_rig(const display::DisplayRig& rig) { rig_ = rig; }
   /// `t`: time of this input, on any steady clock.
   haptics::HandSample follow(const display::UserInput& input, Nanos t);
@@ -47,7 +48,7 @@ class Pointer {
   Nanos pressed_at_ = -kNanosPerSecond;
 };
 
-/// Interpolates about sixty positions per second to one smooth motion. Servo thread.
+/// Interpolates the pointer's positions, about sixty per second, to a smooth motion. Servo thread.
 class PointerSmoothing {
  public:
   /// `rate`: calls of next() per second.

@@ -15,7 +15,7 @@ class Student {
  public:
   enum class Phase { kExplore, kDrill, kAway };
 
-  /// `tissue`: at the scene's start. Throws Error if it contains no caries or the scene's task has no ideal.
+  /// `tissue`: the scene's initial tissue. Throws Error if it contains no caries or the scene's task has no ideal.
   Student(const Scene& scene, const haptics::TissueVolume& tissue, double rate);
   /// Gets the next sample; `now` is the present tissue. False at the end.
   bool read(haptics::HandSample& sample, const haptics::TissueVolume& now);

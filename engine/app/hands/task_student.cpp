@@ -20,8 +20,8 @@ constexpr double kGrid = 0.1e-3;       // m between evaluated positions
 constexpr double kLayer = 0.5;         // distance between two layers of the bulk, in diameters
 constexpr double kRow = 0.6;           // distance between two rows of a layer, in diameters
 constexpr double kSameLevel = 10e-6;   // m; heights that differ by less belong to one floor
-constexpr double kLeastFlat = 0.1e-6;  // m², area of the smallest floor whose walls get a pass
-constexpr double kFlatShare = 0.02;    // smallest ratio of that area to the cross-section of a wide head
+constexpr double kLeastFlat = 0.1e-6;  // m², smallest area of a floor whose walls get a pass
+constexpr double kFlatShare = 0.02;    // smallest floor area as a fraction of the head's cross-section
 // distance between the end of a row and a wall, in diameters; the wall has a pass of its own
 constexpr double kFromWall = 0.45;
 constexpr double kFromAround = 0.015e-3;  // m, clearance between the head and neighbours or gum
@@ -30,9 +30,9 @@ constexpr double kOnLine = 2e-6;          // m; a point closer than this to the 
 constexpr double kBridged = 0.4e-3;       // m, longest piece of a pass through the air without lifting
 constexpr double kStraight = 3e-3;        // m; longer connections between passes lead over the tissue
 constexpr double kHop = 0.3e-3;           // m between the heights that are tried for a connection
-constexpr double kRamp = 0.8e-3;          // m, length from which the first row is entered on a ramp
+constexpr double kRamp = 0.8e-3;          // m, smallest length of a row that is entered on a ramp
 constexpr double kSteep = 2;              // slope at which a floor is split into pieces
-constexpr double kAlongShank = 6e-3;      // m of the shank, from the head, that is checked for contact
+constexpr double kAlongShank = 6e-3;      // m, length of the shank, from the head, that is checked for contact
 constexpr double kDown = 0.1e-3;          // m, step of the search down a column
 constexpr double kFloorOfColumn = 1e-6;   // m, resolution of a column's lowest position
 constexpr int kHeadPoints = 360, kShankPoints = 60;
@@ -40,7 +40,8 @@ constexpr double kSurely = 1;          // voxels, error limit of the distance fi
 constexpr std::size_t kTogether = 12;  // size of a group of points that are tested one by one near the ideal
 constexpr int kHalvings = 7;           // bisection steps between two grid positions
 
-/// Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the opening.
+/// Plans the strokes. Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the
+/// opening.
 class StrokePlanner {
  public:
   StrokePlanner(const session::Preparation& in, const haptics::Tool& tool, double step, double into,
@@ -101,7 +102,7 @@ class StrokePlanner {
     double radius = 0;
     std::vector<dvec3> points;
   };
-  /// Halves the points across their longest side until few are together.
+  /// Halves the points across their longest side until each group is small.
   static std::vector<Points> grouped(std::vector<dvec3> points) {
     if (points.empty()) return {};
     dvec3 lo = points.front(), hi = lo;
@@ -407,7 +408,7 @@ class StrokePlanner {
     const Layer& above = layer_above(height);
     const Layer layer = above.height - height < 1e-9 ? above : layer_at(height, &above);
     std::vector<dvec3> points;
-    std::unordered_map<std::size_t, std::size_t> index;  // by grid edge
+    std::unordered_map<std::size_t, std::size_t> index;  // index of a point, by grid edge
     std::vector<std::array<std::size_t, 2>> next;        // neighbours of a point on its line
     constexpr std::size_t kNone = SIZE_MAX;
     const auto point_on = [&](glm::ivec2 p, glm::ivec2 q) {
@@ -522,7 +523,7 @@ class StrokePlanner {
     return flat;
   }
 
-  const double size_;  // of the work, relative to that on a tooth
+  const double size_;  // size of the work relative to a tooth
   const double grid_ = size_ * kGrid;
   const double down_ = size_ * kDown;
   const double hop_ = size_ * kHop;
@@ -532,7 +533,7 @@ class StrokePlanner {
   const double on_line_ = size_ * kOnLine;
   const double same_level_ = size_ * kSameLevel;
   const double floor_of_column_ = size_ * kFloorOfColumn;
-  const double least_taken_ = kLeastTaken / size_;  // voxels: as thin where voxels are large
+  const double least_taken_ = kLeastTaken / size_;  // voxels; the same length for all voxel sizes
   const session::Preparation& in_;
   const haptics::Tool& tool_;
   const SurroundingsShape* around_;
@@ -540,17 +541,17 @@ class StrokePlanner {
   session::DenseField left_;  // tissue that remains after the strokes so far
   dquat R_WT_;
   glm::dmat3 axes_;          // columns u, v, w
-  double step_;              // m
-  double allowed_;           // voxels
+  double step_;              // m, distance between passes
+  double allowed_;           // voxels, allowed depth of the head in the ideal
   std::vector<dvec3> head_;  // voxels, points on the head relative to its centre
   std::vector<Points> head_groups_, shank_groups_;
   glm::dvec2 lo_{0};  // m along u and v, origin of the grid
   glm::ivec2 count_{0};
-  double top_ = 0, bottom_ = 0;  // m along w
+  double top_ = 0, bottom_ = 0;  // m along w, bounds of the heights
   std::vector<Layer> layers_;
   std::vector<Stroke> strokes_;
   std::optional<dvec3> last_;  // end of the last stroke
-  bool bulk_ = true;           // whether added strokes belong to the bulk
+  bool bulk_ = true;           // true: added strokes belong to the bulk
 };
 
 }  // namespace

@@ -25,8 +25,8 @@ dquat toward(const dvec3& axis_W);
 /// opening down; then, with `finish`, the floor and the walls. The head reaches at most `into` (m) into the ideal, and
 /// the shank does not touch it. Strokes that would remove nothing are omitted. The shank points along the preparation's
 /// axis. `step`: m between the passes along floor and walls. `around`: neighbours and gum, which the head does not
-/// touch; null: none. `size`: how many times larger the work is than a tooth; distances between positions and
-/// tolerances are multiplied by it.
+/// touch; null: none. `size`: ratio of the work's size to that of a tooth; distances between positions and tolerances
+/// are multiplied by it.
 std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool, double step,
                                  double into = 0, const SurroundingsShape* around = nullptr, bool finish = true,
                                  double size = 1);

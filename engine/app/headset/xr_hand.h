@@ -1,6 +1,6 @@
-// Uses a headset's controller as the hand. It gives no force. If tracking is lost, the tool freezes and yields to the
-// force, which fades. When tracking returns, the tool moves to the hand, and drills only after the trigger was released
-// once.
+// Uses a headset's controller as the hand. The controller gives no force. If tracking is lost, the tool freezes and
+// yields to the force, which fades. When tracking returns, the tool moves to the hand, and drills only after the
+// trigger was released once.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// Processes one sample: state in, state out. Servo thread.
+/// Converts the controller's samples to samples of the hand, one by one. Servo thread.
 class XrHandFilter {
  public:
   explicit XrHandFilter(const Pose& start) : pose_(start), from_(start) {}
@@ -24,7 +24,7 @@ class XrHandFilter {
   bool lost_ = true, released_ = false;
 };
 
-/// Servo thread: reads at `rate` what the headset's thread published.
+/// Reads the samples of the headset's thread at `rate` (Hz). Servo thread.
 std::unique_ptr<haptics::HapticDevice> make_xr_hand(Wiring& wiring, const std::string& address, const Pose& start,
                                                     double rate);
 

@@ -35,16 +35,16 @@ using namespace std::chrono_literals;
 
 constexpr double kFadeTime = 0.25;  // s in which a tool without tracking becomes half transparent, and opaque again
 constexpr double kLostOpacity = 0.35;
-constexpr double kFullForce = 3;                 // N at which the controller vibrates fully
+constexpr double kFullForce = 3;                 // N, force at which the controller vibrates most
 constexpr double kSlowest = 60, kFastest = 320;  // Hz, range of frequencies that a controller can produce
 constexpr double kFastSpindle = 400 * kKrpm;     // rad/s, spindle speed for the highest frequency
 // Limits for a controller's tip and an arm's tip to count as still.
 constexpr calibration::StillTouch::Limits kStillController{0.15, 2e-3}, kStillArm{0.15, 0.5e-3};
-constexpr double kLongestFrame = 20;  // s, enough for the slowest CPU to draw a frame
-constexpr double kLeaveTime = 2;      // s for the runtime to end the session in its own way
+constexpr double kLongestFrame = 20;  // s, limit of a frame's duration; enough for the slowest CPU
+constexpr double kLeaveTime = 2;      // s, time that the runtime gets to end the session
 
-/// Amplitude from the force on the hand, frequency from the drill; far below the spindle's frequency, which no
-/// controller can produce.
+/// Vibration of the controller: its amplitude depends on the force on the hand, its frequency on the drill's speed. The
+/// frequency is far below the spindle's, which no controller can produce.
 display::Vibration vibration_of(const ServoTick& tick) {
   const double force = glm::length(tick.f_T_W);
   const double running = tick.spindle > 1 ? 0.04 : 0;  // an idle drill is just perceptible
@@ -52,8 +52,8 @@ display::Vibration vibration_of(const ServoTick& tick) {
   return {std::clamp(running + force / kFullForce, 0.0, 1.0), kSlowest + (kFastest - kSlowest) * speed};
 }
 
-/// Called if one of our threads hangs in the runtime for good. At exit the process then ends with its own status and
-/// without destructors, which such a thread could disturb.
+/// Called if a thread of this program hangs in the runtime forever. At exit the process then ends with its own status
+/// but without destructors, because the hanging thread could disturb them.
 void end_hard_at_exit() {
   on_exit(
       [](int status, void*) {
@@ -77,9 +77,9 @@ struct XrSession::Thread {
   Options options;
   std::optional<DebrisView> debris;
   Surroundings surroundings;
-  MouthMirror mirror;  // the scene's mirror, or at the other hand's pose
+  MouthMirror mirror;  // the scene's mirror at its initial pose, or at the other hand's pose
   MouthMirror scene_mirror;
-  int mirror_hand = -1;  // index of the controller that holds it
+  int mirror_hand = -1;  // index of the controller that holds the mirror
 
   display::RuntimeGate gate;
   std::atomic<bool> leave{false};
@@ -94,7 +94,7 @@ struct XrSession::Thread {
   std::vector<std::string> explanations;
   std::vector<Touch> touches;
   std::optional<debris::DebrisLedger> debris_mass;
-  WorkCounts work;  // used only by the thread until it has ended
+  WorkCounts work;  // work of the thread, which alone uses it until its end
 
   std::thread thread;
 
@@ -239,8 +239,8 @@ struct XrSession::Thread {
     log::info("touch {}: taken", touches.size());
   }
 
-  /// The mirror's button puts the mouth mirror into the free hand, or puts it away. Without tracking it stays where it
-  /// was.
+  /// The mirror's button puts the mouth mirror into the free hand, or puts it away. Without tracking the mirror keeps
+  /// its pose.
   void hold_mirror(const display::HmdFrame& frame) {
     for (int i = 0; i < 2; ++i) {
       if (!frame.hands[static_cast<std::size_t>(i)].mirror) continue;
@@ -324,13 +324,13 @@ void XrSession::stop() {
       const std::lock_guard lock(thread_->mutex);
       if (thread_->phase == Thread::Phase::kOver) break;
     }
-    // It hangs in a call: abandon the thread with all its data.
+    // The thread hangs in a call of the runtime: abandon it with all its data.
     if (thread_->gate.silent() > stall_ && thread_->gate.give_up()) {
       thread_->thread.detach();
       end_hard_at_exit();
       return;
     }
-    if (thread_->gate.busy() > kLongestFrame) {  // outside the runtime but not ending: the GPU hangs
+    if (thread_->gate.busy() > kLongestFrame) {  // the thread is not in the runtime but does not end: the GPU hangs
       log::error("headset: its thread does not end");
       haptics::release_all_devices();
       std::fflush(nullptr);

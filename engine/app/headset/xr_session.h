@@ -24,10 +24,10 @@ class XrSession {
     bool debris = false, record = false;
     bool touches = false;   // the trigger takes a pair of points for `calibrate register`
     dvec3 work_W{0, 0, 0};  // m: the point that recentring places in front of the user
-    ServoTick start;        // the tool before the first tick
+    ServoTick start;        // state of the tool before the first tick
   };
-  /// Returns when the headset is awake and accepts frames. Throws Error in one line if it is missing or asleep, or if
-  /// its runtime does not answer.
+  /// Returns when the headset is awake and accepts frames. Throws Error in one line if the headset is missing or
+  /// asleep, or if its runtime does not answer.
   XrSession(const display::DisplayRig& rig, const Scene& scene, const haptics::TissueVolume& tissue, Wiring& wiring,
             const Options& options);
   ~XrSession();
@@ -40,16 +40,16 @@ class XrSession {
   /// Supervises the headset. False if the user ended the session. Throws RunFailure if the runtime was lost or has not
   /// answered for the rig's stall_s.
   bool step();
-  /// Ends the session with the runtime; abandons a thread that hangs in it.
+  /// Ends the session with the runtime. If the headset's thread hangs in the runtime, abandons the thread.
   void stop();
   std::uint64_t frames() const;
   std::vector<std::string> explanations() const;
-  /// After stop(): the balance of the chips' mass. Nothing if there were no chips or the thread hangs.
+  /// Returns the balance of the chips' mass. Call it after stop(). Empty if there were no chips or the thread hangs.
   std::optional<debris::DebrisLedger> debris() const;
-  /// After stop(): adds the work that its thread did. Does nothing if the thread hangs.
+  /// Adds the work of the headset's thread. Call it after stop(). Does nothing if the thread hangs.
   void add_work(WorkCounts& work) const;
-  /// The tool's head, held by an arm, and a controller's tip at the same point: in the arm's base H and the headset's
-  /// space D.
+  /// The same point in two frames: the tool's head, held by an arm, in the arm's base H; and the controller's tip in
+  /// the headset's space D.
   struct Touch {
     dvec3 p_H, p_D;  // m
   };
@@ -61,7 +61,7 @@ class XrSession {
   double stall_;  // s without an answer of the runtime after which the session ends
 };
 
-/// Format for `calibrate register --pairs`. Throws Error if the file cannot be written.
+/// Writes the file for `calibrate register --pairs`. Throws Error if the file cannot be written.
 void write_touches(const std::filesystem::path& file, std::span<const XrSession::Touch> touches);
 
 }  // namespace typodont

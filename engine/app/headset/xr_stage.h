@@ -19,7 +19,7 @@ class XrStage {
     render::Quality quality = render::kQualityLadder[2];
     bool validation = false;
   };
-  /// Opens runtime, headset, device and session; `work_W`: the middle of the work. Throws Error.
+  /// Opens runtime, headset, device and session; `work_W`: m, middle of the work. Throws Error.
   XrStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const dvec3& work_W,
           display::RuntimeGate& gate, const Options& options);
   ~XrStage();
@@ -36,11 +36,11 @@ class XrStage {
     ServoTick tick;
     double tool_opacity = 1;
     std::span<const render::Particle> particles;
-    render::ParticleCloud* cloud = nullptr;  // must be on this stage's device
+    render::ParticleCloud* cloud = nullptr;  // particles on this stage's device; null: none
     double dt = 0;                           // s since the last frame; used to rotate the bur
     MouthMirror mirror;                      // diameter 0: none
   };
-  /// The frame for the renderer. `angle`: of the bur, rad.
+  /// The frame for the renderer. `angle`: rad, angle of the bur.
   static render::Frame picture(const display::HmdFrame& frame, const Scenery& scenery, double angle, bool see_through);
   /// Draws and submits the frame that hmd().wait() began; submits without a picture if none is wanted.
   render::FrameStats draw(const display::HmdFrame& frame, const Scenery& scenery);

@@ -12,7 +12,7 @@
 
 namespace typodont {
 
-/// A tool of a set: FOLDER/NAME.json. Throws Error naming the available tools.
+/// Loads a tool of a set from FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
 /// Reads {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's, for

@@ -20,7 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// Writes a copy of the tissue beside the running session.
+/// Writes a copy of the tissue to a file while the session continues.
 class TissueSaver {
  public:
   explicit TissueSaver(Wiring& wiring) : wiring_(wiring) {}
@@ -35,7 +35,7 @@ class TissueSaver {
         ++wiring.not_saved;
       }
     };
-    // A save waits for an earlier one; the carver waits for neither.
+    // A save waits for the previous one; the carver does not wait for a save.
     try_to([&] {
       thread_ = std::jthread(
           [&wiring = wiring_, try_to, tissue = copy_of(carver), file, earlier = std::move(thread_)]() mutable {
@@ -54,9 +54,9 @@ class TissueSaver {
   std::jthread thread_;
 };
 
-/// Sends bricks to a picture. While the picture accepts none (its device is being created again), bricks that do not
-/// fit into its ring wait here, only the latest version of each. A lost brick would be drawn in its old form until it
-/// is cut again.
+/// Sends bricks to a picture. While the picture accepts no bricks (its device is being created again), the latest
+/// version of each brick that does not fit into the ring waits here. If a brick were lost, its old form would be drawn
+/// until its next cut.
 class Outbox {
  public:
   explicit Outbox(Ring<MeshBatch*>& ring) : ring_(ring) {}
@@ -73,7 +73,7 @@ class Outbox {
   MeshBatch waiting_;
 };
 
-/// True if the tissue changed.
+/// Executes a command. Returns true if the tissue changed.
 bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
   if (command == TissueCommand::kSave) {
@@ -88,8 +88,8 @@ bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   return true;
 }
 
-/// A brush stroke that can be undone. False if it met no tissue: painting in the air does not count and is not part of
-/// an exercise.
+/// Executes a piece of a brush stroke that can be undone. Returns false if the piece met no tissue: painting in the air
+/// is not part of an exercise.
 bool brush(LiveSession& s, const BrushMove& move) {
   if (move.begins) {
     s.carver.end_stroke();
@@ -143,14 +143,14 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   Wiring& wiring = s.wiring;
   Done done;
   done.worked = repeat_cuts();
-  // The tick is from the previous turn, so all its cuts are applied. Without a valid pose its time is not used.
+  // The tick is from the previous turn, so all its cuts are applied. A tick without a valid pose is ignored.
   if (const ServoTick& tick = wiring.tick_to_carver.front(); !(tick.faults & haptics::kNoPose)) s.carver.rest(tick.t);
   pause();
   done.awaited = wiring.patch.keep_up(s.carver, wiring.tick_to_carver.front().patch);
   hand_over_pieces();
   pause();
   TissueCommand command;
-  bool edited = false;  // true: cut out a patch before any later cut; the servo knows which cuts to repeat
+  bool edited = false;  // true: a patch must be created before any later cut
   while (wiring.tissue_commands.pop(command)) {
     edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;
@@ -180,14 +180,14 @@ CarverTurns::Done CarverTurns::Impl::turn() {
     if (wiring.copies_to_watch.push(copy.get())) (void)copy.release();
   }
   if (wiring.expert_wants_copy.exchange(false)) {
-    repeat_cuts();  // the expert requests this after its last cut, which may have been made since this turn began
+    repeat_cuts();  // the expert requests a copy after its last cut, which may be newer than this turn's start
     auto copy = std::make_unique<haptics::TissueVolume>(s.carver.volume().clone());
     if (wiring.copies_to_expert.push(copy.get())) (void)copy.release();
   }
   return done;
 }
 
-/// Invisible bricks wait: the volume stores which voxels changed since they were last meshed.
+/// Invisible bricks are meshed later: the volume stores which voxels have changed since they were last meshed.
 void CarverTurns::Impl::mesh() {
   const auto& seen = s.wiring.tissue_in_sight;
   const bool in_sight =
@@ -221,9 +221,9 @@ void carve(LiveSession& s) {
   int idle = 0;  // number of consecutive turns without work
   while (!s.wiring.stop.load(std::memory_order_relaxed)) {
     const CarverTurns::Done done = turns.turn();
-    // Sleep time. After 30 ms without work the hand is slow: at 3 cm/s it moves 0.1 mm until the next check. After a
-    // second it rests: at 10 m/s² it moves 0.5 mm. Checking more often costs 0.03 of a core in an idle session, this
-    // costs 0.004.
+    // Choose the sleep time. After 30 ms without work the hand is slow: at 3 cm/s it moves 0.1 mm until the next check.
+    // After a second the hand is at rest: with 10 m/s² it moves 0.5 mm until the next check. More frequent checks cost
+    // 3 % of a core in an idle session; these cost 0.4 %.
     idle = done.worked ? 0 : std::min(idle + 1, 400);
     if (!done.worked)
       std::this_thread::sleep_for(done.awaited ? 20us : idle < 100 ? 300us : idle < 400 ? 3000us : 10'000us);

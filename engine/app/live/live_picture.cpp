@@ -16,7 +16,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// a device that is lost more often than this is considered broken
+// ns; if the device is lost again within this time, it counts as broken
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 constexpr Nanos kProcessorMeshInterval = 33'000'000;  // ns between searches for changed bricks, with software rendering
 constexpr Nanos kBriefWait = 4'000'000;               // ns between checks for motion
@@ -69,7 +69,7 @@ void LivePicture::make(gpu::Device* device) {
   PictureStage::Options look;
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
-  look.hud = !options_.operated;  // texts of the operator's window need not be in the trainee's picture
+  look.hud = !options_.operated;  // the operator's window shows these texts
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;
@@ -124,7 +124,7 @@ void LivePicture::color(Tissue tissue, const dvec3& color) {
 /// Switches the suction nozzle beside the tooth.
 void LivePicture::suck(bool on) {
   sucking_ = on;
-  constexpr double kBeside = 9e-3;  // m, behind the tooth as the trainee sees it
+  constexpr double kBeside = 9e-3;  // m, distance behind the tooth as the trainee sees it
   debris::Suction nozzle = scene_.suction.value_or(debris::Suction{.p_W = above_ + dvec3(0, kBeside, 0)});
   debris_->suck(on ? std::optional(nozzle) : std::nullopt);
 }
@@ -162,8 +162,9 @@ void LivePicture::show_next_view(const ServoTick& tick) {
   views_->look(Eyes::kTrainee, next);
 }
 
-/// Plane through the axis of the drill in its bed, otherwise through that of the planned implant: along the arch, or
-/// across it. (x lies along the arch, y points to the tongue: docs/interface.md, "bone".)
+/// Plane through the axis of the drill if the drill is in its bed, otherwise through the axis of the planned implant.
+/// The plane lies along the arch or across it. (x is along the arch, y points to the tongue: docs/interface.md,
+/// "bone".)
 glm::dvec4 LivePicture::section_through_implant(const ServoTick& tick) const {
   const bool in_bed = tick.level != session::implant_level::kFree && tick.level != session::implant_level::kPlaced;
   const dvec3 axis = in_bed ? tick.X_WG.R * dvec3(0, 0, -1) : scene_.implant->plan.axis_W;
@@ -199,7 +200,7 @@ MouthMirror LivePicture::mirror_for(const Look& look) {
   return left_hand_ ? session_.wiring.mouth_mirror.front() : scene_.mouth_mirror;
 }
 
-/// The carver meshes only the tissue that a picture shows.
+/// Sets which pictures show the tissue; the carver meshes only tissue that a picture shows.
 void LivePicture::look_for_tissue() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
@@ -253,7 +254,7 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   Wiring& wiring = session_.wiring;
   if (wiring.tick_to_render.fetch()) tick = wiring.tick_to_render.front();
   if (frames_ > 0 && ++turns_since_first_ == 2)
-    first_shown_ = now();  // a window shows a frame at the second poll after it
+    first_shown_ = now();  // a window shows a frame only at the second poll after the frame
   collect();
   const double dt = to_seconds(now() - last_turn_);
   last_turn_ = now();
@@ -279,21 +280,21 @@ void LivePicture::draw(ServoTick& tick, const std::string& hint, WorkCounts& wor
   }
   drew_last_ = false;
   if (options_.embedded) return;  // the operator's window waits instead
-  // After half a second without motion the hand is checked only forty times per second. An event of the mouse ends the
-  // wait earlier, but some hands report a thousand times per second.
+  // After half a second without motion, check the hand only forty times per second. Mouse events end the wait earlier;
+  // but some hands send events a thousand times per second.
   if (last_turn_ - last_drawn_ > kNanosPerSecond / 2) stage_->output().wait(25'000'000);
   if (now() - last_turn_ < kBriefWait) std::this_thread::sleep_for(std::chrono::nanoseconds(kBriefWait));
 }
 
-/// Chooses the level of detail and the quality step for the next frame from this frame of the trainee. Other pictures
-/// are ignored, so that they do not reduce its quality.
+/// Chooses the level of detail and the quality step for the next frame from this frame of the trainee's picture. Other
+/// pictures are ignored, so that they do not reduce the quality of the trainee's picture.
 void LivePicture::follow(const render::FrameStats& stats, double dt, const ServoTick& tick) {
   Wiring& wiring = session_.wiring;
   if (detail_->follow(stats.pixel, ladder_.step())) wiring.tolerance = detail_->tolerance();
   frame_shown();
   const PictureStage::Timing& took = stage_->timing();
   frame_seconds_ += 0.1 * (took.cost() - frame_seconds_);
-  // age of the hand's sample when the frame began
+  // Age of the hand's sample at the beginning of the frame.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   const double age = zero ? std::max(to_seconds(last_turn_ - zero - tick.t), 0.0) : 0.0;
   photon_seconds_ += 0.1 * (age + took.shown - photon_seconds_);
@@ -303,8 +304,8 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   }
   // With software rendering, composing and presenting also use the CPU, so only consecutive frames show the total time.
   const bool on_end = std::exchange(drew_last_, true) && stage_->device().processor && !options_.embedded;
-  // In a picture at rest only bricks with a new level of detail are redrawn, a few at a time. Such cheap frames do not
-  // show the cost of the next step; if the ladder followed them, it would climb and fall for ever.
+  // In a picture at rest, only bricks with a new level of detail are redrawn, a few at a time. Such cheap frames do not
+  // show the cost of the next step; if the ladder used them, it would go up and down forever.
   const bool refined = stats.redrawn < 1 && stage_->tool_at_rest() && tick.cuts == ladder_cuts_;
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {

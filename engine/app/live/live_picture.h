@@ -1,5 +1,5 @@
-// The pictures of a live session: the trainee's picture on the rig's screen, and one from a free viewpoint; and the
-// views, the debris, the level of detail and the quality ladder that they share. Drawing thread only.
+// The pictures of a live session: the trainee's picture on the rig's screen, and a picture from a free viewpoint. Also
+// the objects that both pictures use: views, debris, level of detail, quality ladder. Drawing thread only.
 #pragma once
 
 #include <array>
@@ -22,9 +22,9 @@ namespace typodont {
 class LivePicture {
  public:
   struct Options {
-    bool operated = false;          // the operator's window shows the other texts
+    bool operated = false;          // the operator's window shows the texts of the session
     bool embedded = false;          // shown in the operator's window instead of its own
-    bool cursor = false;            // draw a cursor in space, for a hand that is seen only on the screen
+    bool cursor = false;            // draw a cursor in space, for a hand that is visible only on the screen
     int monitor = -1;               // monitor for full screen; -1: a window
     gpu::Device* device = nullptr;  // the operator's device; null: create one
   };
@@ -34,25 +34,25 @@ class LivePicture {
   LivePicture(const LivePicture&) = delete;
   LivePicture& operator=(const LivePicture&) = delete;
 
-  /// Opens the trainee's picture on the screen of this rig, which must outlive this object; descriptions of active
-  /// features go to `explanations`. Throws like PictureStage.
+  /// Opens the trainee's picture on the screen of `rig`, which must outlive this object. Appends descriptions of the
+  /// active features to `explanations`. Throws the same errors as PictureStage.
   void open(const display::DisplayRig& rig, std::vector<std::string>& explanations);
   /// Starts the measurement of time for the first turn.
   void begin() { last_turn_ = now(); }
-  /// Null if the trainee's picture is not drawn here.
+  /// Stage of the trainee's picture; null if the picture is not drawn here.
   PictureStage* stage() { return stage_ ? &*stage_ : nullptr; }
-  /// Null after close().
+  /// The views; null after close().
   LiveViews* views() { return views_.get(); }
-  /// At the end of the session: the balance of the removed mass.
+  /// Returns the balance of the removed mass. Call it at the end of the session.
   std::optional<debris::DebrisLedger> settle_debris();
-  /// At the end of the session: waits for unfinished work. The trainee's last picture stays.
+  /// Waits for unfinished work at the end of the session. The trainee's last picture stays visible.
   void close();
 
-  /// The device is about to be destroyed or is lost: stops drawing
+  /// Stops drawing, because the device is about to be destroyed or is lost.
   void drop();
-  /// Creates the pictures again; null: on a device of its own.
+  /// Creates the pictures again; with null, on a device of their own.
   void make(gpu::Device* device);
-  /// Creates a lost device again; false if it was lost recently before.
+  /// Creates a lost device again; returns false if the previous loss was too recent.
   bool revive();
 
   /// Collects the carver's changes since the last turn.
@@ -61,7 +61,7 @@ class LivePicture {
   void draw(ServoTick& tick, const std::string& hint, WorkCounts& work);
   /// Draws the picture from the free viewpoint if it is wanted and due; `dt`: s since the last turn.
   void draw_own(const ServoTick& tick, double dt, WorkCounts& work);
-  /// Sets the free viewpoint; a size of 0 switches it off.
+  /// Sets the free viewpoint and the picture's size in pixels; a size of 0 switches the picture off.
   void look_from(const Viewpoint& from, glm::ivec2 pixels);
   const gpu::Image* own_picture() const { return own_stage_ && own_frames_ > 0 ? &own_stage_->pictures() : nullptr; }
 
@@ -81,7 +81,8 @@ class LivePicture {
   std::uint64_t own_frames() const { return own_frames_; }
   /// Latest possible time at which the first picture was on the screen; 0: there was none.
   Nanos first_shown() const { return first_shown_; }
-  /// s, smoothed: drawing time of a frame, interval between frames, and latency from hand to screen (estimated).
+  /// Smoothed values in s: drawing time of a frame, interval between frames, and latency from hand to screen
+  /// (estimated).
   double frame_seconds() const { return frame_seconds_; }
   double frame_period() const { return frame_period_; }
   double photon_seconds() const { return photon_seconds_; }
@@ -115,7 +116,7 @@ class LivePicture {
   std::unique_ptr<LiveViews> views_;  // declared after the pictures, to which they refer
 
   Viewpoint own_from_;
-  glm::ivec2 own_size_{0};  // 0: no such picture
+  glm::ivec2 own_size_{0};  // pixels; 0: there is no picture from the free viewpoint
   Nanos own_drawn_ = 0;
   Nanos last_turn_ = 0, last_drawn_ = 0;
   Nanos revived_;  // time when the picture was last created again
@@ -126,7 +127,7 @@ class LivePicture {
   bool drew_last_ = false;         // the last turn drew a frame
   std::uint64_t ladder_cuts_ = 0;  // number of cuts when the ladder last evaluated a frame
   std::optional<SeenFrom> seen_;   // the view that was recorded last
-  int implant_section_ = 0;        // 0: along the arch, 1: across it
+  int implant_section_ = 0;        // section of the implant: 0: along the arch, 1: across it
 };
 
 }  // namespace typodont

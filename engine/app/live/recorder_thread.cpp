@@ -14,7 +14,8 @@ using namespace std::chrono_literals;
 
 namespace {
 
-// a twentieth of the data that a kill may lose; the ring of ticks holds eight seconds at 4 kHz
+// Period of the recorder's turns. A kill loses the data of at most 20 periods; the ring of ticks holds eight seconds at
+// 4 kHz.
 constexpr auto kTurn = 25ms;
 
 }  // namespace
@@ -27,11 +28,11 @@ void RecorderTurns::turn() {
   Cut cut;
   PatchUse use;
   StrokeEdit edit;
-  // Count the ticks first. Their patches and cuts were pushed before them. Those of later ticks may arrive after this
-  // point; if the program were killed then, ticks would be stored without them.
+  // Count the ticks first. Their patches and cuts are already in the rings. The patches and cuts of later ticks may
+  // arrive after this point; if the program were killed then, those ticks would be stored without them.
   const std::size_t ticks = wiring.ticks_to_recorder.ready();
   while (wiring.patches_to_recorder.pop(use)) writer.append({&use, 1});
-  // After the patches, so that the edit that made a patch necessary is stored, too.
+  // Read the edits after the patches, so that the edit that made a patch necessary is stored, too.
   while (wiring.edits_to_recorder.pop(edit)) writer.append(event_of(edit));
   LoosePiece piece;
   while (wiring.pieces_to_recorder.pop(piece)) writer.append(event_of(piece));
@@ -54,7 +55,7 @@ void RecorderTurns::turn() {
     writer.append(s.left_stream, left.t, std::array{X.p.x, X.p.y, X.p.z, X.R.w, X.R.x, X.R.y, X.R.z, left.pedal});
   }
   if (wiring.loop_to_recorder.fetch()) writer.loop(wiring.loop_to_recorder.front());
-  // Pictures before the first tick belong to no session.
+  // Pictures before the first tick do not belong to the session.
   const Nanos zero = wiring.session_zero.load(std::memory_order_relaxed);
   display::HmdTiming frame;
   while (wiring.xr_frames_to_recorder.pop(frame))

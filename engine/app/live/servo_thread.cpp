@@ -15,7 +15,7 @@ constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end o
 // Faults that are input of Servo::tick.
 constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
-/// Contact as defined for HapticDevice::contact.
+/// True if the tool is in contact, as defined for HapticDevice::contact.
 bool in_contact(const ServoTick& tick) {
   constexpr std::uint32_t kUnknown = haptics::kNoPose | bits(Fault::kPatchEdge) | bits(Fault::kDeepPenetration);
   return tick.depth > 0 || (tick.faults & kUnknown) != 0;
@@ -53,7 +53,8 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // The tick contains the faults that the servo got as input, and no others, so that a replay can give it the same.
+  // Of the faults in kTold, the tick contains exactly those that the servo got as input, so that a replay can repeat
+  // them.
   tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
@@ -65,11 +66,12 @@ bool ServoTurns::turn() noexcept {
     if (s.debris) wiring.cuts_to_debris.push(cut_);
   }
   wiring.tick_to_carver.publish(tick_);
-  // before it is published, because a sound file is synthesized up to the latest published tick
+  // The sound gets the tick before it is published, because a sound file is synthesized up to the latest published
+  // tick.
   if (s.sound) s.sound->push(tick_);
   if (s.draw || s.operated || s.sound || s.steered) wiring.tick_to_render.publish(tick_);
   if (s.record) wiring.ticks_to_recorder.push(tick_);
-  // if the ring is full, the loss is counted and the session continues
+  // If the ring is full, the loss is counted and the session continues.
   if (wiring.ticks_to_stream) wiring.ticks_to_stream->push(tick_);
   s.faults |= tick_.faults;
   wiring.newest_faults.store(tick_.faults, std::memory_order_relaxed);
@@ -89,7 +91,7 @@ void ServoTurns::end() noexcept {
   LiveSession& s = s_;
   Wiring& wiring = s.wiring;
   s.loop->publish();
-  // At the end the force ramps down with the drill off. These ticks belong to no session and are not recorded.
+  // At the end the force ramps down with the drill off. These ticks are not part of the session and are not recorded.
   s.servo->ramp_out();
   const Nanos faded = clock_() + from_seconds(kRampOut);
   while (!wiring.emergency && clock_() < faded && hand_.read(sample_)) {
@@ -101,7 +103,7 @@ void ServoTurns::end() noexcept {
     send();
   }
   hand_.write(dvec3(0), dvec3(0));
-  hand_.release();  // also ends an arm's gravity compensation
+  hand_.release();  // this also ends an arm's gravity compensation
 }
 
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand) {

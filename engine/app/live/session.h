@@ -26,39 +26,40 @@
 
 namespace typodont {
 
-/// The data of a session. The threads refer to it; it outlives them.
+/// The data of a session. It outlives the threads, which have references to it. A member marked SERVO, CARVER or
+/// RECORDER is used only by that thread until the thread has ended.
 struct LiveSession {
   const Scene& scene;
   haptics::Carver carver;
   Wiring wiring;
-  std::optional<haptics::Servo> servo;       // created for the hand once the hand is known
-  std::optional<haptics::ForceDelay> delay;  // servo thread; only if the session may delay forces
-  std::optional<LoopWatch> loop;             // used only by the servo thread until it has ended
-  ServoTick last;                            // used only by the servo thread until it has ended
-  double servo_cpu = 0;  // s, CPU time of the servo; used only by the servo thread until it has ended
-  Nanos first_tick = 0;  // time when the first tick was finished; used only by the servo thread until it has ended
+  std::optional<haptics::Servo> servo;       // created once the hand is known
+  std::optional<haptics::ForceDelay> delay;  // SERVO: delays the force; empty if the session does not delay forces
+  std::optional<LoopWatch> loop;             // SERVO: statistics of the loop
+  ServoTick last;                            // SERVO: the last tick
+  double servo_cpu = 0;                      // SERVO: s, CPU time of the thread
+  Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
   std::uint32_t faults = 0;
   bool draw = false, record = false, debris = false, operated = false;
-  bool steered = false;        // the newest tick is read, also if nothing is drawn
-  bool watched = false;        // bricks also go to the operator's picture; the headset takes the others
-  StrokeBook book;             // used only by the carver thread until it has ended
-  std::string carver_failure;  // reason for a failure of the carver; used only by the carver thread until it has ended
+  bool steered = false;              // the newest tick is read even if nothing is drawn
+  bool watched = false;              // bricks also go to the operator's picture; the other copy goes to the headset
+  StrokeBook book;                   // CARVER: the changes by each stroke
+  std::string carver_failure;        // CARVER: reason for a failure of the carver
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
   std::size_t picture_stream = 0;    // index of the recorded stream for a screen's frames
   SoundLink* sound = nullptr;
   std::size_t left_stream = 0;             // index of the recorded stream for a second hand
   std::optional<std::size_t> head_stream;  // index of the recorded stream for the head's position, if there is a screen
-  std::optional<TickNotes> notes;          // recorder thread; only if recorded
-  std::filesystem::path save;              // file for the tissue
-  // used only by the carver thread until it has ended
+  std::optional<TickNotes> notes;          // RECORDER: notes derived from the ticks; empty without recording
+  std::filesystem::path save;              // file to which the tissue is saved
+  // CARVER: counts of its work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::ModelLooks looks;  // used only by the carver thread until it has ended
-  std::uint64_t queries = 0;  // used only by the servo thread until it has ended
+  haptics::ModelLooks looks;  // CARVER: searches by the contact model
+  std::uint64_t queries = 0;  // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}
-  /// `most_delay`: s that the force may be asked to reach the hand late; 0: never.
+  /// Creates the servo for the hand. `most_delay`: s, largest delay of the force that may be requested; 0: none.
   void serve(const haptics::DeviceInfo& hand, double most_delay = 0) {
     const haptics::ServoSettings settings = servo_settings(scene, carver.volume(), hand.rate, hand.vibration_band,
                                                            hand.position_step, hand.torque_limit > 0);
@@ -68,7 +69,7 @@ struct LiveSession {
   }
 };
 
-/// The servo's loop, turn by turn. Its thread calls turn() until that returns false, then end(). A test can call the
+/// The servo's loop, turn by turn. Its thread calls turn() until turn() returns false, then end(). A test can call the
 /// turns of all loops in any order.
 class ServoTurns {
  public:
@@ -81,7 +82,7 @@ class ServoTurns {
   void end() noexcept;
 
  private:
-  /// The tick's force and torque to the hand.
+  /// Sends the tick's force and torque to the hand.
   void send() noexcept;
 
   LiveSession& s_;
@@ -99,15 +100,15 @@ class ServoTurns {
 /// The carver's loop, turn by turn.
 class CarverTurns {
  public:
-  /// `between`: called between the steps of a turn, where a test lets the servo continue. Empty in a live session.
+  /// `between`: called between the steps of a turn; a test lets the servo continue there. Empty in a live session.
   explicit CarverTurns(LiveSession& s, std::function<void()> between = {});
   ~CarverTurns();
   struct Done {
     bool worked = false;   // there was work
-    bool awaited = false;  // a patch is offered that the servo has not yet adopted
+    bool awaited = false;  // a patch is offered, and the servo has not adopted it yet
   };
-  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes. Throws what
-  /// OpenVDB throws.
+  /// Repeats the servo's cuts, executes the user's commands, offers a patch if one is due, and meshes the changed
+  /// bricks. Throws OpenVDB's exceptions.
   Done turn();
   /// Repeats the remaining cuts.
   void finish();
@@ -134,7 +135,8 @@ class RecorderTurns {
 /// The loop of the state stream, turn by turn: publishes the session's state to other programs.
 class StreamTurns {
  public:
-  /// `rate`: states per second, Hz. Creates the ring from the servo, so call it before the servo begins.
+  /// `rate`: Hz, states per second. Creates the ring that the servo fills, so it must be constructed before the servo
+  /// begins.
   StreamTurns(LiveSession& s, StateStream& stream, double rate);
   /// Empties the ring, and publishes new events and, if it is due, the latest tick.
   void turn();
@@ -151,12 +153,12 @@ class StreamTurns {
   ServoTick tick_;  // the latest tick
 };
 
-/// Runs the servo loop; the hand's rate is the clock. Zero force when it returns.
+/// Runs the servo loop at the rate of the hand. The force is zero when it returns.
 void servo_thread(LiveSession& s, haptics::HapticDevice& hand);
-/// Owns the tissue: repeats the servo's cuts on it, cuts patches out of it, meshes the changes, and executes undo. If
-/// it cannot continue because memory is full, it ends the session.
+/// Owns the tissue: repeats the servo's cuts on it, creates patches from it, meshes the changes, and executes undo. If
+/// memory is exhausted, it ends the session.
 void carver_thread(LiveSession& s);
-/// Moves all recorded data from its rings to the file.
+/// Moves all data for the recording from the rings to the file.
 void recorder_thread(LiveSession& s, session::SessionWriter& writer);
 /// Publishes the session's state until all other threads have ended.
 void stream_thread(LiveSession& s, StreamTurns& turns);

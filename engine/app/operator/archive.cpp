@@ -29,10 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// m: position of the middle of a crown's top, at which the shipped rigs look
+// m, position of the middle of a crown's top; the shipped rigs look at it
 constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};
 
-/// The rotation that makes the crown point along +z.
+/// The rotation that turns the crown to +z.
 const char* turn_up(Crown crown) {
   switch (crown) {
     case Crown::kUp:
@@ -58,7 +58,7 @@ void stand_up(haptics::TissueMesh& mesh, Crown crown) {
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moves the tissue so that its top is at the point at which the rigs look.
+/// Moves the tissue so that the middle of its top is at kStandsAt.
 void put_in_place(haptics::DenseTissue& tissue) {
   glm::ivec3 lo(tissue.size), hi(-1), at;
   for (at.x = 0; at.x < tissue.size.x; ++at.x)
@@ -70,10 +70,10 @@ void put_in_place(haptics::DenseTissue& tissue) {
   tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
 }
 
-/// The same for a mesh. If it has several teeth, its middle may be empty, as in an arch; then the highest point is
-/// moved to that point.
+/// put_in_place() for a mesh. If the mesh has several teeth, its middle may be empty, as in an arch; then its highest
+/// point is moved to kStandsAt.
 void put_in_place(haptics::TissueMesh& mesh) {
-  constexpr double kWidestTooth = 16e-3;  // m
+  constexpr double kWidestTooth = 16e-3;  // m, largest width of a single tooth
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
     lo = glm::min(lo, p), hi = glm::max(hi, p);
@@ -84,8 +84,8 @@ void put_in_place(haptics::TissueMesh& mesh) {
   for (dvec3& p : mesh.vertices) p += move;
 }
 
-/// Reads the mesh in the given unit. With the default unit (mm), a mesh too small for a tooth is read in metres, which
-/// some scanners write.
+/// Reads the mesh in the given unit. With the default unit (mm), a mesh that is too small for a tooth is read in
+/// metres, because some scanners write metres.
 haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
   constexpr Tissue kTissue = Tissue::kEnamel;
   try {
@@ -97,7 +97,7 @@ haptics::ReadTissueMesh read_scanned(const NewTooth& tooth) {
       read.repairs.insert(read.repairs.begin(), "taken as metres: at a millimetre a unit it is too small");
       return read;
     } catch (const Error&) {
-      throw e;  // metres fail, too: report the error for the requested unit
+      throw e;  // metres fail, too: report the error of the requested unit
     }
   }
 }
@@ -133,7 +133,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   PartialFile file(folder / (stem + ".json"), FileKind::kJson, Over::kItsInput);
   write_file_atomically(file.path(), scene.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                         FileKind::kJson);
-  progress.at(1);  // no cancellation from here on: both files are moved to their names
+  progress.at(1);  // no cancellation from here on: both files get their final names
   const VoxelFrame in_place{dvec3(0), kMillimetre};
   surface::write_mesh(folder / (stem + ".stl"), whole_surface(read.mesh, in_place), in_place, load_materials(),
                       Over::kItsInput);
@@ -155,7 +155,7 @@ std::vector<SessionEntry> find_sessions() {
       if (!session.recorded && entry.path().extension() != ".vdb") continue;
       session.file = entry.path();
       session.trainee = who;
-      // for example 2026-11-20_10-15-00_scene
+      // The stem is for example 2026-11-20_10-15-00_scene.
       const std::string stem = entry.path().stem().string();
       const bool dated = stem.size() > 20 && stem[10] == '_' && stem[19] == '_';
       session.scene = dated ? stem.substr(20) : stem;
@@ -221,7 +221,7 @@ void export_surface(const fs::path& session, const fs::path& mesh, Progress& pro
   progress.stage("op.exporting");
   surface::require_mesh_format(mesh);
   MaterialTable materials = load_materials();
-  bool draws_own = false;  // if true, writes the carved mesh itself, triangle by triangle
+  bool draws_own = false;  // true: write the carved mesh itself, triangle by triangle
   const haptics::TissueVolume tissue = [&] {
     if (session.extension() == ".vdb") return haptics::TissueVolume::load(session);
     const session::SessionReader reader(session);

@@ -11,7 +11,7 @@
 
 namespace typodont {
 
-/// Score of a session, cached since it was computed.
+/// Score of a session from the cache.
 struct KnownScore {
   double points = 0;  // points out of 100
   bool counts = false, passed = false;
@@ -19,32 +19,32 @@ struct KnownScore {
 
 struct SessionEntry {
   std::filesystem::path file;
-  std::string scene, trainee, date;  // from the file name
+  std::string scene, trainee, date;  // parts of the file name
   std::string title;                 // title of the exercise in the reader's language; empty: unknown
-  std::optional<KnownScore> score;   // nothing: not yet computed, or a preparation that was saved without a recording
+  std::optional<KnownScore> score;   // empty: not yet computed, or a preparation that was saved without a recording
   double megabytes = 0;
-  bool report = false;   // a report exists beside it
+  bool report = false;   // a report exists beside the recording
   bool recorded = true;  // false: a preparation that was saved without a recording
 };
 /// The sessions of all trainees, newest first.
 std::vector<SessionEntry> find_sessions();
 
-/// Copies this session to the trainee "expert", so that reports of this exercise compare with it. Throws Error.
+/// Copies this session to the trainee "expert", so that reports of its exercise compare with it. Throws Error.
 void make_expert(const std::filesystem::path& session);
 
 /// Direction of the crown of an imported tooth in its file.
 enum class Crown { kUp, kDown, kRight, kLeft, kBack, kFront };  // +z −z +x −x +y −y, in this order
 
 struct NewTooth {
-  std::filesystem::path input;  // a scan or a closed mesh; any mesh with as_scanned
+  std::filesystem::path input;  // a scan or a closed mesh; with as_scanned, any mesh
   std::string name;
-  bool as_scanned = false;  // carve the mesh itself, with the contact model vertex; also for open meshes
+  bool as_scanned = false;  // carve the mesh itself with the contact model vertex; works for open meshes, too
   haptics::ImportOptions options;
   Crown crown = Crown::kUp;
 };
-/// Converts the input to a volume, or to a mesh in millimetres, placed upright where the shipped rigs look; and creates
-/// a scene for practice. Both are written to the user's folder and replace files of the same name. Returns the scene.
-/// Throws Error or Cancelled; then nothing has changed.
+/// Converts the input to a volume, or to a mesh in millimetres, and creates a scene for practice. The tissue is placed
+/// upright at the point that the shipped rigs show. Both files are written to the user's folder and replace files of
+/// the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
 std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
 
 /// Writes the final tissue of a session, or a saved tissue, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.

@@ -15,7 +15,7 @@ namespace {
 using namespace widgets;
 namespace keys = display::keys;
 
-/// Points out of 100, in red if the pass mark is missed.
+/// Draws the points out of 100, in red if the pass mark is missed.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score) return dim(one.recorded ? "…" : "–");
   if (!one.score->counts) return dim("–");

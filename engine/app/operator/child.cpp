@@ -20,7 +20,7 @@ namespace typodont {
 namespace {
 
 constexpr int kLook = 50;        // ms between checks for cancellation
-constexpr int kPatience = 3000;  // ms that the process has to end after the request
+constexpr int kPatience = 3000;  // ms, time in which the process must end after the request
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -36,7 +36,7 @@ std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
   return words;
 }
 
-/// The progress in the last message such as "film: 30 %"; 0 if there is none.
+/// The progress (0..1) in the last message of a form such as "film: 30 %"; 0 if there is none.
 double fraction_in(const std::string& messages) {
   const std::size_t sign = messages.rfind(" %\n");
   if (sign == std::string::npos) return 0;
@@ -54,7 +54,7 @@ std::string last_line(std::string messages) {
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice) {
   std::vector<std::string> words = self_with(arguments);
   const std::vector<char*> line = pointers(words);
-  std::array<std::array<int, 2>, 2> ends{};  // pipes for its output and its messages
+  std::array<std::array<int, 2>, 2> ends{};  // pipes for the process's output and its messages
   if (pipe2(ends[0].data(), O_CLOEXEC) != 0) throw RunFailure("cannot start " + words[0]);
   if (pipe2(ends[1].data(), O_CLOEXEC) != 0) {
     close(ends[0][0]), close(ends[0][1]);
@@ -75,12 +75,12 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     ~Ended() {
       for (const int one : from) close(one);
       if (child <= 0) return;
-      kill(child, SIGINT);  // asks it to end and remove partial files
+      kill(child, SIGINT);  // asks the process to end and to remove its partial files
       for (int i = 0; i < kPatience / kLook; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
         poll(nullptr, 0, kLook);
       }
-      kill(child, SIGKILL);  // it did not answer
+      kill(child, SIGKILL);  // the process did not end in time
       waitpid(child, nullptr, 0);
     }
   } ended{child, {ends[0][0], ends[1][0]}};
@@ -103,7 +103,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
     fraction = std::max(fraction, fraction_in(said[1]));
   }
   int status = 0;
-  waitpid(child, &status, 0);  // it has closed its output, so it is about to end
+  waitpid(child, &status, 0);  // the process has closed its output, so it is about to end
   ended.child = 0;
   if ((WIFEXITED(status) && WEXITSTATUS(status) == 0) || !said[0].empty()) return said[0];
   throw RunFailure(last_line(said[1]));
@@ -111,7 +111,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
 
 void Started::start(std::vector<std::string> words, const std::string& file) {
   const std::vector<char*> line = pointers(words);
-  // memory instead of a pipe, which would break if this program ended before the child
+  // Messages go to memory. A pipe would break if this program ended before the child.
   const int said = memfd_create("messages", MFD_CLOEXEC);
   const pid_t child = fork();
   if (child == 0) {
@@ -146,7 +146,7 @@ std::optional<Started::Failed> Started::look() {
     if (one->said >= 0) close(one->said);
     running_.erase(one);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) return failed;
-    return std::nullopt;  // the others are checked at the next call
+    return std::nullopt;  // the other programs are checked at the next call
   }
   return std::nullopt;
 }

@@ -9,33 +9,33 @@
 
 namespace typodont {
 
-/// Niceness of a program that runs only while no other needs the processor.
+/// Niceness of a process that runs only while no other process needs the processor.
 inline constexpr int kLowestPriority = 19;
 
-/// Runs `typodont ARGUMENTS` to its end and returns its output; the progress that it reports goes to `progress`. On
-/// cancellation it is asked to end, then killed. `nice`: its niceness, 0 to 19. Throws Cancelled, or RunFailure with
-/// the program's last message if it fails without output.
+/// Runs `typodont ARGUMENTS` to its end and returns its output; its reported progress goes to `progress`. On
+/// cancellation the process is asked to end, and killed if it does not. `nice`: niceness of the process, 0 to 19.
+/// Throws Cancelled, or RunFailure with the process's last message if it fails without output.
 std::string run_self(const std::vector<std::string>& arguments, Progress& progress, int nice = 0);
 
-/// Programs that were started and run independently; detects failures. Main thread.
+/// Programs that run independently after their start; detects failures. Main thread.
 class Started {
  public:
-  /// Opens a file or folder with the desktop's program for it.
+  /// Opens a file or folder with the desktop's default program.
   void open(const std::string& file);
   /// Starts `typodont ARGUMENTS`.
   void self(const std::vector<std::string>& arguments);
 
   struct Failed {
-    std::string file;   // the file that could not be opened; empty: this program failed
-    std::string words;  // its last message
+    std::string file;   // the file that could not be opened; empty: a process of this program failed
+    std::string words;  // the last message of the failed program
   };
-  /// A program that failed since the last call, if there is one.
+  /// Returns a program that failed since the last call; empty if there is none.
   std::optional<Failed> look();
 
  private:
   struct One {
     int process = -1;
-    int said = -1;  // descriptor of its messages in memory
+    int said = -1;  // descriptor of the messages, which are stored in memory
     std::string file;
   };
   void start(std::vector<std::string> words, const std::string& file);

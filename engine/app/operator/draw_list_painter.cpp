@@ -17,18 +17,18 @@ namespace typodont {
 
 namespace {
 
-struct Place {  // same layout as in interface.vert
+struct Place {  // the layout must equal that in interface.vert
   float scale[2], shift[2];
   std::int32_t layer;
 };
 
-constexpr std::size_t kRemembered = 8;  // number of stored targets; more than the images of a swapchain
+constexpr std::size_t kRemembered = 8;  // limit of the remembered targets; more than the images of a swapchain
 
 VkRect2D rectangle(const display::Part& p) {
   return {{p.x, p.y}, {static_cast<std::uint32_t>(p.width), static_cast<std::uint32_t>(p.height)}};
 }
 
-/// Ensures a buffer of at least `bytes`, with room to grow.
+/// Ensures that the buffer has at least `bytes`; a new buffer gets half as much in addition, for later growth.
 void at_least(gpu::Device& device, gpu::Buffer& buffer, VkDeviceSize bytes, VkBufferUsageFlags usage) {
   if (buffer.size >= bytes) return;
   if (buffer.buffer) buffer.destroy(device);
@@ -110,13 +110,13 @@ std::optional<std::vector<display::Part>> DrawListPainter::record(VkCommandBuffe
   std::vector<std::uint64_t> tiles = drawn_tiles(lists, target.size, shown);
   if (!target.kept) holds_.erase(target.image);
   const auto held = holds_.find(target.image);
-  // Draw lists for another size are scaled to this one.
+  // Draw lists for another size are scaled to the target's size.
   const bool fits = lists.DisplaySize.x == static_cast<float>(target.size.x) &&
                     lists.DisplaySize.y == static_cast<float>(target.size.y);
   const bool whole = all || !fits || held == holds_.end() || held->second.size() != tiles.size();
   const std::vector<display::Part> parts = whole ? std::vector{display::Part{0, 0, target.size.x, target.size.y}}
                                                  : differing_parts(held->second, tiles, target.size);
-  if (whole && holds_.size() > kRemembered) holds_.clear();  // also contains images that no longer exist
+  if (whole && holds_.size() > kRemembered) holds_.clear();  // the map also contains images that no longer exist
   if (fits)
     holds_[target.image] = std::move(tiles);
   else

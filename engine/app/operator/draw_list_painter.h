@@ -1,4 +1,4 @@
-// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. If a target still
+// Draws Dear ImGui's draw lists with Vulkan: one pipeline, dynamic rendering, two frames in flight. If the target still
 // contains an earlier frame, only the differences are drawn. Render thread.
 #pragma once
 
@@ -24,28 +24,29 @@ class DrawListPainter {
   DrawListPainter(const DrawListPainter&) = delete;
   DrawListPainter& operator=(const DrawListPainter&) = delete;
 
-  /// Uploads the font atlas again after it changed (another language, another scale). No frame may be in flight.
+  /// Uploads the font atlas again after a change of language or scale. No frame may be in flight.
   void take_font_atlas();
 
   /// Removes the textures of the last frame.
   void new_frame();
-  /// Registers a picture for ImGui::Image in this frame (its first layer): sRGB bytes (a UNORM view), ready for
-  /// shaders. At most 60 per frame. `shows`: a number that changes with the picture's content.
+  /// Registers the first layer of a picture for ImGui::Image in this frame. The picture must have sRGB bytes (a UNORM
+  /// view) and be in the layout for shaders. At most 60 pictures per frame. `shows`: a number that changes with the
+  /// picture's content.
   void* texture(VkImageView array_view, std::uint64_t shows);
 
-  /// Draws the parts in which this frame differs from the target; everything if the target holds no frame or if `all`
-  /// is set. Returns the drawn parts; nothing means everything.
+  /// Draws the parts in which this frame differs from the target's content; everything if the target contains no frame
+  /// or if `all` is set. Returns the drawn parts; an empty optional means everything.
   std::optional<std::vector<display::Part>> record(VkCommandBuffer commands, const ImDrawData& lists,
                                                    const display::Target& target, int slot,
                                                    const std::array<float, 4>& clear, bool all = false);
 
  private:
   static constexpr int kSlots = gpu::FrameRing::kSlots;
-  static constexpr std::size_t kTextures = 64;  // the first is the font's
+  static constexpr std::size_t kTextures = 64;  // limit of the number of textures; the first is the font
 
   struct Texture {
     VkImageView view;
-    int layer;  // layer of an array; negative: coverage of the font
+    int layer;  // layer of an array; negative: the font, a coverage texture
     std::uint64_t shows;
   };
 
@@ -60,7 +61,7 @@ class DrawListPainter {
   VkFormat format_ = VK_FORMAT_UNDEFINED;
   std::array<gpu::Buffer, kSlots> vertices_, indices_;
   std::vector<Texture> textures_;
-  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // tile hashes of the frame that each target holds
+  std::map<VkImage, std::vector<std::uint64_t>> holds_;  // tile hashes of the frame that each target contains
 };
 
 }  // namespace typodont

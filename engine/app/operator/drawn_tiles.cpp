@@ -10,8 +10,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kTile = 32;  // pixels
-// limit, because an element that lies in several parts is drawn once for each of them
+constexpr int kTile = 32;  // pixels, side of a tile
+// Limit of the number of parts, because an element that lies in several parts is drawn once for each part.
 constexpr std::size_t kMostParts = 12;
 
 int tiles_in(int pixels) {
@@ -63,7 +63,8 @@ std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 s
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size) {
   if (before.size() != after.size()) return {{0, 0, size.x, size.y}};
-  std::vector<display::Part> parts;  // in tiles; a run in a row is extended downwards if the next row has the same run
+  // The parts, in tiles. A run in a row is extended downwards if the next row has the same run.
+  std::vector<display::Part> parts;
   const int across = tiles_in(size.x), down = tiles_in(size.y);
   for (int y = 0; y < down; ++y) {
     const auto differs = [&](int x) {

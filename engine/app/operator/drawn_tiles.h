@@ -1,5 +1,6 @@
-// Finds the parts of a user-interface frame that differ from an earlier one, by tiles. Each tile has a hash of
-// everything drawn over it, in order. So a running clock redraws its own tiles instead of the whole window.
+// Finds the parts of a user-interface frame that differ from an earlier frame, by tiles. Each tile has a hash of
+// everything that is drawn over it, in order. A running clock then redraws only its own tiles instead of the whole
+// window.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +13,11 @@ struct ImDrawData;
 
 namespace typodont {
 
-/// One hash per tile, row by row. `textures`: a number for the content of each texture, indexed as in the lists.
+/// One hash per tile, row by row. `textures`: for each texture of the lists, a number that changes with its content.
 std::vector<std::uint64_t> drawn_tiles(const ImDrawData& lists, display::ivec2 size,
                                        std::span<const std::uint64_t> textures);
 
-/// The differences between two frames of that size: a few rectangles that do not overlap.
+/// The differences between two frames of this size in pixels: a few rectangles that do not overlap.
 std::vector<display::Part> differing_parts(std::span<const std::uint64_t> before, std::span<const std::uint64_t> after,
                                            display::ivec2 size);
 

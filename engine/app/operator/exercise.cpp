@@ -82,7 +82,7 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
     if (!c.counts) continue;
-    // Four digits, as the user typed it, without the digits of a float.
+    // Round the number to four digits, as the user typed it; a float has further digits.
     const auto plain = [](float v) { return std::stod(fmt::format("{:.4g}", v)); };
     Text rule = {{"name", c.name}, {"tolerance", plain(std::max(c.tolerance, 1e-6f))}, {"weight", plain(c.weight)}};
     if (!c.from_ideal) rule["target"] = plain(c.target);
@@ -110,7 +110,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
     const std::string tissue(name_of(static_cast<Tissue>(i)));
     if (made.color) scene["materials"][tissue]["color"] = {made.color->x, made.color->y, made.color->z};
     if (made.stiffness == 1) continue;
-    // The base's strokes have already changed it and will do so again.
+    // `servo.materials` includes the effect of the base's strokes, which will be applied again when the scene is read.
     const double painted =
         e.base->paint_file.empty() ? 1 : stiffness_factor(read_paint(e.base->paint_file), static_cast<Tissue>(i));
     scene["materials"][tissue]["stiffness_N_per_mm"] =
@@ -120,7 +120,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   const bool ideal = !ideal_file.empty();
   if (!ideal && !e.rules && e.steps.empty() && !scene.contains("task")) return scene.dump(2) + "\n";
   Text task = scene.value("task", Text::object());
-  if (scene.contains("score")) {  // the rules of a scene with a task are in the task
+  if (scene.contains("score")) {  // a scene with a task has its rules in the task
     if (scene["score"].contains("rules")) task["rules"] = scene["score"]["rules"];
     scene.erase("score");
   }
@@ -148,10 +148,10 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 
 namespace {
 
-/// Checks what would make a session fail, such as an invalid mesh or a rule without a target. Throws Error.
+/// Checks for errors that would make a session fail, such as an invalid mesh or a rule without a target. Throws Error.
 void try_out(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
-  const auto try_rules = [&](const auto& read) {  // one by one, to identify the faulty rule
+  const auto try_rules = [&](const auto& read) {  // one rule at a time, to identify the faulty one
     const auto task = json.find("task");
     const auto rules = task ? task->find("rules") : std::nullopt;
     if (!rules) return;
@@ -185,7 +185,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
     stem += std::isalnum(u) || u >= 0x80 || c == '-' ? static_cast<char>(std::tolower(u)) : '_';
   }
   const fs::path folder = user_folder() / "scenes", file = folder / (stem + ".json");
-  // Write and check it under another name first, so that an invalid exercise replaces nothing.
+  // Write and check the exercise in another folder first, so that an invalid exercise replaces nothing.
   const fs::path aside = folder / ("." + stem + "-new");
   struct Removed {
     fs::path folder;

@@ -19,41 +19,41 @@ namespace typodont {
 
 /// Stiffness and colour of a tissue that differ from the base scene.
 struct TissueMade {
-  double stiffness = 1;        // factor on the base's stiffness
+  double stiffness = 1;        // factor on the stiffness in the base scene
   std::optional<dvec3> color;  // sRGB
 };
 
 struct NewExercise {
   std::string name, goal;
   std::vector<std::string> steps;
-  const Scene* base = nullptr;                   // the scene from which it is made
-  std::span<const PaintStroke> strokes;          // painted in addition to the base's own strokes
+  const Scene* base = nullptr;                   // the scene from which the exercise is made
+  std::span<const PaintStroke> strokes;          // strokes painted in addition to the base's own strokes
   const haptics::TissueVolume* ideal = nullptr;  // the ideal as tissue
-  std::filesystem::path ideal_mesh;              // or the ideal as a closed mesh; if neither is given, the base's ideal
-  double mesh_unit_mm = 1;                       // unit of the mesh file
+  std::filesystem::path ideal_mesh;  // the ideal as a closed mesh; without `ideal` and mesh, the base's ideal is used
+  double mesh_unit_mm = 1;           // unit of the mesh file
   std::array<TissueMade, kTissueCount> tissues{};
-  std::optional<std::vector<RuleChoice>> rules;  // the complete list of rules; nothing: the base's rules
+  std::optional<std::vector<RuleChoice>> rules;  // the complete list of rules; empty: the base's rules
 };
 
-/// The exercise cannot be used because of one of its rules. A caller that knows the reader's language reports it in
-/// that language; otherwise it acts as an Error.
+/// Error: the exercise cannot be used because of one of its rules. A caller that knows the user's language can report
+/// the error in that language.
 class RuleRefused : public Error {
  public:
   RuleRefused(const Error& why, std::string name, bool without_target)
       : Error(why), rule(std::move(name)), no_target(without_target) {}
-  std::string rule;  // name of the rule, see session::known_score_names()
-  bool no_target;    // true: it has no target, and the ideal does not provide one; false: a number is out of range
+  std::string rule;  // name of the rule; see session::known_score_names()
+  bool no_target;  // true: the rule has no target, and the ideal does not provide one; false: a number is out of range
 };
 
-/// The available rules, as in the base, or the defaults if it has none.
+/// The available rules with the base's values, or with default values if the base has no rules.
 std::vector<RuleChoice> rule_choices(const Scene& base);
 
-/// The scene as JSON text. `ideal_file`: path of the ideal beside the scene; empty: the base's ideal.
+/// Returns the scene as JSON text. `ideal_file`: path of the ideal relative to the scene; empty: the base's ideal.
 std::string exercise_json(const NewExercise& exercise, const std::string& ideal_file);
 
-/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal, after checking both as a session would
-/// use them. Replaces an exercise of the same name. Returns the scene file. Throws Error (RuleRefused) or Cancelled;
-/// then nothing has changed.
+/// Writes ~/Typodont/scenes/NAME.json, and the ideal beside it as NAME-ideal. Before that, checks both as a session
+/// would use them. Replaces an exercise of the same name. Returns the scene's file. Throws Error (RuleRefused) or
+/// Cancelled; then nothing has changed.
 std::filesystem::path write_exercise(const NewExercise& exercise, Progress& progress);
 
 }  // namespace typodont

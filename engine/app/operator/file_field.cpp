@@ -49,7 +49,7 @@ namespace widgets {
 
 namespace {
 
-/// First folder of the list: that of the typed path, otherwise the home folder.
+/// First folder of the list: the folder of the typed path, otherwise the home folder.
 fs::path begin_at(const char* typed) {
   std::error_code code;
   const fs::path path = fs::absolute(typed, code);
@@ -59,7 +59,7 @@ fs::path begin_at(const char* typed) {
   return home && *home ? home : "/";
 }
 
-/// A line of the list; true if chosen by mouse, Space or Enter.
+/// Draws a line of the list. Returns true if the user chose the line by mouse, Space or Enter.
 bool line(const std::string& name) {
   const bool clicked = ImGui::Selectable(name.c_str());
   return clicked || (ImGui::IsItemFocused() && ImGui::IsKeyPressed(display::keys::kEnter, false));
@@ -80,7 +80,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
     look_into(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
-  // Every folder is a new popup, so that its first line is selected.
+  // Every folder gets a popup of its own, so that the first line is selected.
   if (std::exchange(chooser.asked, false)) ImGui::OpenPopup(fmt::format("list{}", ++chooser.opened).c_str());
   ImGui::SetNextWindowSize({34 * u, 24 * u});
   if (ImGui::BeginPopup(fmt::format("list{}", chooser.opened).c_str())) {

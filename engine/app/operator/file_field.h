@@ -1,4 +1,4 @@
-// A field for a file's path: typed, or chosen from a list of files. Main thread.
+// A field for a file's path: the path is typed, or chosen from a list of files. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,16 @@
 
 namespace typodont {
 
-/// The list of one folder with the files of the requested kinds.
+/// A list of one folder with the files of the requested kinds.
 struct FileChooser {
   std::filesystem::path folder;
-  std::vector<std::filesystem::path> folders, files;  // names
-  bool asked = false;                                 // open the list in this frame
-  int opened = 0;                                     // number of times it was opened
+  std::vector<std::filesystem::path> folders, files;  // names without the folder
+  bool asked = false;                                 // open the list in the present frame
+  int opened = 0;                                     // number of times that the list was opened
 };
 
-/// Lists the folder without hidden files, and only files with these extensions (lower case: ".stl"). Empty if it cannot
-/// be read.
+/// Lists the folder without hidden files; lists only files with these extensions (lower case: ".stl"). The list is
+/// empty if the folder cannot be read.
 void look_into(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
 
 /// Extensions of files from which a tooth can be made: scans and meshes.

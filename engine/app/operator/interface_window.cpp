@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 namespace keys = display::keys;
 
-// s after the last input during which every frame is drawn, for hover effects and the blinking cursor
+// s after the last input; during this time every frame is drawn, for hover effects and the blinking cursor
 constexpr double kSettle = 0.25;
 
-/// The first existing file; Debian, Fedora and Arch have fonts in different folders.
+/// The first file that exists; Debian, Fedora and Arch have fonts in different folders.
 std::optional<std::string> first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
@@ -186,7 +186,7 @@ InterfaceWindow::~InterfaceWindow() {
 }
 
 void InterfaceWindow::wait_idle() {
-  if (device_.device) vkDeviceWaitIdle(device_.device);  // null if a new device could not be created
+  if (device_.device) vkDeviceWaitIdle(device_.device);  // the device is null if a new one could not be created
 }
 
 void InterfaceWindow::build_fonts() {
@@ -194,7 +194,8 @@ void InterfaceWindow::build_fonts() {
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
   atlas.Clear();
-  // Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese the characters in the catalogue.
+  // Characters: Latin, Greek (µ), punctuation, arrows, mathematical signs; for Chinese also the characters in the
+  // catalogue.
   static constexpr ImWchar latin[] = {0x20,   0x17f,  0x370,  0x3ff,  0x2010, 0x205e, 0x2070,
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
@@ -294,7 +295,7 @@ void InterfaceWindow::begin(bool emergency_stop) {
   last_frame_ = t;
   const display::ivec2 size = output_->size();
   io.DisplaySize = {static_cast<float>(std::max(size.x, 1)), static_cast<float>(std::max(size.y, 1))};
-  // ImGui 1.86 takes key states, not events.
+  // ImGui 1.86 takes key states instead of key events.
   for (const KeyQueue::Key& key : keys_.next(emergency_stop)) {
     if (key.typed)
       io.AddInputCharacter(key.typed);
@@ -333,7 +334,8 @@ void InterfaceWindow::set_title(const std::string& title) {
 }
 
 void* InterfaceWindow::texture(const gpu::Image& picture, std::uint64_t shows) {
-  // The handle of a destroyed picture may be used again for a later upload, so the number of uploads is included.
+  // The handle of a destroyed picture may be used again for a later upload, so the number includes the count of
+  // uploads.
   return painter_->texture(picture.alias_view ? picture.alias_view : picture.view, shows << 32 | uploads_);
 }
 

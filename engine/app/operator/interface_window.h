@@ -22,7 +22,7 @@ namespace typodont {
 struct InterfaceStyle {
   float unit = 16;  // height of normal text; all other sizes are multiples of it
   ImFont* plain = nullptr;
-  ImFont* large = nullptr;  // for headings
+  ImFont* large = nullptr;  // font for headings
   ImFont* small = nullptr;
 };
 
@@ -33,38 +33,39 @@ class InterfaceWindow {
     display::ivec2 size{1280, 800};
     bool validation = false;
   };
-  /// Throws Error if there is no desktop, or no Vulkan device that can present to it.
+  /// Opens the window. Throws Error if there is no desktop, or no Vulkan device that can present to it.
   explicit InterfaceWindow(const Options& options);
   ~InterfaceWindow();
   InterfaceWindow(const InterfaceWindow&) = delete;
   InterfaceWindow& operator=(const InterfaceWindow&) = delete;
 
-  /// Loads fonts for this language. False if the computer has none; then nothing changes.
+  /// Loads fonts for this language. Returns false, and changes nothing, if the computer has no such font.
   bool set_language(session::Language language);
   /// Announces a text, so that the fonts contain its characters from the next frame on. Call between frames.
   void will_show(const std::string& text);
 
-  /// Reads mouse and keyboard. True if a frame should be drawn: there was input, or `most_seconds` have passed since
-  /// the last frame.
+  /// Reads mouse and keyboard. True if a frame should be drawn: there was input, or more than `most_seconds` have
+  /// passed since the last frame.
   bool poll(double most_seconds);
   const display::UserInput& input() const { return input_; }
 
-  /// ImGui calls are made between begin() and end(). end() shows the frame. `emergency_stop`: Esc and Space are the
-  /// emergency stop now.
+  /// Call ImGui between begin() and end(); end() shows the frame. `emergency_stop`: at present Esc and Space are the
+  /// keys of the emergency stop.
   void begin(bool emergency_stop);
   void end();
 
   /// Registers a picture for ImGui::Image in this frame. `shows`: a number that changes with the picture's content.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
-  /// Uploads a picture that stays; the caller destroys it after wait_idle().
+  /// Uploads a picture for several frames; the caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
   void wait_idle();
-  /// The device is lost: creates a new one with a new window. Uploaded pictures are lost; destroy them before.
+  /// Creates a new device with a new window after the device was lost. Uploaded pictures are lost; destroy them before
+  /// the call.
   void make_anew();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
-  /// Sets the text of the title bar if it changed.
+  /// Sets the text of the title bar, if it has changed.
   void set_title(const std::string& title);
   display::ivec2 size() const { return output_->size(); }
   display::Output& output() { return *output_; }
@@ -85,7 +86,7 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // texts of will_show() that are not in the catalogue
+  std::string more_;  // announced texts (will_show()) that are not in the catalogue
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };

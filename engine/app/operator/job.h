@@ -1,4 +1,4 @@
-// Runs long work in its own thread beside the window, with progress and result.
+// Runs a long task in its own thread while the window continues, with progress and result.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@ namespace typodont {
 
 class Job {
  public:
-  /// Runs `work` on its own thread; `work` throws errors and Cancelled.
+  /// Runs `work` on its own thread. `work` may throw any exception, including Cancelled; see failure().
   explicit Job(std::function<void(Progress&)> work)
       : thread_([this, run = std::move(work)] {
           try {
@@ -29,7 +29,7 @@ class Job {
 
   Progress& progress() { return progress_; }
   bool done() const { return done_.load(std::memory_order_acquire); }
-  /// After done(): the exception that it threw, if any.
+  /// The exception that the work threw; null: none. Call it after done().
   std::exception_ptr failure() const { return failure_; }
 
  private:

@@ -7,8 +7,8 @@ namespace typodont {
 namespace keys = display::keys;
 
 namespace {
-// ImGui moves the focus or opens a list one frame after the request; a field accepts text, and a list accepts arrows,
-// after that.
+// ImGui moves the focus or opens a list one frame after the request; only then a field accepts text, and a list accepts
+// arrows.
 constexpr int kFramesUntilThere = 3;
 
 /// True if the key acts on the focused element.

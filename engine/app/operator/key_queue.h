@@ -1,5 +1,5 @@
 // Passes keyboard input to the pages frame by frame. A page reads the state of the keys once per frame. On a busy
-// computer several keys may be pressed between two frames; the queue keeps them all, in order. Main thread.
+// computer the user may press several keys between two frames; the queue stores all of them, in order. Main thread.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ class KeyQueue {
   using Key = display::UserInput::Key;
 
   void add(std::span<const Key> done);
-  /// The keys for one frame: each key at most once, a pressed key with its Ctrl or Shift, and no text, arrow, Enter or
-  /// Esc after a key that may move the focus until that has happened. If Esc and Space are the emergency stop, they
-  /// come before everything else.
+  /// The keys for one frame. Each key occurs at most once, and a pressed key comes with its Ctrl or Shift. After a key
+  /// that may move the focus, text, arrows, Enter and Esc wait until the focus has moved. If Esc and Space are the
+  /// emergency stop, they come before all other keys.
   std::vector<Key> next(bool emergency_stop = false);
   bool empty() const { return waiting_.empty(); }
 
  private:
   std::deque<Key> waiting_;
-  std::array<bool, display::keys::kCount> down_{};  // state after the last frame
+  std::array<bool, display::keys::kCount> down_{};  // state of the keys after the last frame
   int frames_until_there_ = 0;
 };
 

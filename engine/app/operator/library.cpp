@@ -131,7 +131,7 @@ std::vector<RigChoice> find_rigs(const OperatorState& s) {
           continue;
         }
       } catch (const Error&) {
-        continue;  // from another version, or incomplete: not selectable
+        continue;  // the file is from another version or incomplete: do not list it
       }
       const bool shipped = folder == assets_folder() / "rigs";
       const std::string title = shipped && file.stem() == "window"   ? s.text("op.second_window")
@@ -175,7 +175,7 @@ fs::path unkept_file() {
     if (process > 0 && process != getpid() && kill(process, 0) != 0 && errno == ESRCH) fs::remove(entry.path(), code);
   }
   const fs::path file = folder / fmt::format("{}.h5", getpid());
-  fs::remove(file, code);  // from an earlier session of this window; a file that was read cannot be overwritten
+  fs::remove(file, code);  // left by an earlier session of this window; a file that was read cannot be overwritten
   return file;
 }
 
@@ -194,7 +194,7 @@ Remembered remembered() {
     r.monitor = static_cast<int>(json.number_or("monitor", -1, -1, 64));
     r.model = json.string_or("model", "");
     r.any = true;
-  } catch (const Error&) {  // from another version, or damaged: use the defaults of a first run
+  } catch (const Error&) {  // the file is from another version, or damaged: use the defaults of a first run
   }
   return r;
 }
@@ -208,7 +208,7 @@ void remember(const Remembered& r) {
     fs::create_directories(user_folder(), code);
     write_file_atomically(memory_file(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",
                           FileKind::kJson, Over::kItsInput);
-  } catch (const Error&) {  // a full or read-only disk must not make the exit fail
+  } catch (const Error&) {  // a full or read-only disk must not cause an error at exit
   }
 }
 

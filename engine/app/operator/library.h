@@ -10,42 +10,43 @@
 
 namespace typodont {
 
-/// Path of a generated picture for a scene that has no picture beside it (NAME.png); it changes with the scene.
+/// Path of a generated picture for a scene without a picture beside it (NAME.png); the path changes with the scene's
+/// content.
 std::filesystem::path made_picture(const std::filesystem::path& scene);
 
-/// The shipped scenes, then the user's, by name. A scene that cannot be read is listed with its error. `pictures[i]` is
-/// the picture beside scene i (NAME.png), a generated one, or empty.
+/// The shipped scenes, then the user's scenes, sorted by name. A scene that cannot be read is listed with its error.
+/// `pictures[i]` is the picture beside scene i (NAME.png), a generated picture, or empty.
 std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<std::filesystem::path>& pictures);
 /// Converts "round_012" to "Round bur 1.2 mm" in this language.
 std::string tool_title(const haptics::Tool& tool, session::Language language);
 
-/// A text as a valid name of a folder or file.
+/// Converts a text to a valid name of a file or folder.
 std::string file_name_of(const std::string& text);
 
-/// The connected devices, the mouse, and an entry for a typed address.
+/// The connected devices, the mouse, and an entry for an address that the user types.
 std::vector<HandEntry> find_hands(const OperatorState& s);
-/// The window, then rigs for screens and mirrors, shipped and the user's.
+/// The window, then the shipped rigs and the user's rigs for screens and mirrors.
 std::vector<RigChoice> find_rigs(const OperatorState& s);
 
 /// The local time in the form used by file names: "2026-11-21_12-30-05".
 std::string date_and_time();
-/// ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5; creates the folder.
+/// Path ~/Typodont/sessions/TRAINEE/DATE_SCENE.h5 of a new recording; creates the folder.
 std::filesystem::path new_session_file(const std::string& trainee, const std::string& scene);
 
-/// Folder of the trainee "expert", beside the trainee's folder; reports compare with its sessions.
+/// Folder of the trainee "expert", in the same folder as the trainee's; reports compare with the sessions in it.
 std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder);
 
-/// A file for a recording that is deleted at the end unless the user keeps it. Removes such files of killed programs.
-/// Empty if there is no disk space.
+/// A temporary file for a recording that is deleted at the end unless the user keeps it. Also removes such files of
+/// killed programs. Empty if there is no disk space.
 std::filesystem::path unkept_file();
 
-/// The last selection: language, trainee, scene, hand, picture. Errors of reading and writing are ignored.
+/// The last selection: language, trainee, scene, hand, picture. Errors during reading and writing are ignored.
 struct Remembered {
   bool any = false;
   std::string language, trainee, scene, hand, rig;
   bool record = true;
   int monitor = -1;   // monitor for full screen; −1: a window
-  std::string model;  // contact model; empty: the exercise's
+  std::string model;  // contact model; empty: the exercise's model
 };
 Remembered remembered();
 void remember(const Remembered& r);

@@ -1,4 +1,5 @@
-// Runs one long task at a time beside the window, and an action in the window when it is done. Main thread.
+// Runs one long task at a time while the window continues, and an action in the window when the task is done. Main
+// thread.
 #pragma once
 
 #include <functional>
@@ -13,14 +14,14 @@ class LongWork {
  public:
   explicit LongWork(OperatorState& s) : s_(s) {}
 
-  /// Runs `work` on its own thread, and after its success `then` on this one. Cancels a running task first and waits
-  /// for its end.
+  /// Runs `work` on its own thread, and then, if it succeeds, `then` on this thread. First cancels a running task and
+  /// waits for its end.
   void begin(std::function<void(Progress&)> work, std::function<void()> then);
   bool under_way() const { return job_ != nullptr; }
   void cancel();
   /// Cancels the task and waits for its end.
   void drop();
-  /// Shows the progress. True if the task has just ended.
+  /// Updates the displayed progress. True if the task has just ended.
   bool look();
 
  private:

@@ -37,8 +37,8 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr double kIdleFrame = 60;        // s between frames while nothing happens
-constexpr Nanos kIdleWait = 25'000'000;  // ns between checks of things that cause no desktop event
-constexpr Nanos kBriefWait = 4'000'000;  // ns
+constexpr Nanos kIdleWait = 25'000'000;  // ns between checks for changes that cause no desktop event
+constexpr Nanos kBriefWait = 4'000'000;  // ns, shortest duration of an idle turn
 constexpr double kSessionFrame = 0.05;   // s between frames of this window during a session
 constexpr Nanos kReviveInterval = 10 * kNanosPerSecond;
 
@@ -63,7 +63,7 @@ class Operator {
   }
 
  private:
-  /// At the program's end, normal or not: ends the session in order and stores an author's unsaved work.
+  /// Called at the program's end, normal or not: ends the session in order and stores an author's unsaved work.
   void leave() noexcept {
     try {
       work_.drop();
@@ -83,7 +83,7 @@ class Operator {
       quit_ = true;
       return;
     }
-    // During a session the window belongs to the hand.
+    // During a session or a long task, dropped files are ignored.
     const std::vector<std::string>& dropped = window_.input().dropped;
     if (!dropped.empty() && !desk_.running() && !s_.busy) {
       s_.dropped = dropped.size() == 1 ? dropped[0] : "";
@@ -103,14 +103,14 @@ class Operator {
     }
   }
 
-  /// On the start page: draws missing pictures of scenes, and searches for devices.
+  /// Work for an idle page: draws missing pictures of scenes, computes missing scores, and searches for devices.
   bool look_around() {
     if (desk_.running() || work_.under_way()) return false;
     if (s_.page == Page::kArchive) return scores_.look();
     return s_.page == Page::kStart && (choices_.pictures().look() || choices_.look_at_devices());
   }
 
-  /// Opens files, and reports those that could not be opened.
+  /// Opens requested files, and reports files that could not be opened.
   bool look_at_started() {
     for (const std::string& file : std::exchange(s_.to_open, {})) started_.open(file);
     const auto failed = started_.look();
@@ -119,8 +119,8 @@ class Operator {
     return true;
   }
 
-  /// Creates all GPU objects again on a new device, while the session continues. A device that is lost again at once is
-  /// considered broken.
+  /// Creates all GPU objects again on a new device, while the session continues. If the device is lost again within
+  /// kReviveInterval, it counts as broken.
   void make_anew(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is made anew", e.what());
@@ -134,7 +134,7 @@ class Operator {
     desk_.make_picture();
   }
 
-  /// The title bar's text: the page, and the trainee of its session.
+  /// Text of the title bar: the page, and the trainee of the page's session.
   std::string title() const {
     std::string title = "Typodont";
     switch (s_.page) {
@@ -217,7 +217,7 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// Handles the answer to the question about unsaved work. Other requests wait for it.
+  /// Handles the answer to the question about unsaved work. The other request waits for this answer.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});
@@ -281,9 +281,9 @@ class Operator {
         s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
-        work_.drop();  // a report about it may be in progress
+        work_.drop();  // a report about the recording may be in progress
         fs::remove(s_.outcome.report);
-        // if it cannot be deleted, this is reported, and the path stays for another attempt
+        // If the recording cannot be deleted, this is reported, and the path stays for another attempt.
         fs::remove(s_.outcome.recording);
         s_.outcome.recording = s_.outcome.report = fs::path();
         s_.say(s_.text("op.deleted"));
@@ -331,7 +331,7 @@ class Operator {
         quit_ = true;
         break;
       default:
-        break;  // handled by the session, above
+        break;  // requests to a session are handled before
     }
   }
 
@@ -343,7 +343,7 @@ class Operator {
     const HandEntry& hand = s_.hands.at(static_cast<std::size_t>(s_.hand));
     choices_.remember();
     work_.drop();
-    choices_.pictures().drop();  // the session needs the computer's power
+    choices_.pictures().drop();  // the session needs the computer's full power
     scores_.drop();
     s_.say("");
     s_.scene_title = from.empty() ? choice.title : from.stem().string();
@@ -351,16 +351,16 @@ class Operator {
     const Page before = s_.page;
     s_.page = Page::kLoading;
     draw();
-    s_.page = before;  // the page to show if the session cannot begin
+    s_.page = before;  // this page is shown if the session cannot begin
     Scene scene = from.empty() ? read_scene(choice.file) : with_resume(scene_left_at(from), from);
     // A continued preparation keeps its contact model.
     if (from.empty() && s_.model >= 0) choose_model(scene, s_.models[static_cast<std::size_t>(s_.model)]);
-    // The brush changes the distance field, so an author drills and sees the field.
+    // The brush changes the distance field, so in an author's session the drill and the picture use the field, too.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
   }
 
-  /// The scene of a recording; for a saved preparation the exercise in its file name.
+  /// The scene of a recording; for a saved preparation, the scene that its file name contains.
   Scene scene_left_at(const fs::path& from) const {
     if (from.extension() != ".vdb") return scene_of(session::SessionReader(from));
     for (const SceneChoice& choice : s_.scenes)
@@ -421,7 +421,7 @@ class Operator {
   ResultPicture result_picture_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  LongWork work_{s_};  // declared last: its work may use the other members
+  LongWork work_{s_};  // declared last: the work may use the other members
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;
 };
@@ -432,7 +432,7 @@ void run_operator() {
   Operator op;
   try {
     op.run();
-  } catch (const Error& e) {  // the window was open, so there is a desktop
+  } catch (const Error& e) {  // the window was open, so this is not a set-up error
     throw RunFailure(e.what());
   }
 }

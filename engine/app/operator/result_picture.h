@@ -1,5 +1,4 @@
-// The picture of the result on the result page: the final surface from a fixed view. Main thread except
-// picture_of_result().
+// The picture on the result page: the final surface from a fixed direction. Main thread except picture_of_result().
 #pragma once
 
 #include <optional>
@@ -10,8 +9,8 @@
 
 namespace typodont {
 
-/// Drawn by the CPU on the window's background colour; shows the difference to the ideal if there is one. Without
-/// pixels if the surface is unknown. Any thread.
+/// Draws the final surface by the CPU on the window's background colour; shows the difference to the ideal if there is
+/// one. The picture has no pixels if the surface is unknown. Any thread.
 render::Picture picture_of_result(const session::ReportOptions& report);
 
 class ResultPicture {
@@ -21,9 +20,9 @@ class ResultPicture {
   ResultPicture(const ResultPicture&) = delete;
   ResultPicture& operator=(const ResultPicture&) = delete;
 
-  /// Uploads the outcome's picture if it is a new one; call before drawing.
+  /// Uploads the outcome's picture if it is new; call before drawing.
   void follow();
-  /// Destroys its GPU memory, e.g. of a lost device. The next follow() uploads it again.
+  /// Destroys the GPU memory, e.g. when the device is lost. The next follow() uploads the picture again.
   void destroy();
 
  private:

@@ -1,4 +1,4 @@
-// The pictures of the exercises: files beside the scenes; missing pictures are drawn one by one while the start page is
+// The pictures of the exercises: files beside the scenes. Missing pictures are drawn one by one while the start page is
 // shown. Main thread.
 #pragma once
 
@@ -20,11 +20,11 @@ class ScenePictures {
   ScenePictures(const ScenePictures&) = delete;
   ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Loads the pictures of the state's scenes, in their order; an empty path means none.
+  /// Loads the pictures of the state's scenes, in the order of the scenes; an empty path means no picture.
   void load(const std::vector<std::filesystem::path>& files);
-  /// Frees their GPU memory, which must not be in use.
+  /// Frees the pictures' GPU memory, which must not be in use.
   void destroy();
-  /// Draws the next missing picture, the selected scene's first. True if a picture was finished.
+  /// Draws the next missing picture, first that of the selected scene. True if a picture was finished.
   bool look();
   /// Stops drawing.
   void drop() { job_.reset(); }

@@ -74,7 +74,7 @@ void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text,
       [make = std::move(make), file, language = s.language](Progress& progress) {
         try {
           *file = make(progress);
-        } catch (const RuleRefused& refused) {  // the teacher knows the rule by its title on the page, not by its key
+        } catch (const RuleRefused& refused) {  // the user knows the rule by its title on the page
           const std::string name(session::text(fmt::format("score.{}", refused.rule), language));
           throw Error(fmt::format(
               fmt::runtime(session::text(refused.no_target ? "op.rule_no_target" : "op.rule_numbers", language)),
@@ -128,7 +128,7 @@ void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored&
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {
   NewExercise made = exercise_of(s, authored);
   made.name = fmt::format("{} {}", authored.scene.name, date_and_time());
-  // An invalid entry in the form must not discard the rest.
+  // Leave out the form's mesh and rules, because an invalid entry must not discard the rest.
   made.ideal = &authored.tissue;
   made.ideal_mesh.clear();
   made.rules.reset();

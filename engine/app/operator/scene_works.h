@@ -1,5 +1,5 @@
-// Creates the user's own exercises beside the window: from a scan or mesh, and from what an author painted and drilled.
-// Main thread.
+// Creates the user's own exercises while the window continues: from a scan or mesh, or from the tissue that an author
+// painted and drilled. Main thread.
 #pragma once
 
 #include "engine/app/operator/choices.h"
@@ -9,7 +9,7 @@
 
 namespace typodont {
 
-/// Enters the file or folder that was dropped on the window into the form, with a proposed name.
+/// Enters the file or folder that was dropped on the window into the import form, with a proposed name.
 void take_dropped(OperatorState& s);
 
 /// Imports with the settings in OperatorState::import, and selects the new scene.
@@ -17,8 +17,8 @@ void bring_in(OperatorState& s, LongWork& work, Choices& choices);
 /// Saves `authored` with the settings in OperatorState::exercise, and selects the new scene. `authored` must live until
 /// the work has ended.
 void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored);
-/// At the program's end: saves at once under the exercise's name and the date, so that nothing is replaced. Returns the
-/// file. Throws Error.
+/// At the program's end: saves immediately, under a name that contains the exercise's name and the date, so that no
+/// file is replaced. Returns the file. Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);
 
 }  // namespace typodont

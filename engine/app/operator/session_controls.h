@@ -1,4 +1,4 @@
-// Controls below a session's picture: recording, undo, and the display of the work.
+// Controls below a session's picture: for recording, for undo, and for what the picture shows.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ class Flow {
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // a label for the buttons that follow
+    bool lead = false;  // a label for the following buttons
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
@@ -56,7 +56,7 @@ class SessionControls {
 
   struct Shown {
     std::string name;
-    Tissue tissue = Tissue::kAir;  // or this tissue
+    Tissue tissue = Tissue::kAir;  // the tissue that the button shows or hides, if `flag` is null
     bool Look::*flag = nullptr;
   };
   std::vector<Shown> shown() const;

@@ -1,4 +1,4 @@
-// The session in the operator's window: starts it, shows its state, passes on requests, ends it and stores its results.
+// The session in the operator's window: starts it, shows its state, executes requests, ends it and stores its results.
 // Main thread.
 #pragma once
 
@@ -21,7 +21,7 @@ struct Authored {
   Scene scene;  // the scene that was edited
   haptics::TissueVolume tissue;
   std::vector<PaintStroke> strokes;
-  bool unsaved = false;  // painted or drilled but not yet saved as an exercise
+  bool unsaved = false;  // painted or drilled, but not yet saved as an exercise
 };
 
 /// Result of a session that is scored without a recording.
@@ -36,18 +36,19 @@ class SessionDesk {
   SessionDesk(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
 
   bool running() const { return bench_.has_value(); }
-  /// Throws the error that prevents the start; then there is no session.
+  /// Starts a session. If this fails, throws the error, and there is no session.
   void start(const Scene& scene, const RigChoice& rig, const std::string& hand);
   enum class Turn { kSame, kChanged, kOver };
   /// kChanged: the trainee's picture changed or the clock shows the next second; kOver: the session must be ended.
   Turn step();
-  /// After step(): nothing on the session's page except the clock has changed or will change by itself.
+  /// After step(): nothing on the session's page except the clock has changed or will change without input.
   bool at_rest() const { return at_rest_; }
-  /// `why`: reason of an abnormal end. Afterwards the recording is at its final place. Returns null if there is a
-  /// recording to score, or nothing to score: an author's session, or one that failed.
+  /// Ends the session and moves the recording to its final place. `why`: reason of an abnormal end. Returns the
+  /// session's result if it must be scored without a recording; null if there is a recording, or if there is nothing to
+  /// score (an author's session, or a session that failed).
   std::shared_ptr<const Unscored> end(const std::string& why);
 
-  /// Executes a request to a running session; false if the request concerns something else.
+  /// Executes a request that concerns a running session; returns false for any other request.
   bool carry_out(const Request& r);
   void emergency_stop() { bench_->emergency_stop(); }
 
@@ -55,7 +56,8 @@ class SessionDesk {
   Authored* authored() { return authored_.get(); }
   void forget_authored() { authored_.reset(); }
 
-  /// The window's device will be destroyed: the session continues without a picture until there is a new device.
+  /// Call this before the window's device is destroyed: the session continues without a picture until there is a new
+  /// device.
   void drop_picture();
   void make_picture();
 

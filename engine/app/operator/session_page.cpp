@@ -20,7 +20,7 @@ namespace keys = display::keys;
 
 constexpr double kSpeedStep = 0.05;
 
-/// State of the present phase of an implant exercise: problems, depth of the tool, bone temperature.
+/// Draws the state of the present phase of an implant exercise: problems, depth of the tool, bone temperature.
 void draw_phase(const OperatorState& s, const ImplantStatus& implant) {
   ImGui::Spacing();
   row(s.text("implant.depth"),
@@ -68,7 +68,7 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The score's items as bars, so that a low one is visible at a glance.
+/// Draws the score's items as bars, so that a low score is visible at a glance.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   begin_panel("score", s.text("op.score_so_far"), size, w);
@@ -82,11 +82,11 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopFont();
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
-    // does not include the latest cuts
+    // "…": the score does not include the latest cuts
     dim(fmt::format("/ {:.0f}{}", s.score.full, s.score_current ? "" : "  …"));
   }
   for (const session::ScoreItem& item : s.score.items) {
-    // While almost nothing is done, no item is marked as good or bad.
+    // While almost nothing is done, no item gets the colour of a good or bad score.
     constexpr double kBegun = 0.05;
     const float fraction =
         item.full > 0 && s.score.completion > kBegun ? static_cast<float>(item.points / item.full) : -1;
@@ -122,7 +122,7 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Mouse control of the free viewpoint: turn, shift, zoom.
+/// Turns, shifts or zooms the free viewpoint by the mouse.
 void turn(OperatorState& s, bool hovered, bool active) {
   const ImGuiIO& io = ImGui::GetIO();
   Viewpoint v = s.viewpoint;
@@ -136,7 +136,7 @@ void turn(OperatorState& s, bool hovered, bool active) {
   s.viewpoint = clamped(v);
 }
 
-/// Keyboard control of the free viewpoint.
+/// Turns, shifts or zooms the free viewpoint by keys.
 void turn_by_keys(OperatorState& s) {
   const ImGuiIO& io = ImGui::GetIO();
   if (!s.own_view || io.WantTextInput || io.KeyCtrl) return;
@@ -156,7 +156,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   s.live_input.left = s.live_input.right = s.live_input.middle = s.live_input.shift =
       false;  // the hand does not move while the pointer is outside the picture
   s.live_input.wheel = 0;
-  // A picture of this window fills the available area; a picture of another window keeps its aspect ratio.
+  // A picture drawn in this window fills the available area; a picture of another window keeps its aspect ratio.
   const float aspect = s.live_is_own || s.own_view ? size.x / size.y : static_cast<float>(s.live_aspect);
   const ImVec2 fit = size.x / size.y > aspect ? ImVec2(size.y * aspect, size.y) : ImVec2(size.x, size.x / aspect);
   const ImVec2 at{std::floor((size.x - fit.x) / 2), std::floor((size.y - fit.y) / 2)};
@@ -166,7 +166,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     // Undo the reflection of a mirror rig.
     const glm::dmat2 upright = s.own_view ? glm::dmat2(1) : s.live_upright;
     const glm::dvec2 across = upright[0], up = upright[1];
-    // converts a corner of the picture as the user sees it to the texture
+    // Converts a corner of the picture, as the user sees it, to texture coordinates.
     const auto corner = [&](double x, double y) {
       const glm::dvec2 p = x * across + y * up;
       return ImVec2(static_cast<float>((p.x + 1) / 2), static_cast<float>((1 - p.y) / 2));
@@ -266,8 +266,8 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// The instructor's brush: it paints at the tool's head while the button or P is pressed. Hardness applies to the next
-/// strokes only. Stiffness and colour apply to the painted tissue everywhere.
+/// Draws the controls of the instructor's brush, which paints at the tool's head while the button or P is pressed.
+/// Hardness applies only to the next strokes. Stiffness and colour apply to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   begin_panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp};
@@ -320,7 +320,7 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // Lists the present problems, or states that there are none.
+  // List the present problems, or state that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;

@@ -25,7 +25,7 @@ fs::path scores_folder() {
   return folder.empty() ? folder : folder / "scores";
 }
 
-/// Changes with the file and with the program that computes the score.
+/// The key of a score in the cache. It changes with the session's file and with the program that computes the score.
 std::optional<std::uint64_t> key_of(const fs::path& session) {
   std::error_code code;
   const auto size = fs::file_size(session, code);
@@ -56,7 +56,7 @@ std::optional<KnownScore> kept_score(const fs::path& session) {
   try {
     const Json json = Json::load(file);
     return KnownScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
-  } catch (const Error&) {  // from another version: compute it again
+  } catch (const Error&) {  // the file is from another version: compute the score again
     return std::nullopt;
   }
 }

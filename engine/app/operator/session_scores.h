@@ -1,5 +1,5 @@
-// Scores of recorded sessions for their list. They are cached between runs; missing scores are computed one by one
-// while the list is shown. Main thread.
+// Scores of recorded sessions for the list of sessions. The scores are cached between runs; missing scores are computed
+// one by one while the list is shown. Main thread.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@
 
 namespace typodont {
 
-/// The cached score for this file and this program; nothing if it must be computed.
+/// The cached score for this file and this version of the program; empty if it must be computed.
 std::optional<KnownScore> kept_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
 void keep_score(const std::filesystem::path& session, const KnownScore& score);
@@ -35,7 +35,7 @@ class SessionScores {
   OperatorState& s_;
   std::unique_ptr<Job> job_;
   std::filesystem::path scored_;           // the session whose score is being computed
-  std::set<std::filesystem::path> tried_;  // sessions for which this was already tried
+  std::set<std::filesystem::path> tried_;  // sessions for which the computation was already started
 };
 
 }  // namespace typodont

@@ -1,4 +1,5 @@
-// The window's keyboard shortcuts that several pages share. Each key has one meaning, and each action has one key.
+// The keyboard shortcuts that several pages of the window have in common. Each key has one meaning, and each action has
+// one key.
 #pragma once
 
 #include <array>
@@ -14,7 +15,7 @@ struct Shortcut {
   bool control = false;
   std::string_view name;      // text for buttons and for the list of keys
   std::string_view help;      // key in the text catalogue
-  std::array<Ask, 2> does{};  // requests that mean the same to the user
+  std::array<Ask, 2> does{};  // requests that mean the same action to the user
 };
 
 inline constexpr std::array kShortcuts = {

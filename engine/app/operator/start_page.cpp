@@ -35,7 +35,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1);
   const auto current = static_cast<std::size_t>(s.language);
-  // The Chinese name needs a font for it.
+  // The Chinese name is shown only with a font for Chinese.
   const auto shown = [&](std::size_t i) {
     return i == 2 && s.language != session::Language::kChinese ? "Chinese" : kLanguages[i];
   };
@@ -50,7 +50,7 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   }
 }
 
-/// The picture in the available width, or an empty field of the same size.
+/// Draws the picture in the available width, or an empty field of the same size.
 void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width) {
   if (picture >= 0 && picture < static_cast<int>(s.pictures.size())) {
     const gpu::Image& image = s.pictures[static_cast<std::size_t>(picture)];
@@ -111,7 +111,7 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   end_panel();
 }
 
-/// Selection of the contact model: the exercise's own or another one.
+/// Draws the selection of the contact model: the exercise's model or another one.
 void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) {
   ImGui::Spacing();
   ImGui::TextUnformatted(s.text("op.model"));
@@ -230,7 +230,7 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::EndChild();
 }
 
-/// Shortcuts that belong to no widget.
+/// Handles the shortcuts that belong to no widget.
 void follow_keys(OperatorState& s) {
   const auto next = [](int chosen, std::size_t count) { return count ? (chosen + 1) % static_cast<int>(count) : 0; };
   if (key('D', true)) s.hand = next(s.hand, s.hands.size());
@@ -245,7 +245,7 @@ void follow_keys(OperatorState& s) {
   }
 }
 
-/// First start: shows the first steps.
+/// Draws the panel of the first start, which offers the first steps.
 void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   begin_panel("first_run", nullptr, {0, 4.9f * u}, w);

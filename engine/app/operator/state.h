@@ -28,19 +28,19 @@ enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive };
 
 enum class Ask {
   kStart,            // start a session with the selection
-  kEndSession,       // the force ramps down, the recording is completed
-  kEmergencyStop,    // no force from the next tick on
+  kEndSession,       // ramp the force down, complete the recording, end the session
+  kEmergencyStop,    // no force from the next tick on, end of the session
   kToStart,          // return to the start page
   kAgain,            // repeat the last session
   kLanguage,         // number: index of the language
   kDoctor,           // check this computer
   kRescan,           // search for scenes, hands and rigs again
-  kOpenReport,       // show it in the browser
-  kOpenFolder,       // the folder of the sessions
-  kDeleteRecording,  // the recording of the session that just ended
+  kOpenReport,       // show the report in the browser
+  kOpenFolder,       // open the folder of the sessions
+  kDeleteRecording,  // delete the recording of the session that just ended
   kSettings,         // live settings have changed
   kTool,             // number: index in the tool set
-  kPhaseTool,        // the instrument for the present phase of an implant exercise
+  kPhaseTool,        // take the instrument for the present phase of an implant exercise
   kUndo,             // undo a stroke
   kRedo,             // redo a stroke
   kSaveTissue,       // save the present tissue
@@ -54,13 +54,13 @@ enum class Ask {
   kStepDone,         // mark the task's current step as done
   kStepBack,         // unmark the last step
   kArchive,          // show recorded sessions and imports
-  kSessionReport,    // report of the selected session: created if necessary, opened in the browser
-  kLearningCurve,    // learning curve of its trainee
-  kFilm,             // film of the session
-  kExpert,           // let reports of its exercise compare with this session
-  kWatch,            // play the session in a separate window
-  kExportMesh,       // export its final tissue as a mesh
-  kGoOnFrom,         // continue a session from its end
+  kSessionReport,    // report of the selected session: create it if necessary, open it in the browser
+  kLearningCurve,    // learning curve of the selected session's trainee
+  kFilm,             // film of the selected session
+  kExpert,           // use the selected session as the expert's session in reports
+  kWatch,            // play the selected session in a separate window
+  kExportMesh,       // export the final tissue of the selected session as a mesh
+  kGoOnFrom,         // continue the selected session from its end
   kImport,           // import a scan or mesh with the settings in ImportForm
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
   kTutorial,         // select and start the tutorial
@@ -78,20 +78,20 @@ struct Request {
 
 struct SceneChoice {
   std::filesystem::path file;
-  std::string name;  // used in the names of recordings
+  std::string name;  // name, used in the names of recordings
   std::string title, description;
-  std::string fault;  // why it cannot be used; empty: it can be used
+  std::string fault;  // reason why the scene cannot be used; empty: it can be used
   int picture = -1;   // index in OperatorState::pictures
   std::string model;  // the scene's contact model, or the default
   bool own = false;   // created by the user, not shipped
 };
 struct HandEntry {
-  std::string address;  // empty: the user types it
+  std::string address;  // address of the hand; empty: the user types it
   std::string title, detail;
   bool usable = true;
 };
 struct RigChoice {
-  std::filesystem::path file;  // empty: the picture is in this window
+  std::filesystem::path file;  // rig file; empty: the picture is in this window
   std::string title;
   bool embedded = false;
 };
@@ -105,14 +105,14 @@ struct RuleChoice {
 /// Source of a new exercise's ideal.
 enum class IdealFrom { kBase, kDrilled, kMesh };
 struct ExerciseForm {
-  bool fresh = true;  // not yet filled in
+  bool fresh = true;  // the form is not yet filled in
   std::array<char, 96> name{};
   std::array<char, 512> goal{};
   std::array<char, 1024> steps{};  // one step per line
   IdealFrom ideal = IdealFrom::kDrilled;
   bool base_aims = false;  // the base scene has an ideal
   bool aims() const { return ideal != IdealFrom::kBase || base_aims; }
-  std::array<char, 512> mesh{};  // path of a file
+  std::array<char, 512> mesh{};  // path of the mesh file
   FileChooser chooser;
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
@@ -124,10 +124,10 @@ struct ImportForm {
   std::array<char, 96> name{};
   int preset = 0;                    // ImportPreset, or kScannedSurface
   int series = 0;                    // index among several series in a folder of DICOM files; 0: there is only one
-  int crown = 0;                     // Crown
-  float voxel_mm = 0, shell_mm = 0;  // 0: voxel size as in the file, default shell thickness
+  int crown = 0;                     // index in the enumeration Crown
+  float voxel_mm = 0, shell_mm = 0;  // mm; 0: voxel size of the file, default thickness
   float unit_mm = 1;                 // unit of a mesh in mm
-  float spacing_mm = 0;              // sample spacing of a scan; 0: as in the file
+  float spacing_mm = 0;              // mm, sample spacing of a scan; 0: the file's spacing
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
@@ -136,10 +136,10 @@ struct DoctorFinding {
 /// Result of a finished session.
 struct Outcome {
   WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // empty: none
+  std::filesystem::path recording, report;  // files; empty: there is none
   session::Score score;
-  bool scored = false;  // the score is final; before that none is shown
-  // the final surface, with the difference to the ideal if there is one; without pixels if unknown
+  bool scored = false;  // the score is final; an earlier score is not shown
+  // The final surface, with the difference to the ideal if there is one; without pixels if the surface is unknown.
   render::Picture picture;
   bool compared = false;  // the picture shows the difference to the ideal
   std::string failure;
@@ -150,12 +150,12 @@ struct OperatorState {
   session::Language language = session::Language::kEnglish;
   bool chinese = false;  // this computer has a font for Chinese
   bool first_run = false;
-  bool help = false;    // the list of keys is shown
+  bool help = false;    // true: the list of keys is shown
   std::string message;  // one line: an error or a hint
   bool message_is_error = false;
   std::vector<Request> asked;        // requests of the pages in this frame
   std::vector<std::string> to_open;  // files and folders that the desktop should open
-  std::optional<Request> leaving;    // request that waits until the user has decided about unsaved work
+  std::optional<Request> leaving;    // request that waits for the user's decision about unsaved work
 
   // Start page.
   std::vector<SceneChoice> scenes;
@@ -169,7 +169,7 @@ struct OperatorState {
   std::array<char, 256> address{};  // typed address of a hand
   std::array<char, 128> trainee{};
   bool record = true;
-  std::string real_time_refused;  // why the system refuses real-time scheduling; empty: it grants it
+  std::string real_time_refused;  // reason why the system refuses real-time scheduling; empty: not refused
   bool no_real_time = false;      // the user accepts a device with motors without real-time scheduling
   bool author = false;            // authoring mode: paint tissue, set the ideal; such sessions are not recorded
   std::vector<gpu::Image> pictures;
@@ -178,7 +178,7 @@ struct OperatorState {
   WorkbenchStatus status;
   session::Score score;
   bool score_known = false;    // the result has been evaluated at least once
-  bool score_current = false;  // nothing was cut since the last evaluation
+  bool score_current = false;  // the score includes the latest cuts
   haptics::DeviceInfo device;
   std::string scene_title, scene_goal;
   std::vector<std::string> tools;  // names of the session's tools
@@ -199,16 +199,16 @@ struct OperatorState {
   bool look_in_work = false;  // parts of the look are still being computed
   bool has_ideal = false, has_surroundings = false, has_mirror = false, has_debris = false;
   std::uint32_t tissues = 0;                                // tissues in the scene, one bit each
-  int look_changes = 0;                                     // number of changes since the session's start
+  int look_changes = 0;                                     // number of changes of `look` since the session's start
   std::array<float, kTissueCount> stiffness{};              // authoring: factors on the materials' stiffness
   std::array<std::array<float, 3>, kTissueCount> colors{};  // authoring: sRGB colours
   bool held = false;
-  std::array<float, 240> forces{}, ticks_us{};  // curves of the last seconds
+  std::array<float, 240> forces{}, ticks_us{};  // curves of the last seconds: force in N, duration of a tick in µs
   int curve_at = 0;
   const gpu::Image* live = nullptr;  // left eye of the trainee's picture
   glm::dmat2 live_upright{1.0};
   bool live_is_own = false;        // the trainee sees the picture in this window
-  glm::ivec2 live_size{640, 360};  // pixels available for it; set by the page
+  glm::ivec2 live_size{640, 360};  // pixels, size available for the picture; set by the page
   display::UserInput live_input;   // input over the picture; set by the page
   bool live_hovered = false;
   double live_aspect = 16.0 / 9;  // width / height of the picture
@@ -267,7 +267,7 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
-/// Asks about unsaved work while OperatorState::leaving waits.
+/// Asks the user about unsaved work while OperatorState::leaving contains a request.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
-// The steps of a task, in order. A step is completed by a click, or by the user's action if the task names one ("done",
-// see session::kStepDeeds). Main thread.
+// The steps of a task, in order. A step is completed by a click, or by an action of the user if the task names an
+// action ("done", see session::kStepDeeds). Main thread.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -12,9 +12,9 @@ namespace typodont {
 struct Deeds {
   ServoTick tick;
   SessionSettings settings;
-  int undone = 0, redone = 0, views = 0;  // numbers since the session's start
+  int undone = 0, redone = 0, views = 0;  // numbers of undos, redos and changes of the view since the session's start
   bool held = false;
-  std::size_t phase = 0;  // for an implant exercise: number of completed phases
+  std::size_t phase = 0;  // number of completed phases of an implant exercise
 };
 
 class StepWatcher {
@@ -38,7 +38,7 @@ class StepWatcher {
  private:
   session::Task task_;
   int current_ = 0;
-  bool begun_ = false;  // the start values of the current step are set
+  bool begun_ = false;  // the start values for the current step are stored
   Deeds start_;
   Nanos touched_ = 0, last_t_ = 0;  // ns of contact in this step
   double path_ = 0;                 // m, length of the hand's path in this step

@@ -60,7 +60,7 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   if (width(text) <= room) return text;
   constexpr std::string_view kEllipsis = "…";
   const float left = room - width(kEllipsis);
-  std::size_t fits = 0, words = 0;  // number of bytes that fit, and number of those in whole words
+  std::size_t fits = 0, words = 0;  // number of bytes that fit, and number of bytes in whole words
   for (std::size_t end = 0; end < text.size();) {
     std::size_t next = end + 1;
     while (next < text.size() && (static_cast<unsigned char>(text[next]) & 0xc0) == 0x80) ++next;

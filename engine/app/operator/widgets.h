@@ -30,24 +30,24 @@ void end_panel();
 void heading(const char* text, InterfaceWindow& w);
 void dim(const std::string& text);
 void dim_wrapped(const std::string& text);
-/// The text, shortened with an ellipsis if it is wider than `room`. It is cut between words if possible and never
+/// Shortens the text with an ellipsis if it is wider than `room`. The text is cut between words if possible and never
 /// inside a character. `width`: measures a text.
 std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// The same in the present font.
+/// fitted() for the present font.
 std::string fitted(const std::string& text, float room);
-/// Shows one line; a shortened line shows its full text as a tooltip.
+/// Draws one line of text; a shortened line has its full text as a tooltip.
 void one_line(const std::string& text, float room);
 /// Shows the name at the left and the value at the panel's right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
 /// The main action of a page.
 bool main_button(const char* text, ImVec2 size);
-/// The button that stops everything.
+/// The button of the emergency stop.
 bool stop_button(const char* text, ImVec2 size);
 /// A button that looks pressed while `on`.
 bool toggle_button(const char* text, bool on, ImVec2 size);
 
-/// Colour for the fraction of points that was earned; red if the pass mark is missed.
+/// Colour for a fraction of the possible points; red if the pass mark is missed.
 ImVec4 score_color(double fraction, const session::PassMark& pass);
 
 /// A button that shows its shortcut. The button and the shortcut both issue the request. `main`: the main action.
@@ -68,8 +68,8 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
 /// A field for the unit of a mesh in mm.
 void unit_field(float& unit_mm);
 
-/// One line about a right that the system granted or refused to the session's loop, as in the report; none before the
-/// first tick.
+/// A line about a right that the system granted or refused to the session's loop, as in the report. There are no lines
+/// before the first tick.
 struct GrantedLine {
   std::string name, value;
   bool granted = false;

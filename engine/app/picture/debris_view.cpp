@@ -9,10 +9,10 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a new cavity
+constexpr double kCoarse = 4e-4;      // m, spacing of the field for chips, which ignore the fine detail of a cavity
 constexpr float kLeastShown = 3e-5f;  // m; smaller particles are drawn in this size but fainter
-// The finest chips are drawn as mist: large and transparent. Same values as in shaders/debris.comp.
-constexpr float kMistChip = 12e-6f;  // m
+// The finest chips are drawn as mist: large and transparent. The values must equal those in shaders/debris.comp.
+constexpr float kMistChip = 12e-6f;  // m, radius below which a chip is drawn as mist
 constexpr int kLumps = 8;            // number of cuts whose chips are created together with software rendering
 constexpr float kMistWidth = 2.5f, kMistOpacity = 0.16f;
 
@@ -46,7 +46,8 @@ DebrisView::DebrisView(const MaterialTable& materials, const haptics::TissueVolu
 
 void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
-  // With software rendering a chip costs as much as triangles of the tooth, so there are fewer chips with more mass.
+  // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
+  // created.
   lumps_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));

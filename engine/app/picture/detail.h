@@ -12,11 +12,12 @@ double screen_pixel(const display::DisplayRig& rig);
 
 /// Tolerance in voxels for a pixel of the given size (m), limited so that shapes are preserved.
 float surface_tolerance(double pixel, double voxel, const render::Quality& quality);
-/// The same in the plane of this rig's screen; used before the first picture.
+/// surface_tolerance() for a pixel in the plane of this rig's screen; used before the first picture.
 float surface_tolerance(const display::DisplayRig& rig, double voxel,
                         const render::Quality& quality = render::kQualityLadder.front());
 
-/// Follows the pixel size frame by frame, in steps, so that small head motions change nothing. Drawing thread.
+/// Adapts the tolerance to the pixel size after each frame, in steps, so that small head motions change nothing.
+/// Drawing thread.
 class Detail {
  public:
   Detail(float tolerance, double voxel) : tolerance_(tolerance), voxel_(voxel) {}

@@ -10,7 +10,7 @@ namespace typodont {
 /// Parses "WIDTHxHEIGHT" of the option --size: pixels of one eye's picture. Throws Error.
 glm::ivec2 parse_size(const std::string& text);
 
-/// `eye`: pixels of one eye's picture; the panel's pixels follow from the layout.
+/// Sets the rig's size of one eye's picture. `eye`: pixels; the panel's pixels follow from the layout.
 void draw_eyes_at(display::DisplayRig& rig, const glm::ivec2& eye);
 
 }  // namespace typodont

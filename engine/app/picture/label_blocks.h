@@ -18,9 +18,9 @@ class LabelBlocks {
   explicit LabelBlocks(const DrawnAs& drawn_as = {}) : drawn_as_(drawn_as) {}
   /// Discards all blocks, because the volume may have changed.
   void forget();
-  /// Loads the blocks of [low, high], voxels.
+  /// Loads the blocks that contain the voxels from low to high.
   void look_at(const haptics::TissueVolume& volume, const glm::ivec3& low, const glm::ivec3& high);
-  /// Origin for at(): coordinates relative to it are positive within the loaded range.
+  /// Origin of the coordinates of at(), in voxels: within the loaded range these coordinates are positive.
   const glm::ivec3& origin() const { return origin_; }
   Tissue at(const glm::ivec3& i) const {
     const glm::ivec3 b(i.x >> kShift, i.y >> kShift, i.z >> kShift), in(i.x & kMask, i.y & kMask, i.z & kMask);
@@ -35,14 +35,14 @@ class LabelBlocks {
   using Labels = std::array<Tissue, kSide * kSide * kSide>;
   struct Block {
     Labels labels;
-    Tissue only;  // the only tissue besides air in this block, as only()
+    Tissue only;  // the only tissue besides air in this block; air if there are several or none
     bool empty;   // contains only air
   };
 
   const Block& block(const haptics::TissueVolume& volume, const glm::ivec3& key);
 
   DrawnAs drawn_as_;
-  std::vector<std::unique_ptr<Block>> blocks_;  // the first `used_` are valid
+  std::vector<std::unique_ptr<Block>> blocks_;  // blocks of labels; the first `used_` are valid
   std::size_t used_ = 0;
   std::unordered_map<std::uint64_t, const Block*> known_;
   std::vector<const Labels*> around_;

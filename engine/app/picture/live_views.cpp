@@ -20,11 +20,11 @@ using namespace std::chrono_literals;
 
 constexpr Nanos kGiveFor = 4'000'000;  // ns per turn for passing bricks to pictures
 constexpr Nanos kJudgeInterval = 2 * kNanosPerSecond;
-// ns between copies, because making one blocks the carver for some milliseconds
+// ns between copies, because making a copy blocks the carver for some milliseconds
 constexpr Nanos kBodiesInterval = 120'000'000;
-constexpr int kNice = 5;                          // lower priority than the hand and the picture
-constexpr double kDifferenceReach = 3e-3;         // m
-constexpr std::size_t kMostUnexplored = 600'000;  // ticks, ten minutes
+constexpr int kNice = 5;                          // niceness: a lower priority than the hand and the picture
+constexpr double kDifferenceReach = 3e-3;         // m, limit of the shown differences
+constexpr std::size_t kMostUnexplored = 600'000;  // limit of the waiting ticks: ten minutes
 
 constexpr std::array kInside = {render::kSectionFace, render::kSectionFaceAround, render::kInsidePulp,
                                 render::kInsideCaries, render::kInsideDentin};
@@ -101,7 +101,7 @@ void LiveViews::take(MeshBatch batch) {
   }
 }
 
-/// Shows as much of the look as is possible before the thread has finished its part.
+/// Shows the part of the look that does not need the thread's result.
 void LiveViews::show_as(Picture& p) {
   const bool difference = p.look.view == render::View::kDifference;
   p.stage->show_as(difference && !ideal_ ? render::View::kLook : p.look.view, p.wish.plane);
@@ -119,7 +119,7 @@ void LiveViews::look(Eyes eyes, const Look& wanted) {
       p.stage->show_inside(render::kSectionFaceAround, {}, origin_W_);
       for (const SurroundingMesh& mesh : around_.meshes) p.stage->show_inside(mesh.id, {}, mesh.origin);
     }
-    if (!p.replaced) all_again(p);  // bricks that the gum had covered
+    if (!p.replaced) all_again(p);  // shows the bricks that the gum had covered
   }
   Wish wish;
   wish.look.view = wanted.view;
@@ -198,7 +198,7 @@ bool LiveViews::advance() {
   }
   for (Made& m : made) {
     Picture& p = pictures_[index(m.eyes)];
-    if (!p.stage || !(m.wish == p.wish)) continue;  // another look was requested in the meantime
+    if (!p.stage || !(m.wish == p.wish)) continue;  // the request has changed in the meantime
     for (const Body& body : m.bodies) {
       p.stage->show_inside(body.mesh, body.bricks, origin_W_);
       if (body.mesh != render::kWorkingTooth) continue;
@@ -227,7 +227,7 @@ std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> LiveView
   return {std::exchange(explore_, std::nullopt), std::exchange(unexplored_, {})};
 }
 
-/// A copy of the present tissue; null if the session ends first.
+/// Requests a copy of the present tissue. Returns null if the session ends first.
 std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
   wiring_.copy_wanted = true;
   while (true) {
@@ -259,7 +259,7 @@ void LiveViews::run() {
 
   constexpr std::uint64_t kNever = ~std::uint64_t{0};
   std::array<Wish, 2> shown;                                   // the look that was computed last
-  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // the version of the tissue for it
+  std::array<std::uint64_t, 2> shown_version{kNever, kNever};  // version of the tissue for which `shown` was computed
   std::array<Nanos, 2> bodies_due{0, 0};
   std::uint64_t judged_version = kNever;
   Nanos judge_due = 0;
@@ -309,7 +309,7 @@ void LiveViews::run() {
       bodies_due[i] = now() + std::max(kBodiesInterval, now() - began);
       keep(std::move(made));
     }
-    for (std::size_t i = 0; i < 2; ++i) {  // after the tooth, because the surroundings matter less
+    for (std::size_t i = 0; i < 2; ++i) {  // the surroundings follow the tooth, because they matter less
       if (!around[i]) continue;
       try {
         if (!surroundings) surroundings = surroundings_shape(scene_.surroundings);
@@ -344,7 +344,7 @@ void LiveViews::run() {
   }
 }
 
-/// Stores a result and replaces an older one for the same picture that was not yet used.
+/// Stores a result. Replaces an older result for the same picture that was not used yet.
 void LiveViews::keep(Made made) {
   const std::lock_guard lock(mutex_);
   std::erase_if(made_,

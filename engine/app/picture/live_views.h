@@ -1,7 +1,7 @@
 // Everything that a session shows besides the tooth's surface: section, inner tissues, difference from the ideal, score
 // so far. A separate thread computes it from copies that the carver makes, so that the hand never waits. The bricks
-// drawn so far are stored, so that a picture may be added or change its look at any time. The thread starts when it is
-// needed: at once if the score is shown, otherwise with the first look that needs it.
+// drawn so far are stored, so that a picture can be added or can change its look at any time. The thread starts at once
+// if the score is shown, otherwise with the first look that needs the thread.
 #pragma once
 
 #include <condition_variable>
@@ -28,51 +28,52 @@ enum class Eyes { kTrainee, kOwn };
 
 class LiveViews {
  public:
-  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: compute the score so far,
-  /// too.
+  /// `tissue` is used only in the constructor; `around` must outlive this object. `judged`: the score so far is
+  /// computed, too.
   LiveViews(const Scene& scene, const haptics::TissueVolume& tissue, const Surroundings& around, Wiring& wiring,
             bool judged);
-  /// Waits until its thread has finished the present work.
+  /// Waits until the thread has finished its present work.
   ~LiveViews();
   LiveViews(const LiveViews&) = delete;
   LiveViews& operator=(const LiveViews&) = delete;
 
   // For the drawing thread.
-  /// Adds a picture, or removes it (null).
+  /// Sets the stage of a picture; null removes the picture.
   void attach(Eyes eyes, PictureStage* stage);
   /// Takes the carver's changed bricks.
   void take(MeshBatch bricks);
   void look(Eyes eyes, const Look& look);
   const Look& look(Eyes eyes) const { return pictures_[index(eyes)].look; }
-  /// Once per turn: passes new data to the pictures, for a few milliseconds. True if a picture received something.
+  /// Call once per turn: passes new data to the pictures, for a few milliseconds. True if a picture received data.
   bool advance();
   /// True while a look is still being computed.
   bool making(Eyes eyes) const;
-  /// True if its thread is running.
+  /// True if the computing thread is running.
   bool started() const { return thread_.joinable(); }
 
-  /// Bits of the tissues in the scene; whether it names an ideal; the middle of the tooth.
+  /// Bits of the tissues in the scene; true if the scene has an ideal; true if it has surroundings; the middle of the
+  /// tooth.
   std::uint32_t tissues() const { return tissues_; }
   bool has_ideal() const { return scene_.task && scene_.task->ideal; }
   bool has_surroundings() const { return !around_.meshes.empty(); }
   const dvec3& middle() const { return middle_W_; }
 
-  /// Result of the last evaluation of the geometry; nothing before the first. The caller fills its member `hand`.
+  /// Result of the last evaluation of the geometry; empty before the first one. The caller sets its member `hand`.
   const std::optional<session::ScoreInput>& judged() const { return judged_; }
-  /// True after the first evaluation, or if evaluation is impossible.
+  /// True after the first evaluation, or if no evaluation is possible.
   bool score_known() const { return judged_ || !judging_; }
   /// True if the score includes the latest cuts.
   bool score_current() const { return !judging_ || (judged_ && judged_version_ == wiring_.tissue_version); }
-  /// For an exploration task: processes a tick.
+  /// Processes a tick of an exploration task.
   void explore(const ServoTick& tick);
-  /// After the session: the exploration, and the ticks that no meter has processed.
+  /// Returns the exploration's result, and the ticks that no meter has processed. Call it after the session.
   std::pair<std::optional<session::ExploreMeter>, std::vector<ServoTick>> take_explored();
 
  private:
   struct Wish {
     Look look;
     glm::dvec4 plane{0};
-    int stage = 0;  // stage of a picture; the stages of a picture follow each other
+    int stage = 0;  // number of the picture's stage; it changes when the picture gets a new stage
     bool operator==(const Wish&) const = default;
     /// True if the look needs bodies besides the surface's own bricks.
     bool needs_bodies() const;
@@ -90,9 +91,9 @@ class LiveViews {
     PictureStage* stage = nullptr;
     Look look;
     Wish wish;                           // the look requested from the thread
-    bool made = true;                    // the request was answered
-    int stages = 0;                      // number of stages that the picture has had so far
-    bool replaced = false;               // the tooth's own bricks are hidden
+    bool made = true;                    // true: the thread has answered the request
+    int stages = 0;                      // number of stages that the picture has had
+    bool replaced = false;               // the tooth's own bricks are hidden, because another body replaces them
     std::vector<std::uint64_t> pending;  // bricks that must still be passed to the picture
   };
   static std::size_t index(Eyes eyes) { return static_cast<std::size_t>(eyes); }
@@ -112,7 +113,7 @@ class LiveViews {
   dvec3 origin_W_{0}, middle_W_{0};
   std::uint32_t tissues_ = 0;
 
-  // used only by the drawing thread
+  // Members used only by the drawing thread.
   std::unordered_map<std::uint64_t, render::MeshUpdate> bricks_;
   std::array<Picture, 2> pictures_;
   std::optional<session::ScoreInput> judged_;
@@ -122,7 +123,7 @@ class LiveViews {
   std::optional<session::ExploreMeter> explore_;
   std::vector<ServoTick> unexplored_;  // ticks that wait for the meter
 
-  // used by both threads under the mutex
+  // Members used by both threads under the mutex.
   std::mutex mutex_;
   std::condition_variable wished_;
   bool stop_ = false;

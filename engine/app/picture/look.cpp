@@ -10,8 +10,8 @@ namespace typodont {
 namespace {
 
 constexpr double kSteepest = 89 * kPi / 180;
-constexpr double kNearest = 0.06, kFarthest = 1.2;  // m
-constexpr double kMostShift = 0.05;                 // m
+constexpr double kNearest = 0.06, kFarthest = 1.2;  // m, limits of the distance
+constexpr double kMostShift = 0.05;                 // m, limit of the shift
 constexpr double kHalfAngle = 4.2 * kPi / 180;      // rad, half the vertical field of view
 
 struct Axes {

@@ -9,13 +9,13 @@
 
 namespace typodont {
 
-/// Selects what a picture shows. The trainee's picture and the observer's can have different looks.
+/// Selects what a picture shows. The trainee's picture and the observer's picture can have different looks.
 struct Look {
   render::View view = render::View::kLook;
   int section_axis = 1;      // axis perpendicular to the plane of View::kSection: 0 x, 1 y, 2 z
-  double section = 0;        // m from the tooth's middle along that axis
+  double section = 0;        // m, position of the section along that axis, from the tooth's middle
   glm::dvec4 plane{0};       // explicit plane of the section, as in render::Frame; zero: use section_axis and section
-  std::uint32_t hidden = 0;  // for View::kLook: one bit for each hidden tissue
+  std::uint32_t hidden = 0;  // one bit for each hidden tissue; only for View::kLook
   bool tool = true, debris = true, mirror = true, surroundings = true;
 
   bool operator==(const Look&) const = default;
@@ -26,14 +26,14 @@ struct Look {
 struct Viewpoint {
   double azimuth = -1.5707963267948966;  // rad about W's z, from x: direction of the viewer
   double elevation = 1.0;                // rad above the horizon
-  double distance = 0.15;                // m
+  double distance = 0.15;                // m from the tooth's middle to the viewer
   glm::dvec2 shift{0, 0};                // m, shift of the viewed point to the viewer's right and up
 };
 
-/// Limits a viewpoint to valid values: below the zenith and outside the tooth.
+/// Limits a viewpoint to valid values: not above the zenith, and outside the tooth.
 Viewpoint clamped(const Viewpoint& from);
 
-/// A rig with this viewpoint for a picture of this size that shows the surroundings of `middle_W`.
+/// A rig for a picture of this size (pixels) from this viewpoint; the picture shows the surroundings of `middle_W`.
 display::DisplayRig rig_of(const Viewpoint& from, const dvec3& middle_W, glm::ivec2 pixels);
 
 /// The viewpoint of a rig's user, within the limits.

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMargin = 1.05;  // ratio of the picture's width to that of the packing
 const dvec3 kLight = glm::normalize(dvec3(-0.45, -0.75, 0.6));
-constexpr double kAmbient = 0.25;  // fraction of the colour that remains in the shadow
+constexpr double kAmbient = 0.25;  // fraction of the colour that remains in shadow
 
 /// Draws the spheres whose centre has y >= `front` into a square that begins at column `left`.
 void draw(render::Picture& picture, int left, const SpherePacking& packing, const MaterialTable& materials,

@@ -6,8 +6,8 @@
 
 namespace typodont {
 
-/// Two views along W's y axis, z up: all spheres at the left; at the right only those behind the middle. Spheres have
-/// the colour of their tissue. `pixels`: height; the picture is twice as wide.
+/// Draws two views along W's y axis, with z up. Left: all spheres; right: only the spheres behind the middle. Spheres
+/// have the colour of their tissue. `pixels`: height; the picture is twice as wide.
 render::Picture packing_picture(const SpherePacking& packing, const MaterialTable& materials, int pixels);
 
 }  // namespace typodont

@@ -13,7 +13,8 @@ namespace typodont {
 
 class PairStage {
  public:
-  /// `servo`: each side's tools and materials. `options`: window, monitor, quality, hud. Throws like PictureStage.
+  /// `servo`: tools and materials of each side. `options`: window, monitor, quality, hud. Throws the same errors as
+  /// PictureStage.
   PairStage(const display::DisplayRig& rig, const std::array<haptics::ServoSettings, 2>& servo,
             const PictureStage::Options& options);
   ~PairStage();
@@ -21,7 +22,7 @@ class PairStage {
   PairStage& operator=(const PairStage&) = delete;
 
   PictureStage& side(std::size_t which) { return *stages_[which]; }
-  /// Draws both pictures and shows them together. Returns the statistics of each.
+  /// Draws both pictures and shows them together. Returns the statistics of both.
   std::array<render::FrameStats, 2> draw(const std::array<ServoTick, 2>& ticks,
                                          const std::array<std::span<const render::Particle>, 2>& particles, double dt,
                                          const std::array<std::string, 2>& hints);

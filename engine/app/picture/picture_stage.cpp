@@ -33,7 +33,7 @@ render::ToolShape shape_of(const haptics::Tool& tool) {
 /// Adds two flutes of a twist drill, depth marks and threads.
 void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& tool, render::ToolShape& shape) {
   constexpr double kFluteRise = 12e-3;         // m of drill per turn of its flutes
-  constexpr double kDrillShank = 2.35e-3 / 2;  // m, ISO 1797 type 1
+  constexpr double kDrillShank = 2.35e-3 / 2;  // m, radius of the shank, ISO 1797 type 1
   shape.shank_radius = std::max(shape.shank_radius, kDrillShank);
   if (implant.kind != haptics::ImplantToolKind::kRound) shape.neck_radius = std::min(kDrillShank, tool.radius());
   for (const double mark : implant.marks) shape.marks.push_back(mark - tool.half());
@@ -49,7 +49,8 @@ void add_implant_look(const haptics::ImplantTool& implant, const haptics::Tool& 
   }
 }
 
-/// The tool's name in the catalogue without its size: "round" for round_012; an inline tool is named by its shape.
+/// The tool's name in the catalogue without its size: "round" for round_012. A tool without a name is named by its
+/// shape.
 std::string catalogue_name(const haptics::Tool& tool) {
   std::string name = tool.name;
   if (name.empty()) name = tool.shape == haptics::HeadShape::kSphere ? "round" : name_of(tool.shape);
@@ -63,7 +64,7 @@ std::string catalogue_name(const haptics::Tool& tool) {
 
 bool looks_same(const Pose& a, const Pose& b) {
   const dquat turn = a.R * (glm::dot(a.R, b.R) < 0 ? -1.0 : 1.0) - b.R;
-  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m; half an angle in rad
+  return glm::length(a.p - b.p) <= 1e-7 && glm::length(turn) <= 2.5e-6;  // m, and half an angle in rad
 }
 
 gpu::Device make_picture_device(const PictureStage::Options& options) {
@@ -85,7 +86,7 @@ std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics
   const bool grows =
       std::any_of(tools.begin(), tools.end(), [](const haptics::Tool& tool) { return tool.fill != Tissue::kAir; });
   if (grows || !scene.resume.empty()) return std::nullopt;
-  glm::ivec3 lo, hi;  // bounds including the band
+  glm::ivec3 lo, hi;  // bounds of the tissue including its band
   tissue.bounds(lo, hi);
   return render::BoxInWorld{tissue.frame().to_world(dvec3(lo)), tissue.frame().to_world(dvec3(hi))};
 }
@@ -157,7 +158,7 @@ void PictureStage::take_up(std::uint32_t tool_index, bool placed) {
 }
 
 PictureStage::~PictureStage() {
-  vkDeviceWaitIdle(device_.device);  // also valid for a lost device
+  vkDeviceWaitIdle(device_.device);  // this call is also valid for a lost device
   output_.reset();
   compositor_.reset();
   renderer_.reset();
@@ -204,7 +205,7 @@ void PictureStage::surround(const Surroundings& around) {
   typodont::surround(*renderer_, around_, coarse_around_);
 }
 
-/// The surroundings are fine or coarse depending on the pixel size at the tooth.
+/// Chooses fine or coarse surroundings by the pixel size at the tooth.
 void PictureStage::follow_pixels(double pixel) {
   if (pixel <= 0 || around_.meshes.empty()) return;
   const double error = pixel * options_.quality.surface_error;
@@ -260,7 +261,7 @@ void PictureStage::follow_head() {
   if (!tracker_) return;
   tracker_->poll();
   const display::Head head = tracker_->at(now() + from_seconds(latency_));
-  // otherwise keep the last pose: the eyes cannot be behind the picture
+  // Otherwise keep the last pose: the eyes cannot be behind the picture.
   if (display::sees(rig_, head)) rig_.head = head;
 }
 
@@ -269,7 +270,7 @@ std::optional<display::HeadTracker::Stats> PictureStage::tracker_stats() const {
   return tracker_->stats();
 }
 
-/// Eyes, lamp and mouth mirror of the next frame.
+/// Sets eyes, lamp and mouth mirror of the next frame.
 render::Frame PictureStage::look() const {
   render::Frame frame;
   const auto eyes = display::eye_views(rig_);
@@ -347,7 +348,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   timing_.shown = timing_.record + timing_.gpu;
   if (!output_) {
     ring_.submit(device_);
-    ring_.wait_idle(device_);  // the caller's window shows it immediately
+    ring_.wait_idle(device_);  // the caller's window shows the pictures immediately
     timing_.shown = to_seconds(now() - began);
     return stats;
   }
@@ -355,7 +356,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const auto target = output_->acquire();
   const Nanos acquired = now();
   if (target) {
-    // Parts that did not change are already on the screen; with software rendering this saves most of the composing.
+    // Compose only the changed parts, because the others are already on the screen; with software rendering this saves
+    // most of the time.
     std::array<std::vector<display::Part>, 2> changed;
     if (stats.drawn)
       for (int e = 0; e < frame.views; ++e)
@@ -365,10 +367,10 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
         compositor_->record(commands, renderer_->pictures(), screen.layout, *target, ring_.slot(), output_->first_row(),
                             device_.processor && !uncovered ? &changed : nullptr, huds);
     if (!target->memory.first)
-      stats.passes += static_cast<int>(target->layers.size());  // a target in memory is composed without a pass
+      stats.passes += static_cast<int>(target->layers.size());  // a target in memory is composed without a render pass
     ring_.submit(device_, target->ready, target->done);
-    // Recording and submission on the CPU, drawing on the GPU, and on average half a refresh until the screen shows the
-    // frame.
+    // Time until the frame is visible: recording and submission on the CPU, drawing on the GPU, and on average half a
+    // refresh period of the screen.
     const auto shown = [this, began](double more) {
       timing_.shown = to_seconds(now() - began) + more + 0.5 * output_->refresh_period();
       latency_ += 0.1 * (std::min(timing_.shown, 0.1) - latency_);

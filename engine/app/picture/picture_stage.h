@@ -1,5 +1,5 @@
-// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. Render
-// thread. Offscreen, or in a window (workbench.h).
+// Pictures of the bench: a Vulkan device, a renderer and the screen of a rig, drawn from the servo's ticks. Drawn
+// offscreen, or in a window (workbench.h). Render thread.
 #pragma once
 
 #include <memory>
@@ -21,24 +21,25 @@
 
 namespace typodont {
 
-/// Mesh of a tool. `placed`: its head stays in the tissue, and the hand holds only its driver.
+/// Mesh of a tool. `placed`: only the driver is drawn, because the tool's head stays in the tissue.
 render::ToolMesh tool_mesh(const haptics::Tool& tool, bool placed = false);
 /// True if the tick belongs to an implant or screw that has been placed.
 bool is_placed(const haptics::Tool& tool, const ServoTick& tick);
-/// rad/s about its z with which a tool is drawn: right-handed threads enter clockwise, as seen from the shank.
+/// rad/s about the tool's z, speed with which it is drawn: right-handed threads enter clockwise, as seen from the
+/// shank.
 double drawn_spin(const haptics::Tool& tool, double spindle);
 
 /// Passes the surroundings of the working tooth to the renderer.
 void surround(render::Renderer& renderer, const Surroundings& around, bool coarse = false);
 
-/// Bounds outside of which the scene can have no tissue. Nothing: no bounds, because a tool of the set adds tissue, or
-/// because redo may restore earlier cuts.
+/// Bounds outside of which the scene can never have tissue. Empty if there are no bounds: a tool of the set adds
+/// tissue, or redo may restore earlier cuts.
 std::optional<render::BoxInWorld> tissue_reach(const Scene& scene, const haptics::TissueVolume& tissue);
 
-/// Adds a frame to the work counts.
+/// Adds the statistics of a frame to the work counts.
 void count_frame(const render::FrameStats& stats, WorkCounts& work);
 
-/// True if the difference is invisible: at most a hundredth of a pixel at the tool.
+/// True if the difference between the poses is invisible: at most a hundredth of a pixel at the tool.
 bool looks_same(const Pose& a, const Pose& b);
 
 class PictureStage {
@@ -47,7 +48,7 @@ class PictureStage {
     render::Quality quality = render::kQualityLadder[0];
     bool validation = false;
     bool window = false;            // false: offscreen; the user's head is tracked only with a window
-    bool embedded = false;          // only pictures(), for the caller's window; no screen is composed
+    bool embedded = false;          // only pictures() are drawn, for the caller's window; no screen is composed
     gpu::Device* device = nullptr;  // the caller's device; null: create one
     int monitor = -1;               // monitor for full screen; −1: a window
     bool hud = true;
@@ -55,7 +56,7 @@ class PictureStage {
     bool cursor = false;  // draw a row of dots from the tool's end to the point where it would land, and a ring there
     double force_limit = 3;  // N, maximum of the force bar
   };
-  /// Throws Error if the machine has no Vulkan device, or no desktop for a window.
+  /// Creates device, renderer and screen. Throws Error if the machine has no Vulkan device, or no desktop for a window.
   PictureStage(const display::DisplayRig& rig, const haptics::ServoSettings& servo, const Options& options);
   ~PictureStage();
   PictureStage(const PictureStage&) = delete;
@@ -82,19 +83,21 @@ class PictureStage {
   void show_tool(bool shown) { options_.tool = shown; }
   /// Uses screen and head of this rig from the next frame on.
   void look_from(const display::DisplayRig& rig);
-  /// Replaces a body that only one view shows (render::kSectionFace …); positions are relative to `origin` (m, W).
+  /// Replaces a body that only one view shows (for example render::kSectionFace); positions are relative to `origin`
+  /// (m, W).
   void show_inside(render::MeshId body, std::span<const render::MeshUpdate> bricks, const dvec3& origin);
 
-  /// Draws and shows one frame; if offscreen, waits for it. `dt`: s since the last frame, to rotate the bur.
+  /// Draws and shows one frame; if offscreen, waits for it. `dt`: s since the last frame, which rotates the bur.
   render::FrameStats draw(const ServoTick& tick, std::span<const render::Particle> particles, double dt,
                           const std::string& hint = "");
 
-  /// True if the next frame may show something inside the box; nothing as the box means anywhere.
+  /// True if the next frame may show something inside the box; an empty `box` means all of space.
   bool in_sight(const std::optional<render::BoxInWorld>& box) const;
 
-  /// The eyes' pictures in the layout for shaders.
+  /// The eyes' pictures in the image layout for shaders.
   const gpu::Image& pictures() const { return renderer_->pictures(); }
-  /// If embedded: sets the pictures' size. The rig's panel takes their aspect ratio. True if the size changed.
+  /// Sets the size of the pictures in pixels; the rig's panel gets their aspect ratio. Only if embedded. True if the
+  /// size changed.
   bool resize(glm::ivec2 eye_size);
 
   /// Sets the quality from the next frame on.
@@ -113,18 +116,18 @@ class PictureStage {
   struct Timing {
     double record = 0;  // s, preparation and submission on the CPU
     double gpu = 0;     // s, GPU time of the latest finished frame
-    double shown = 0;   // s, estimate: from the start of draw() to the middle of the screen's next refresh
-    /// The larger of CPU and GPU time, without waiting for the screen.
+    double shown = 0;   // s, estimated time from the start of draw() to the middle of the screen's next refresh
+    /// The larger one of CPU and GPU time, without the wait for the screen.
     double cost() const { return gpu > record ? gpu : record; }
   };
   const Timing& timing() const { return timing_; }
   /// True if the tool did not move between the last two calls of draw().
   bool tool_at_rest() const { return at_rest_; }
 
-  /// Numbers of accepted and dropped packets of the head tracker; nothing if the rig has none.
+  /// Numbers of accepted and dropped packets of the head tracker; empty if the rig has none.
   std::optional<display::HeadTracker::Stats> tracker_stats() const;
 
-  /// Not if embedded.
+  /// The screen; there is none if embedded.
   display::Output& output() { return *output_; }
   const display::DisplayRig& rig() const { return rig_; }
   gpu::Device& device() { return device_; }
@@ -138,7 +141,7 @@ class PictureStage {
   const haptics::Tool& tool() const;
   void follow_head();
   void follow_pixels(double pixel);
-  /// Adds the cursor for a tool at that pose: its ring to the frame, its dots to the particles.
+  /// Adds the cursor of a tool at this pose: a ring to the frame, and dots to the particles.
   void add_cursor(const Pose& X_WG, render::Frame& frame);
 
   display::DisplayRig rig_;
@@ -171,11 +174,12 @@ class PictureStage {
   double angle_ = 0;
   Pose shown_at_;  // the tool's pose in the last frame
   bool at_rest_ = false;
-  std::size_t shown_tool_ = 0;  // index in the tool set
-  bool shown_placed_ = false;   // its head stays in the tissue
+  std::size_t shown_tool_ = 0;  // index of the drawn tool in the tool set
+  bool shown_placed_ = false;   // the head of the drawn tool stays in the tissue
 };
 
-/// Creates a device for such pictures, with a window's extensions if necessary. Throws like PictureStage.
+/// Creates a device for pictures with these options, with a window's extensions if necessary. Throws the same errors as
+/// PictureStage.
 gpu::Device make_picture_device(const PictureStage::Options& options);
 
 }  // namespace typodont

@@ -9,7 +9,7 @@ namespace typodont {
 
 class QualityLadder {
  public:
-  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` raise it. The wait before raising
+  /// Frames longer than `slow` (s) lower the quality; frames shorter than `quick` (s) raise it. The wait before a raise
   /// grows each time the higher level proved too slow. The default of `slow` is a little less than 1/30 s, so that 30
   /// frames per second are reached.
   explicit QualityLadder(double slow = kSlow, double quick = 1.0 / 90, std::size_t first = 1)
@@ -18,14 +18,14 @@ class QualityLadder {
   /// the next level, which takes up to twice as long.
   static QualityLadder for_processor() { return QualityLadder(kSlow, 1.0 / 75, 3); }
   const render::Quality& step() const { return render::kQualityLadder[step_]; }
-  int place() const { return static_cast<int>(step_); }  // 0: best
+  int place() const { return static_cast<int>(step_); }  // level, 0: best
   int changes() const { return changes_; }
   double slow() const { return slow_; }  // s
   /// True if the level changed. Call only for frames that were drawn.
   bool frame_took(double seconds) {
     // The first frames of a level create its pipelines and are ignored.
     if (fresh_ > 0) return --fresh_, false;
-    // Limit the weight of a single delayed frame.
+    // Limits the weight of a single delayed frame.
     mean_ += 0.15 * (std::min(seconds, 2 * slow_) - mean_);
     ++frames_;
     const bool much_too_slow = frames_ >= kHurry && mean_ > 1.4 * slow_;
@@ -40,7 +40,7 @@ class QualityLadder {
  private:
   static constexpr double kSlow = 1.0 / 33;  // s
   static constexpr int kFresh = 2, kHurry = 4, kSettled = 12, kTrial = 240, kFirstPatience = 60,
-                       kMostPatience = 7200;  // frames, upper limit of the wait before raising
+                       kMostPatience = 7200;  // frames; kMostPatience: upper limit of the wait before a raise
 
   bool go(std::size_t step, bool up) {
     step_ = step;
@@ -55,8 +55,8 @@ class QualityLadder {
   double slow_, quick_;  // s
   std::size_t step_;
   int frames_ = 0, fresh_ = kFresh, patience_ = kFirstPatience, changes_ = 0;
-  bool tried_ = false;  // the last change raised the quality
-  double mean_;         // s, running mean
+  bool tried_ = false;  // true: the last change raised the quality
+  double mean_;         // s, running mean of the frames' times
 };
 
 }  // namespace typodont

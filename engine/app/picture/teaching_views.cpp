@@ -12,7 +12,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kDifferenceReach = 3e-3;  // m
+constexpr double kDifferenceReach = 3e-3;  // m, limit of the shown differences
 
 }  // namespace
 
@@ -50,7 +50,7 @@ std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volum
   std::vector<render::MeshUpdate> updates = mesh_of_field(
       first, last, h, 0.15f,
       [&](const dvec3& p) {
-        double fraction = 0;  // sum of binomial weights over 27 samples
+        double fraction = 0;  // fraction of this tissue among 27 samples, with binomial weights
         for (int x = -1; x <= 1; ++x)
           for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z)
@@ -80,7 +80,7 @@ std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume
             for (int z = -1; z <= 1; ++z)
               if (left(field.tissue(p + h * dvec3(x, y, z))))
                 fraction += (x ? 1 : 2) * (y ? 1 : 2) * (z ? 1 : 2) / 64.0;
-        // Outside the tissue there are few labels; there the surface is that of the tissue.
+        // Outside the tissue there are few labels, so the surface there is that of the whole tissue.
         return std::max(whole, fraction > 0.999 ? -h : (0.5 - fraction) * 2 * h);
       },
       [&](const dvec3& p) {

@@ -10,7 +10,7 @@
 
 namespace typodont {
 
-/// The face in which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept; the face
+/// The face at which a plane cuts the tissue, coloured by tissue. The side with normal · p > offset is kept; the face
 /// is visible from the other side. Positions are relative to the volume's origin.
 std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume, const dvec3& normal, double offset);
 
@@ -18,13 +18,13 @@ std::vector<render::MeshUpdate> section_face(const haptics::TissueVolume& volume
 /// relative to the volume's origin.
 std::vector<render::MeshUpdate> tissue_inside(const haptics::TissueVolume& volume, Tissue tissue);
 
-/// The surface of the tissue without the tissues of these bits (1 << tissue).
+/// The surface of the tissue without the hidden tissues, given as bits (1 << tissue).
 std::vector<render::MeshUpdate> tissues_left(const haptics::TissueVolume& volume, std::uint32_t hidden);
 
 /// Sets every vertex's `difference` to its distance from the ideal surface: > 0 outside (still to remove), < 0 inside
-/// (removed too much). `origin`: of the updates' positions, m, W.
+/// (removed too much). `origin`: m, W, origin of the positions in `updates`.
 void mark_difference(const haptics::TissueVolume& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
-/// The same with a prepared field of the ideal; it must reach as far as differences are shown.
+/// mark_difference() with a prepared field of the ideal; the field must extend as far as differences are shown.
 void mark_difference(const ToothField& ideal, const dvec3& origin, std::vector<render::MeshUpdate>& updates);
 
 }  // namespace typodont

@@ -64,11 +64,11 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-constexpr int kLook = 14;        // voxels below a vertex that are searched at most
-constexpr int kAnewAtOnce = 32;  // bricks per update, some milliseconds, so that the hand's patches never wait
+constexpr int kLook = 14;        // voxels, limit of the search below a vertex
+constexpr int kAnewAtOnce = 32;  // bricks per update: some milliseconds, so that the hand's patches are not delayed
 
-/// Depth in m to which one sees into a tissue. The colours of dentin and caries shine through enamel, that of pulp
-/// through thin dentin.
+/// Depth in m to which a tissue is translucent. The colours of dentin and caries shine through enamel, the colour of
+/// pulp through thin dentin.
 constexpr double depth_seen(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
@@ -99,12 +99,13 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
   }
   labels_.look_at(volume, glm::ivec3(glm::floor(dvec3(low) / voxel)) - 3,
                   glm::ivec3(glm::ceil(dvec3(high) / voxel)) + 3);
-  // there is only one tissue, so nothing shines through and there is no boundary
+  // There is only one tissue, so nothing shines through and there is no boundary.
   if (labels_.only() != Tissue::kAir) return;
   const glm::ivec3 lo = labels_.origin();
   for (render::Vertex& v : update.vertices) {
     if (v.tissue[0] != v.tissue[1] && v.tissue[0] != Tissue::kAir) {
-      // Labels are per voxel; the boundary is drawn where their smoothed fractions are equal, so that it has no steps.
+      // Labels are per voxel. The boundary is drawn where the smoothed fractions of the two tissues are equal, so it
+      // has no steps.
       const dvec3 at = dvec3(v.p) / voxel - dvec3(lo);
       const glm::ivec3 nearest(glm::floor(at + 0.5));
       float weight[3][5];  // exp(−0.6 r²), one factor per axis
@@ -145,8 +146,8 @@ void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshU
       const float left = 1 - far / reach;
       v.under = found;
       v.shows = left * std::sqrt(left);
-      // Caries within one or two voxels of the vertex is the edge of a lesion at the surface, which is drawn anyway,
-      // not a lesion below it.
+      // Caries within one or two voxels below the vertex is the edge of a lesion at the surface, which is drawn in any
+      // case, and not a lesion below the surface.
       if (found == Tissue::kCaries) v.shows *= std::clamp(0.5f * (far - 1), 0.f, 1.f);
       break;
     }

@@ -1,5 +1,5 @@
-// Converts the carver's tissue to triangles for the renderer: the bricks that changed. A body of triangles (contact
-// models mesh_lod and vertex) provides its own; other bodies are meshed from the distance field. Carver's thread.
+// Converts the changed bricks of the carver's tissue to triangles for the renderer. A body of triangles (contact models
+// mesh_lod and vertex) provides its own triangles; other bodies are meshed from the distance field. Carver's thread.
 #pragma once
 
 #include <filesystem>
@@ -22,10 +22,10 @@ namespace typodont {
 /// completed fraction 0..1 and may throw to stop the work.
 surface::WholeMesh whole_surface(const haptics::TissueVolume& volume, float tolerance,
                                  const std::function<void(double)>& progress = {});
-/// Converts a body's own triangles (TissueSurface::mesh) to the same format, in voxels of this frame.
+/// The whole surface of a body from its own triangles (TissueSurface::mesh), in voxels of this frame.
 surface::WholeMesh whole_surface(const haptics::TissueMesh& mesh, const VoxelFrame& frame);
 
-/// A copy of the tissue, which can be saved while the carver continues.
+/// A copy of the tissue that can be saved while the carver continues.
 struct TissueCopy {
   haptics::TissueVolume volume;
   std::optional<haptics::TissueMesh> own;  // the body's own triangles, if it has them
@@ -37,20 +37,20 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file);
 
 class TissueView {
  public:
-  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: the scene's.
+  /// `tolerance`: voxels, largest distance of the triangles from the surface. `drawn_as`: the scene's setting.
   explicit TissueView(float tolerance = 0.1f, const DrawnAs& drawn_as = {});
 
-  /// At the first call all bricks, then the bricks that changed since the last call. Positions are metres from the
-  /// volume's origin, where the mesh must be placed.
+  /// Returns all bricks at the first call, then the bricks that changed since the last call. Positions are in metres
+  /// from the volume's origin.
   std::vector<render::MeshUpdate> update(haptics::TissueVolume& volume);
-  /// The same for a carver's tissue; uses the body's own triangles if it has them.
+  /// update() for a carver's tissue; uses the body's own triangles if it has them.
   std::vector<render::MeshUpdate> update(haptics::Carver& carver);
 
-  /// Sets another tolerance. Existing bricks are meshed again, some at each update().
+  /// Sets another tolerance. Existing bricks are meshed again, some of them at each update().
   void set_tolerance(float tolerance);
   float tolerance() const { return tolerance_; }
 
-  /// The mesher of the field's surface; empty if only a body's own triangles were requested.
+  /// The mesher of the field's surface; empty if update() used only a body's own triangles.
   const surface::SurfaceMesher& mesher() const { return mesher_; }
 
  private:
@@ -59,13 +59,13 @@ class TissueView {
   void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
-  LabelBlocks labels_;  // labels for this update
+  LabelBlocks labels_;  // labels around the bricks of this update
   surface::SurfaceMesher mesher_;
   FieldBrick brick_;
   bool started_ = false;
   float tolerance_;
   bool another_tolerance_ = false;    // the tolerance changed since the last update
-  std::vector<glm::ivec3> outdated_;  // bricks that must still be meshed with this tolerance
+  std::vector<glm::ivec3> outdated_;  // bricks that must still be meshed with the new tolerance
 };
 
 }  // namespace typodont

@@ -27,8 +27,8 @@ namespace typodont {
 
 namespace {
 
-/// Path of a file that a recording names. If the recording was made with another installation, its assets are replaced
-/// by those of this one.
+/// Path of a file that a recording names. If the recording was made with another installation, the path of its assets
+/// is replaced by that of this installation's assets.
 std::filesystem::path recorded_file(const std::filesystem::path& path, const ScenePlace& place) {
   std::filesystem::path shipped;
   bool in_assets = false;
@@ -41,7 +41,7 @@ std::filesystem::path recorded_file(const std::filesystem::path& path, const Sce
   return find_file(path, place);
 }
 
-/// Throws Error if a file has changed, because the replay would use another tissue and differ later.
+/// Checks the files that a recording names: throws Error if one has changed, because a replay would use another tissue.
 void require_same_files(const session::SessionHeader& header, const ScenePlace& place) {
   // The first file is the scene and the last one the rig; the session contains both.
   const std::size_t end = header.files.size() - (header.rig_json.empty() || header.files.empty() ? 0 : 1);
@@ -71,7 +71,7 @@ std::vector<std::filesystem::path> folders_of(const std::filesystem::path& sessi
   return folders;
 }
 
-/// After a gap in the recording numbers are missing; the carver numbers the cuts itself.
+/// Applies the next cut. After a gap in the recording some numbers are missing, so the carver numbers the cuts itself.
 void apply_next(haptics::Carver& carver, Cut cut) {
   cut.index = carver.cuts() + 1;
   carver.apply(cut);
@@ -84,7 +84,7 @@ void repeat(haptics::Carver& carver, const StrokeEdit& edit) {
 }  // namespace
 
 Scene scene_of(const session::SessionReader& session, int recordings) {
-  constexpr int kMostRecordings = 32;  // limit for recordings that continue from each other
+  constexpr int kMostRecordings = 32;  // limit of the chain of recordings that continue each other
   if (recordings >= kMostRecordings)
     throw Error(session.file().string(), "scene", "recordings that name each other", "an end to them");
   const session::SessionHeader& header = session.header();
@@ -159,7 +159,7 @@ ReplayResult replay_session(const std::filesystem::path& session_file, const std
   Fnv1a force_hash;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();
-  // applies the edits made before patch number `patches` + 1 was cut out
+  // Applies the edits that were made before patch number `patches` + 1 was created.
   const auto edit_through = [&](std::uint32_t patches) {
     for (; edit != edits.end() && edit->patches <= patches; ++edit) {
       steps.apply_cuts(edit->cuts);

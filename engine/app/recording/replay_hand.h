@@ -8,8 +8,8 @@
 
 namespace typodont {
 
-/// Pose and pedal of every recorded tick, interpolated to `rate`; ignores forces. Throws Error if the file is not a
-/// session or has no ticks.
+/// Returns pose and pedal of the recorded ticks, interpolated to `rate` (Hz); ignores forces. Throws Error if the file
+/// is not a session or has no ticks.
 std::unique_ptr<haptics::HapticDevice> open_replay_hand(const std::filesystem::path& session_file, double rate,
                                                         bool paced);
 

@@ -1,4 +1,4 @@
-// Writes the program's additional data into a session, besides the ticks.
+// Creates the contents of a session file, except the ticks.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace typodont {
 
-/// Complete scene and rig, hashes of their files, the hand, the initial volumes.
+/// The header of a session: the complete scene and rig, hashes of their files, the hand, the initial volumes.
 session::SessionHeader session_header(const Scene& scene, const std::filesystem::path& rig_file,
                                       const haptics::DeviceInfo& hand, const haptics::TissueVolume& tissue,
                                       double rate);
@@ -28,7 +28,7 @@ session::StreamSpec left_hand_stream();
 
 /// Stream of the eyes in front of a screen and of the view; one row per change.
 session::StreamSpec head_stream();
-/// "look", "section", "xray", "difference".
+/// Name of a view: "look", "section", "xray", "difference".
 std::string_view view_name(render::View view) noexcept;
 /// Stream of the pictures on a screen; one row per frame.
 session::StreamSpec picture_stream();
@@ -39,11 +39,11 @@ std::vector<double> xr_stream_row(const display::HmdTiming& timing);
 /// Stream of the synthesizer's input, a hundred times per second.
 session::StreamSpec sound_stream();
 
-/// Derives events from the ticks: changes of tool, beginnings of faults, input of the sound. Must get every tick in
+/// Derives events from the ticks: change of the tool, start of a fault, input of the sound. Must get every tick in
 /// order. The recorder's thread.
 class TickNotes {
  public:
-  /// `sound`: index of its stream; nothing without sound.
+  /// `sound`: index of the sound's stream; empty without sound.
   TickNotes(const Scene& scene, std::optional<std::size_t> sound);
   /// `sound_latency`: s from a tick to its sound, NaN if unknown.
   void add(const ServoTick& tick, session::SessionWriter& writer,
@@ -56,10 +56,10 @@ class TickNotes {
   Nanos sounded_ = 0;
   bool first_ = true;
   std::uint32_t tool_ = 0;
-  std::array<Nanos, 32> fault_seen_{};  // time at which each bit was last set
+  std::array<Nanos, 32> fault_seen_{};  // last time at which each fault bit was set
 };
 
-/// Final volumes, pulp distance and hash of the field.
+/// The result of a session: final volumes, distance to the pulp, hash of the distance field.
 session::SessionResult session_result(const haptics::TissueVolume& tissue);
 
 }  // namespace typodont

@@ -1,5 +1,5 @@
 // Compares a replay with all data of a recording that the score depends on: every column of the ticks, every cut, the
-// initial and final volumes, the final tissue. It cannot compare the inputs of the replay: the hand's pose and pedal,
+// initial and final volumes, the final tissue. It does not compare the inputs of the replay: the hand's pose and pedal,
 // the scene with its rules, the ticks at which patches were adopted, undone strokes.
 #pragma once
 
@@ -13,25 +13,25 @@
 
 namespace typodont {
 
-/// One thread. Ticks and cuts in order. Data after the recording's first gap is not compared.
+/// Gets ticks and cuts in order. Data after the recording's first gap is not compared. One thread.
 class StreamCheck {
  public:
   explicit StreamCheck(const session::SessionReader& session);
 
   struct Difference {
-    std::uint64_t tick;  // index
-    std::string what;    // "force at tick 12"
+    std::uint64_t tick;  // index of the tick
+    std::string what;    // description, for example "force at tick 12"
   };
-  /// The first difference; nothing while there is none.
+  /// The first difference; empty while there is none.
   const std::optional<Difference>& difference() const { return difference_; }
-  /// False after the first gap, because the recording lacks input of the servo there.
+  /// False after the first gap, because there the recording lacks input of the servo.
   bool covers(const ServoTick& recorded) const { return recorded.index <= last_tick_; }
 
   void volumes_at_start(const PerTissue& volumes);
   void tick(const ServoTick& replayed, const ServoTick& recorded);
   /// Compares a cut that the replay made.
   void cut(const Cut& replayed);
-  /// Call after the last tick.
+  /// Compares the final tissue. Call it after the last tick.
   void end(const haptics::TissueVolume& tissue);
 
  private:

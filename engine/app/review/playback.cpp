@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kJump = 5;  // s that an arrow key moves
+constexpr double kJump = 5;  // s by which an arrow key moves
 constexpr std::array<const char*, 4> kViews = {"look", "section", "xray", "difference"};
 
 display::DisplayRig rig_of(const PlaybackOptions& options) {
@@ -83,7 +83,7 @@ class Side {
   }
   const std::string& view() const { return view_; }
 
-  /// Moves to `t` seconds after the recording's beginning; `dt` since the last picture.
+  /// Moves to `t` seconds after the recording's beginning. `dt`: s since the last picture.
   void go(double t, double dt) {
     player_.seek(player_.begin() + t);
     std::vector<render::MeshUpdate> surface = player_.take_surface();
@@ -99,7 +99,7 @@ class Side {
       debris_->step(std::clamp(dt, 0.0, 0.1));
     }
   }
-  /// Chooses the level of detail for the next picture from the last one.
+  /// Chooses the level of detail for the next picture from the statistics of the last one.
   void follow(const render::FrameStats& stats, const render::Quality& quality) {
     if (stats.drawn && detail_->follow(stats.pixel, quality)) player_.smooth_to(detail_->tolerance());
   }
@@ -158,7 +158,7 @@ class Side {
   glm::dvec4 plane_{0, 0, 1, 0};
 };
 
-/// The sessions, the screen, and the position of the playback.
+/// The sessions, the screen, and the state of the playback.
 class Playback {
  public:
   explicit Playback(const PlaybackOptions& options) {
@@ -178,7 +178,7 @@ class Playback {
       stage_.emplace(rig, sides_[0]->servo(), look);
       sides_[0]->attach(*stage_);
     }
-    // A film may take any time; a viewer needs a fluent picture.
+    // A film may take any time, but a window needs fluent pictures, so only a window lowers the quality.
     if (look.window) follow_time(sides_[0]->stage().device().processor);
     double longest = 0;
     for (const auto& side : sides_) longest = std::max(longest, side->player().end() - side->player().begin());

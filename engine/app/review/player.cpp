@@ -31,7 +31,7 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
     deeds_.push_back({cut.t, &cut, false});
   }
   add_edits(UINT64_MAX);
-  // Keep their order, even if the clocks of two threads differ.
+  // Keep the order of the changes, even if the clocks of two threads differ.
   for (std::size_t i = 1; i < deeds_.size(); ++i) deeds_[i].t = std::max(deeds_[i].t, deeds_[i - 1].t);
   from_the_start();
   seek(begin_);
@@ -53,7 +53,7 @@ void SessionPlayer::smooth_to(float tolerance) {
 std::vector<render::MeshUpdate> SessionPlayer::take_surface() {
   if (!view_) view_.emplace(tolerance_, scene_.drawn_as);
   std::vector<render::MeshUpdate> surface = view_->update(*carver_);
-  // When the tissue starts again, update all its bricks, and remove those that are shown but do not exist.
+  // After a restart of the tissue, update all its bricks, and remove shown bricks that no longer exist.
   std::set<std::uint64_t> gone;
   if (std::exchange(anew_, false)) gone.swap(shown_);
   for (const render::MeshUpdate& brick : surface) {
@@ -72,7 +72,7 @@ void SessionPlayer::go_on(Nanos t) {
   for (; next_ < deeds_.size() && deeds_[next_].t <= t; ++next_) {
     const Deed& deed = deeds_[next_];
     if (deed.cut) {
-      // If playback starts later, the first cut is not number 1; the carver numbers the cuts itself.
+      // If playback starts later, the first cut is not number 1, so the carver numbers the cuts itself.
       Cut cut = *deed.cut;
       cut.index = carver.cuts() + 1;
       if (carver.begins_stroke(cut)) {
@@ -98,7 +98,7 @@ void SessionPlayer::go_back(Nanos t) {
     next_ = last.first;
     if (last.kind == Done::Kind::kStroke) {
       carver.end_stroke();
-      if (carver.strokes().done == last.strokes) carver.undo();  // otherwise it changed nothing
+      if (carver.strokes().done == last.strokes) carver.undo();  // otherwise the stroke changed nothing
     } else if (last.kind == Done::Kind::kUndo) {
       carver.redo();
     } else {

@@ -1,4 +1,4 @@
-// Plays back a recorded session: tissue and tool at any moment, forward and backward. It applies the recorded cuts in
+// Plays back a recorded session: tissue and tool at any time, forward and backward. It applies the recorded cuts in
 // order, including undone strokes. Drawing thread.
 #pragma once
 
@@ -19,7 +19,8 @@ namespace typodont {
 
 class SessionPlayer {
  public:
-  /// Throws Error if the file is not a session with ticks, or if its tissue is missing or has changed.
+  /// Opens a session at its first tick. Throws Error if the file is not a session with ticks, or if its tissue is
+  /// missing or has changed.
   explicit SessionPlayer(const std::filesystem::path& session);
 
   const session::SessionReader& session() const { return session_; }
@@ -28,11 +29,11 @@ class SessionPlayer {
   double end() const { return end_; }
 
   /// Moves to time t, s. Forward it applies the cuts in between; backward it undoes the strokes in between and repeats
-  /// part of one.
+  /// a part of the last one.
   void seek(double t);
-  /// The last tick not after that moment.
+  /// The last tick that is not after the present time.
   const ServoTick& tick() const { return tick_; }
-  /// Cuts applied by the last forward seek(), for chips.
+  /// Cuts applied by the last forward seek(); they create the chips.
   std::span<const Cut> fresh_cuts() const { return fresh_; }
   const haptics::TissueVolume& tissue() const { return carver_->volume(); }
   /// Sets the mesh tolerance in voxels; all bricks are then meshed again.
@@ -41,18 +42,18 @@ class SessionPlayer {
   std::vector<render::MeshUpdate> take_surface();
 
  private:
-  /// A change of the tissue.
+  /// A change of the tissue: a cut or an edit.
   struct Deed {
     Nanos t = 0;
-    const Cut* cut = nullptr;  // null: an edit
+    const Cut* cut = nullptr;  // the cut; null: the change is an edit
     bool redo = false;
   };
   /// Data to undo a change.
   struct Done {
     enum class Kind { kStroke, kUndo, kRedo } kind;
-    std::size_t first;    // index in deeds_
-    std::size_t strokes;  // number of strokes of the tissue before it
-    bool forgets;         // it discards undone strokes, so that it cannot be undone
+    std::size_t first;    // index of the first change in deeds_
+    std::size_t strokes;  // number of the tissue's strokes before the change
+    bool forgets;         // the change discards undone strokes, so it cannot be reverted
   };
   void from_the_start();
   void go_back(Nanos t);
@@ -63,25 +64,25 @@ class SessionPlayer {
   double begin_ = 0, end_ = 0;
   std::vector<Deed> deeds_;
   std::optional<haptics::Carver> carver_;
-  std::size_t next_ = 0;  // index in deeds_
+  std::size_t next_ = 0;  // index of the next change in deeds_
   std::vector<Done> done_;
   std::vector<Cut> fresh_;
   std::vector<ServoTick> block_;  // ticks that were read together
   ServoTick tick_;
   float tolerance_ = 0.1f;
   std::optional<TissueView> view_;
-  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() has returned
+  std::set<std::uint64_t> shown_;  // bricks with triangles that take_surface() returned
   bool anew_ = false;              // the carver was restarted since the last take_surface()
 };
 
-/// State of the playback: position, speed, loop. Pure function of its inputs.
+/// State of the playback: position, speed, loop. Does not read a clock.
 struct PlayClock {
   double begin = 0, end = 1;  // s, range that can be played
   double from = 0, to = 1;    // s, range of the loop
-  double at = 0;              // s
-  double speed = 1;           // negative: backwards
+  double at = 0;              // s, present position
+  double speed = 1;           // factor on the recorded speed; negative: backwards
   bool paused = false, loop = false;
-  bool over = false;  // playback has reached its end; never with a loop
+  bool over = false;  // playback has reached its end; never true with a loop
 
   void set_range(double a, double b);
   /// Advances by `dt` seconds of real time.

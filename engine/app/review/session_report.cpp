@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kTolerance = 0.3f;  // voxels, largest distance of the report's triangles from the surface
 
-constexpr int kMostLabels = 200;  // number of samples along the longest side; adds some hundred kilobytes to a page
+constexpr int kMostLabels = 200;  // limit of the samples along a side; they add some hundred kilobytes to a page
 
 /// The label of every n-th voxel, so that no side has more than kMostLabels.
 session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
@@ -33,11 +33,12 @@ session::TissueLabels labels_of(const haptics::TissueVolume& volume) {
   return labels;
 }
 
-/// Limit for a body's own triangles, which then take some ten megabytes of a page; with more triangles the page shows
-/// the field's surface.
+/// Limit of the number of a body's own triangles; this many take some ten megabytes of a page. With more triangles the
+/// page shows the field's surface.
 constexpr std::size_t kMostOwnTriangles = 200'000;
 
-/// `own`: use the triangles of volume.mesh() instead of the field's. `ideal`: redistanced; empty: no deviations.
+/// `own`: use the triangles of volume.mesh() instead of those of the field. `ideal`: with recomputed distances; null:
+/// the model has no deviations.
 session::ResultModel model_of(const haptics::TissueVolume& volume, bool own, const DenseCopy* ideal) {
   const haptics::TissueMesh* const triangles = own ? volume.mesh().get() : nullptr;
   const surface::WholeMesh mesh = triangles && triangles->triangles.size() <= kMostOwnTriangles
@@ -80,7 +81,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
     JudgedSession judged = judge_session(session);
-    // The field of an open mesh was closed with a cap or made a shell.
+    // An open mesh has no inside: its field was closed with a cap or made a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
     report.preparation = std::move(judged.preparation);
@@ -107,7 +108,7 @@ session::SessionSummary summary_of(const session::SessionReader& session, const 
 
 namespace {
 
-/// The sessions in the folder that satisfy `wanted`, without this one. Files that are not sessions are skipped.
+/// The sessions in the folder that satisfy `wanted`, except this one. Files that are not sessions are skipped.
 template <typename Wanted>
 std::vector<session::SessionSummary> others_in(const std::filesystem::path& folder,
                                                const session::SessionReader& session, const Wanted& wanted) {

@@ -13,21 +13,22 @@ namespace typodont {
 
 class Progress;
 
-/// Additional data for the report. If the tissue is not available, only the volumes in the file are used, with a
-/// message.
+/// Additional data for the report. If the tissue is not available, the report contains only the volumes from the file,
+/// and a message.
 session::ReportOptions report_of(const session::SessionReader& session);
 
-/// The final surface and its distance from the task's ideal, without a recording. Throws Error if the scene's tissue or
-/// its ideal cannot be built.
+/// The final surface and its distance from the task's ideal, for a session without a recording. Throws Error if the
+/// scene's tissue or its ideal cannot be built.
 session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume& after);
 
-/// The same score as in report_of(), without pictures.
+/// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// The same by the rules of `scene` (judge_session). Throws Error if its tissue or its ideal cannot be built.
+/// summary_of() by the rules of `scene` (judge_session). Throws Error if the scene's tissue or its ideal cannot be
+/// built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 
-/// All sessions in `folder`, by file name; unreadable files are skipped with a message. Throws Error if there is no
-/// session, Cancelled.
+/// All sessions in `folder`, sorted by file name; unreadable files are skipped with a message. Throws Error if there is
+/// no session, or Cancelled.
 std::vector<session::SessionSummary> sessions_in(const std::filesystem::path& folder, Progress& progress);
 
 /// Sessions in `folder` of the same scene and trainee that are older than this one; oldest first. Files that are not

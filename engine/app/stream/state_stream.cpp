@@ -32,7 +32,7 @@ namespace {
 using Text = nlohmann::ordered_json;
 
 constexpr const char* kSchema = "typodont-state-1";
-constexpr std::size_t kMostWaiting = 1 << 16;  // bytes per reader, about 100 messages
+constexpr std::size_t kMostWaiting = 1 << 16;  // bytes that may wait for a reader, about 100 messages
 constexpr std::size_t kMostAsked = 1 << 13;    // bytes, size limit of a reader's request
 constexpr std::size_t kMostReaders = 32;
 
@@ -87,7 +87,7 @@ Address read_address(const std::string& text) {
   return address;
 }
 
-/// A socket that is connected to the address (UDP) or listens there (TCP).
+/// A socket that is connected to the address (UDP) or listens at the address (TCP).
 Socket open_socket(const Address& address, const std::string& text) {
   addrinfo hints{};
   hints.ai_socktype = address.osc ? SOCK_DGRAM : SOCK_STREAM;
@@ -109,16 +109,16 @@ Socket open_socket(const Address& address, const std::string& text) {
 /// A program that is connected over WebSocket.
 struct Reader {
   Socket socket;
-  std::string asked;     // its request, until it is complete
+  std::string asked;     // the reader's request, until it is complete
   std::string waiting;   // data to send
   bool greeted = false;  // the handshake is complete
-  // time since which no data of `waiting` could be sent, or since which its request is missing
+  // Start of the time in which none of the `waiting` data could be sent, or in which the request was incomplete.
   std::optional<Nanos> stuck;
   bool gone = false;
 };
 
-/// True if a web page comes from this computer: scheme://host[:port]. "null" gives no information, because a frame of
-/// any page may have it.
+/// True if the origin (scheme://host[:port]) is a web page of this computer. The origin "null" does not count, because
+/// a frame of any page may have it.
 bool is_local(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -165,8 +165,8 @@ struct StateStream::Impl {
   std::vector<Socket> osc, listening;
   std::vector<Reader> readers;
   Counts counts;
-  Nanos zero = 0;       // monotonic clock
-  Nanos unix_zero = 0;  // the same moment, since 1970
+  Nanos zero = 0;       // ns, session's zero on the monotonic clock
+  Nanos unix_zero = 0;  // ns, session's zero since 1970
   int port = 0;
 
   std::string hello() const {
@@ -194,7 +194,7 @@ struct StateStream::Impl {
 
 void StateStream::Impl::tell(Reader& reader, const std::string& text, bool may_skip) {
   const std::string frame = websocket_text_frame(text);
-  // Events are rare and are never skipped, so they have twice the buffer.
+  // Events are rare and must not be skipped, so twice as many bytes may wait.
   if (reader.waiting.size() + frame.size() > (may_skip ? kMostWaiting : 2 * kMostWaiting)) {
     ++counts.skipped;
     return;
@@ -219,7 +219,8 @@ void StateStream::Impl::flush(Reader& reader) {
   }
 }
 
-/// The handshake (RFC 6455, 4.2). Refuses web pages from other computers, which the browser's Origin header names.
+/// Answers the handshake (RFC 6455, 4.2). Refuses web pages from other computers; the browser names the page in the
+/// Origin header.
 void StateStream::Impl::answer(Reader& reader) {
   const std::size_t end = reader.asked.find("\r\n\r\n");
   if (end == std::string::npos) {
@@ -256,10 +257,10 @@ void StateStream::Impl::answer(Reader& reader) {
   tell(reader, hello(), /*may_skip=*/false);
 }
 
-/// After their request, readers only send control frames.
+/// After the handshake, readers send only control frames.
 void StateStream::Impl::listen_to(Reader& reader) {
   char buffer[4096];
-  constexpr int kMostReads = 16;  // limits the time for a reader that sends without pause
+  constexpr int kMostReads = 16;  // limits the time spent on a reader that sends without pause
   for (int i = 0; i < kMostReads; ++i) {
     const ssize_t n = ::recv(reader.socket.get(), buffer, sizeof buffer, 0);
     if (n < 0 && errno == EINTR) continue;
@@ -278,7 +279,7 @@ void StateStream::Impl::listen_to(Reader& reader) {
 
 #ifdef TYPODONT_LIBLO
 void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char*, lo_message>>& messages) {
-  // NTP format: seconds since 1900, in units of 2^-32 s.
+  // Time in NTP format: since 1900, in units of 2^-32 s.
   constexpr std::uint64_t kFrom1900To1970 = 2'208'988'800;
   const auto at = static_cast<std::uint64_t>(unix_zero + t);
   const lo_timetag time{static_cast<std::uint32_t>(at / kNanosPerSecond + kFrom1900To1970),
@@ -288,7 +289,7 @@ void StateStream::Impl::send_osc(Nanos t, const std::vector<std::pair<const char
   std::size_t size = 0;
   void* const bytes = lo_bundle_serialise(bundle, nullptr, &size);
   for (const Socket& to : osc) {
-    // if nobody listens or the system's buffer is full, the message is lost
+    // If nobody listens or the system's buffer is full, the message is lost.
     if (::send(to.get(), bytes, size, MSG_NOSIGNAL) == static_cast<ssize_t>(size))
       ++counts.sent;
     else

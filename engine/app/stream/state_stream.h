@@ -1,5 +1,5 @@
-// Publishes the state of a live session to other programs: displays, LSL bridges, data loggers. Over OSC, and as JSON
-// over WebSocket; docs/doors/stream.md describes the format.
+// Publishes the state of a live session to other programs (displays, LSL bridges, data loggers): over OSC, and as JSON
+// over WebSocket. docs/doors/stream.md describes the format.
 #pragma once
 
 #include <cstdint>
@@ -12,41 +12,42 @@
 
 namespace typodont {
 
-/// Data that is sent once.
+/// Data about the session that is sent once to every reader.
 struct StreamedSession {
   std::string scene;               // name of the scene
-  std::vector<std::string> tools;  // ServoTick::tool is an index into these
+  std::vector<std::string> tools;  // names of the tools; ServoTick::tool is an index into them
   double servo_rate = 1000;        // Hz
 };
 
-/// Sends to all readers. All functions are called by one thread, never by the servo's. None of them waits: a slow
-/// reader loses messages; a reader that reads nothing, or sends no request, for kPatience is disconnected.
+/// Sends to all readers. One thread calls all functions; it must not be the servo thread. No function waits: a slow
+/// reader loses messages. A reader that reads nothing, or sends no request, for kPatience is disconnected.
 class StateStream {
  public:
   /// `addresses`: "osc:PORT", "osc:HOST:PORT" (messages are sent there), "ws:PORT", "ws:HOST:PORT" (readers connect
-  /// there). Without a host it is this computer (127.0.0.1). Throws Error for an invalid address or a port in use.
+  /// there). The default host is this computer (127.0.0.1). Throws Error for an invalid address or a port in use.
   StateStream(const std::vector<std::string>& addresses, StreamedSession session);
   ~StateStream();
   StateStream(const StateStream&) = delete;
   StateStream& operator=(const StateStream&) = delete;
 
-  /// Sets the session's zero on the system's monotonic clock, ns; later times are relative to it.
+  /// Sets the time on the system's monotonic clock, ns, at which the session's time is zero; later times are relative
+  /// to it.
   void begin(Nanos zero);
   /// Publishes the latest tick; `lost`: number of ticks that the stream has missed so far.
   void state(const ServoTick& tick, std::uint64_t lost);
-  /// Publishes an event; `kind`: "tool", "fault", "end" …
+  /// Publishes an event; `kind` is for example "tool", "fault" or "end".
   void event(Nanos t, const std::string& kind, const std::string& text);
   /// Accepts readers, answers their requests, and sends waiting data. Call it every few milliseconds.
   void turn();
 
   struct Counts {
-    std::uint64_t readers = 0;  // readers connected now over WebSocket
+    std::uint64_t readers = 0;  // readers that are now connected over WebSocket
     std::uint64_t sent = 0;     // messages passed to the system
     std::uint64_t skipped = 0;  // messages that a slow reader did not get
     std::uint64_t cut_off = 0;  // readers that were disconnected because they did not read
   };
   Counts counts() const;
-  /// Port of the first address to which readers connect; 0: none. For "ws:0" the system chooses it.
+  /// Port of the first WebSocket address; 0: none. For "ws:0" the system chooses the port.
   int port() const;
 
   static constexpr Nanos kPatience = 5 * kNanosPerSecond;

@@ -13,19 +13,19 @@ namespace typodont {
 namespace {
 
 constexpr double kToothVoxel = 0.15e-3, kGumVoxel = 0.36e-3;  // m, voxel sizes of bodies that are only drawn
-// voxels, fine and coarse mesh
+// Mesh tolerances in voxels, of the fine and the coarse mesh.
 constexpr std::array<float, 2> kToothTolerance{0.15f, 0.45f}, kGumTolerance{0.12f, 0.30f};
-constexpr double kCoarseFrom = 45e-6;     // m, surface error from which the coarse mesh is used
-constexpr double kRootShown = 2.5e-3;     // m below the gum's edge at which the neighbours end
-constexpr double kReach = 3e-3;           // m around the tooth in which its distance is computed
-constexpr double kGumInside = 0.4e-3;     // m by which the gum enters the working tooth, so that there is no gap
-constexpr double kJawDepth = 9e-3;        // m below the gum's edge, at least
-constexpr double kCoveredBelow = 0.6e-3;  // m below its edge, from which the gum is thick enough to hide the root
-constexpr double kCollarBlend = 1.0e-3;   // m, blending length of the collar
+constexpr double kCoarseFrom = 45e-6;  // m, surface error above which the coarse mesh is used
+constexpr double kRootShown = 2.5e-3;  // m, depth below the gum's edge at which the drawn neighbours end
+constexpr double kReach = 3e-3;        // m, distance around the tooth up to which its distance field is computed
+constexpr double kGumInside = 0.4e-3;  // m, depth to which the gum enters the working tooth, so that no gap is visible
+constexpr double kJawDepth = 9e-3;     // m, least depth of the jaw below the gum's edge
+constexpr double kCoveredBelow = 0.6e-3;                    // m below the gum's edge, where the gum hides the root
+constexpr double kCollarBlend = 1.0e-3;                     // m, blending length of the collar
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;  // m, cell sizes of the section's faces
-// m by which the gum's face overlaps those of the teeth, so that there is no gap
+// m by which the gum's face overlaps the faces of the teeth, so that there is no gap.
 constexpr double kFaceOverlap = 0.05e-3;
-constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind them
+constexpr double kFaceUnder = 10e-6;  // m by which the gum's face lies behind the faces of the teeth
 
 /// Smooth minimum (Quilez): rounds the edge between two solids over a width of k.
 double smooth_min(double a, double b, double k) {
@@ -36,7 +36,7 @@ double smooth_max(double a, double b, double k) {
   return -smooth_min(-a, -b, k);
 }
 
-/// Transforms points of a neighbour to the tooth of which it is a copy.
+/// Transforms points of a neighbour to the tooth from which it is copied.
 struct ToothCopy {
   NeighbourTooth place;
   dvec3 arch, crown, across;
@@ -49,7 +49,7 @@ struct ToothCopy {
         across(glm::cross(plan.crown, plan.arch)),
         least_scale(std::min({n.scale.x, n.scale.y, n.scale.z})) {}
 
-  /// `from_tooth`: the inverse.
+  /// Transforms a point of the neighbour to the tooth; from_tooth() is the inverse.
   dvec3 to_tooth(const dvec3& p_W) const {
     const dvec3 r = p_W - place.contact;
     const double c = std::cos(place.turn), s = std::sin(place.turn);
@@ -98,7 +98,7 @@ struct SurroundingsShape::Impl {
       jaw_depth = std::max(jaw_depth, 1.5e-3 + below_plane({corner & 1 ? tooth.high().x : tooth.low().x,
                                                             corner & 2 ? tooth.high().y : tooth.low().y,
                                                             corner & 4 ? tooth.high().z : tooth.low().z}));
-    // Half the width of the row of teeth at the gum; the jaw is slightly wider.
+    // Find half the width of the row of teeth at the gum; the jaw is slightly wider.
     for (double v = 0; v < 12e-3; v += 0.1e-3)
       for (const double side : {-1.0, 1.0}) {
         const dvec3 q = middle + across * (side * v) - plan.crown * glm::dot(middle - plan.margin, plan.crown);
@@ -143,11 +143,11 @@ struct SurroundingsShape::Impl {
       raise = std::max(raise, plan.papilla * std::exp(-away * away));
     }
     const double deep = below_plane(p) + raise;  // depth below the gum's edge at this point
-    // The collar: zero thickness at its edge, increasing on the root below.
+    // The collar has zero thickness at its edge and becomes thicker on the root below.
     const double swell = plan.thickness * 1.5;
     const double thick = deep > 0 ? plan.thickness * (1 - std::exp(-deep / swell)) : deep / 1.5;
     const double collar = teeth - thick;
-    // The jaw below: a bar along the arch with rounded edges, wider at the bottom.
+    // The jaw below the collar: a bar along the arch with rounded edges, wider at the bottom.
     const dvec3 r = p - middle;
     const double depth = below_plane(p), down = std::max(depth, 0.0);
     const double side = std::abs(glm::dot(r, across)) - (half_width + 0.6e-3 + 0.9e-3 * (1 - std::exp(-down / 3e-3)));
@@ -156,7 +156,7 @@ struct SurroundingsShape::Impl {
     jaw = smooth_max(jaw, end, 4e-3);
     jaw = smooth_max(jaw, depth - jaw_depth, 2e-3);
     const double body = smooth_max(smooth_min(jaw, collar, kCollarBlend), depth - jaw_depth, 0.5e-3);
-    return std::max(body, -own - kGumInside);  // hollow at the working tooth, so that a bur finds no gum inside it
+    return std::max(body, -own - kGumInside);  // hollow at the working tooth: a bur in the tooth meets no gum
   }
 };
 
@@ -189,13 +189,13 @@ std::vector<render::MeshUpdate> SurroundingsShape::section_face(const dvec3& nor
   std::uint64_t body = 0;
   const auto add = [&](std::vector<render::MeshUpdate> of_body) {
     for (render::MeshUpdate& update : of_body) {
-      update.brick |= body << 60;  // numbers above those of the tiles
+      update.brick |= body << 60;  // each body has brick numbers of its own
       face.push_back(std::move(update));
     }
     ++body;
   };
-  // The surface of a neighbour ends shortly below the gum, where it is invisible; its face in a section shows the root
-  // within the gum.
+  // The surface of a neighbour ends shortly below the gum, where it is invisible; but the neighbour's face in a section
+  // shows the root within the gum.
   const auto with_root = [&](const ToothCopy& copy, const dvec3& p) {
     const double whole = copy.distance(shape.tooth, p);
     return shape.plan.gum && whole < kToothFace ? std::min(shape.neighbour(copy, p), std::max(whole, shape.gum(p)))
@@ -240,7 +240,8 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
     auto [fine, coarse] = meshes_of_field<2>(
         lo, hi, kToothVoxel, kToothTolerance, [&](const dvec3& p) { return shape.neighbour(copy, p); },
         [&](const dvec3& p) {
-          // No pulp at the hidden end of the root, because a section shows that end from inside.
+          // Show dentin instead of pulp at the cut end of the root: the end is hidden in the gum, but a section shows
+          // it from inside.
           const Tissue found = tooth.tissue_at_surface(copy.to_tooth(p));
           return found == Tissue::kPulp ? Tissue::kDentin : found;
         });

@@ -1,6 +1,6 @@
 // The surroundings of the working tooth: its neighbours and the gum, built from the tooth's own volume if a scene
 // requests them ("surroundings"). They are drawn, and a rotating bur that enters them does damage (task/damage.h). They
-// are not in the haptic field and are never cut.
+// are not part of the haptic field and are never cut.
 #pragma once
 
 #include <memory>
@@ -14,11 +14,11 @@ namespace typodont {
 
 struct Surroundings;
 
-/// The surroundings as distance functions, m, negative inside; far away, or without a body, any positive number.
-/// Thread-safe.
+/// The surroundings as distance functions, m, negative inside. Far away from a body, or without the body, the value is
+/// any positive number. Thread-safe.
 class SurroundingsShape {
  public:
-  /// Throws Error if the volume cannot be read.
+  /// Builds the distance functions. Throws Error if the volume cannot be read.
   explicit SurroundingsShape(const SurroundingsPlan& plan);
   ~SurroundingsShape();
   SurroundingsShape(SurroundingsShape&&) noexcept;
@@ -26,12 +26,12 @@ class SurroundingsShape {
 
   bool has_neighbours() const;
   bool has_gum() const;
-  double neighbour(const dvec3& p_W) const;  // the nearest of the neighbours
+  double neighbour(const dvec3& p_W) const;  // distance to the nearest neighbour
   double gum(const dvec3& p_W) const;
-  double tooth(const dvec3& p_W) const;  // the uncut working tooth
+  double tooth(const dvec3& p_W) const;  // distance to the uncut working tooth
 
-  /// The face of a section (as section_face() for the tooth): the neighbours with their roots, and the gum around them.
-  /// Positions are relative to `origin`, m, W.
+  /// The face of a section through the neighbours with their roots and the gum around them, like section_face() for the
+  /// tooth. Positions are relative to `origin`, m, W.
   std::vector<render::MeshUpdate> section_face(const dvec3& normal, double offset, const dvec3& origin) const;
 
  private:
@@ -42,17 +42,17 @@ class SurroundingsShape {
 
 struct SurroundingMesh {
   render::MeshId id;
-  dvec3 origin;  // m, W, origin of its vertices
+  dvec3 origin;  // m, W, origin of the vertices
   std::vector<render::MeshUpdate> bricks;
   std::vector<render::MeshUpdate> coarse;  // the same body with fewer triangles
 };
 struct Surroundings {
   std::vector<SurroundingMesh> meshes;
-  /// The uncut tooth is inside the gum, and invisible, where dot(covered, (p_W, 1)) < 0. Zero: nowhere.
+  /// The uncut tooth is inside the gum, and therefore invisible, where dot(covered, (p_W, 1)) < 0. Zero: nowhere.
   glm::dvec4 covered{0};
-  double coarse_from = 0;  // m, allowed surface error from which the coarse mesh is good enough
+  double coarse_from = 0;  // m; the coarse mesh is good enough if the allowed surface error is larger
 };
-/// Deterministic. Throws Error if the volume cannot be read.
+/// Builds the meshes. Equal plans give equal meshes. Throws Error if the volume cannot be read.
 Surroundings make_surroundings(const SurroundingsPlan& plan);
 /// The surroundings for a scene (Scene::surroundings); empty if it has none.
 Surroundings make_surroundings(const std::optional<SurroundingsPlan>& plan);

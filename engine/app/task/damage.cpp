@@ -9,9 +9,9 @@ namespace typodont {
 
 namespace {
 
-constexpr double kCell = 0.1e-3;    // m
-constexpr double kMoved = 0.01e-3;  // m that a part of the head moves before the next evaluation
-constexpr double kSlack = 0.01e-3;  // m, tolerance above the fields' own error: touching is not damage
+constexpr double kCell = 0.1e-3;    // m, side of the cells that measure the damaged volume
+constexpr double kMoved = 0.01e-3;  // m; the head is evaluated again when a part of it has moved by this distance
+constexpr double kSlack = 0.01e-3;  // m, tolerance above the error of the fields, because touching is not damage
 
 std::uint64_t cell_of(const dvec3& p_W) {
   constexpr double kHalf = 1 << 20;

@@ -1,7 +1,7 @@
-// Damage of a bur to the neighbouring teeth and the gum of a scene's surroundings, which are not in the haptic field.
-// It is computed from the ticks alone, so that a recording gives the same result: the rotating head of the drawn tool
-// is swept through their field. A scene without surroundings has no cost; far from them a tick costs two distance
-// queries.
+// Damage that a bur does to the neighbouring teeth and the gum. These are not in the haptic field, so the damage is
+// computed from the ticks alone: the rotating head of the drawn tool is swept through the fields of the surroundings. A
+// recording therefore gives the same result. A scene without surroundings has no cost; far from them a tick costs two
+// distance queries.
 #pragma once
 
 #include <memory>
@@ -17,10 +17,10 @@
 
 namespace typodont {
 
-/// Needs every tick in order, in pieces of any size. One thread.
+/// Computes the damage from the ticks. It must get every tick in order, in pieces of any size. One thread.
 class DamageMeter {
  public:
-  /// `tools`: ServoTick::tool is an index into these.
+  /// `tools`: the tools of the session; ServoTick::tool is an index into them.
   DamageMeter(SurroundingsShape shape, std::span<const haptics::Tool> tools);
   void add(std::span<const ServoTick> ticks);
   session::DamageMeasures result() const;
@@ -41,7 +41,7 @@ class DamageMeter {
   double first_ = -1;
 };
 
-/// The meter for a scene; nothing if it has no surroundings. Throws Error.
+/// The meter for a scene; empty if the scene has no surroundings. Throws Error.
 struct Scene;
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 

@@ -19,7 +19,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m around the changes that scores evaluate
+constexpr double kMargin = session::kPulpReach + 0.5e-3;  // m, margin around the changes in which scores are computed
 constexpr float kChanged = 0.02f;                         // voxels; a smaller difference counts as equal
 
 std::vector<std::unique_ptr<haptics::Solid>> read_solids(const std::vector<Json>& list) {
@@ -54,9 +54,10 @@ std::vector<float> label_distance(const DenseCopy& copy, const std::vector<Tissu
     marked = std::move(blurred);
   }
   session::DenseField field{n, std::move(marked)};
-  // The slope is about one per voxel at the surface. An outward offset includes the corners of the labelled voxels.
-  // Beyond the filter's reach the distance is unknown; redistanced() keeps values near the surface.
-  constexpr float kFar = 3;  // voxels, beyond the range that redistanced() keeps
+  // The slope is about one per voxel at the surface. The subtracted 0.4 voxels are an outward offset, so that the
+  // corners of labelled voxels are included. Outside the filter's width the distance is unknown; redistanced() keeps
+  // only values near the surface.
+  constexpr float kFar = 3;  // voxels, outside the range of values that redistanced() keeps
   for (float& v : field.distance) v = v <= 0 ? kFar : v >= 1 ? -kFar : (0.5f - v) * 3 - 0.4f;
   return session::redistanced(field).distance;
 }
@@ -80,7 +81,7 @@ void sample_volume(const haptics::TissueVolume& other, DenseCopy& at) {
   }
 }
 
-/// Takes the surface of a closed mesh as the ideal; tissue more than a voxel outside it is to be removed.
+/// Uses the surface of a closed mesh as the ideal; all tissue more than a voxel outside the mesh must be removed.
 void take_mesh(const Json& json, const ScenePlace& place, DenseCopy& copy) {
   json.allow_only({"file", "unit_mm"});
   haptics::ImportOptions options;
@@ -236,7 +237,7 @@ TaskJudge::TaskJudge(const Scene& scene, const haptics::TissueVolume& start)
 }
 
 session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) const {
-  // A box that contains all three volumes.
+  // Find a box that contains all three volumes.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
   const auto include = [&](const haptics::TissueVolume& other) {
@@ -253,7 +254,7 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
   if (ideal_) include(*ideal_);
   const dvec3 origin_W = start_.frame().to_world(dvec3(lo));
   const glm::ivec3 size = hi - lo + 1;
-  // All volumes use the same voxel lattice with different origins.
+  // The voxel grids of all volumes are aligned, but their origins differ.
   const auto copy_box = [&](const haptics::TissueVolume& volume) {
     return dense_copy(volume, glm::ivec3(glm::round(volume.frame().to_voxels(origin_W))), size);
   };
@@ -288,7 +289,7 @@ std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
 
 namespace {
 
-/// Mean hardness of the removed part of each tissue; nothing if all voxels have their tissue's own hardness.
+/// Mean hardness of the removed part of each tissue; empty if all voxels have their tissue's own hardness.
 std::optional<PerTissue> removed_hardness(const haptics::TissueVolume& start, const haptics::TissueVolume& after) {
   if (!start.graded()) return std::nullopt;
   const double voxel = start.frame().voxel, least = voxel * voxel * voxel;
@@ -332,7 +333,7 @@ JudgedSession judge_session(const session::SessionReader& session, Scene scene) 
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);
   session::ScoreInput input = session::score_input(session);
-  input.before = start.volumes();  // computed, not read from the file
+  input.before = start.volumes();  // computed volumes, not those of the file
   input.after = after.volumes();
   input.removed_hardness = removed_hardness(start, after);
   std::optional<session::Preparation> preparation = judge.judge(after, input);
@@ -344,14 +345,14 @@ JudgedSession judge_session(const session::SessionReader& session, Scene scene) 
   }
   if (scene.implant) {
     session::ImplantMeter meter(*scene.implant);
-    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter.add(session.ticks(first, kPieceTicks));
     input.implant = meter.result();
     measure_bed(*scene.implant, after, *input.implant);
   }
   if (auto meter = damage_meter(scene)) {
-    constexpr std::uint64_t kPieceTicks = 8192;  // read at a time
+    constexpr std::uint64_t kPieceTicks = 8192;  // number of ticks read at once
     for (std::uint64_t first = 0; first < session.tick_count(); first += kPieceTicks)
       meter->add(session.ticks(first, kPieceTicks));
     input.damage = meter->result();

@@ -1,4 +1,4 @@
-// A scene's task with its tissue: the initial and the ideal volume, and the evaluation of a result against them.
+// A scene's task and its tissue: the initial and the ideal volume, and the evaluation of a result against the ideal.
 #pragma once
 
 #include <memory>
@@ -15,24 +15,25 @@
 
 namespace typodont {
 
-/// The ideal tissue; nothing if the task has no ideal. `start`: load_tissue(scene). Throws Error.
+/// The ideal tissue; empty if the task has no ideal. `start`: load_tissue(scene). Throws Error.
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
-/// Evaluates results for one scene. Holds copies, so that its arguments may change. One thread at a time.
+/// Evaluates results for one scene. Contains copies of its arguments, so they may change. One thread at a time.
 class TaskJudge {
  public:
-  /// Throws Error if the task's ideal cannot be built.
+  /// Builds the ideal. Throws Error if it cannot be built.
   TaskJudge(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }
 
-  /// Adds the measures of the geometry of `after` to `input`, and returns the geometry (nothing for an exploration
-  /// task). Takes about a second for a tooth.
+  /// Adds the measures of the geometry of `after` to `input`, and returns the geometry (empty for an exploration task).
+  /// Takes about a second for a tooth.
   std::optional<session::Preparation> judge(const haptics::TissueVolume& after, session::ScoreInput& input) const;
-  /// The three states on common voxels, in the region that was or should have been changed.
+  /// Initial, final and ideal tissue on a common voxel grid, in the region that was changed or should have been
+  /// changed.
   session::Preparation preparation(const haptics::TissueVolume& after) const;
-  /// For an exploration task: feed it the ticks and put its result into the score's input.
+  /// The meter of an exploration task. It must get the ticks; its result is part of the score's input.
   std::optional<session::ExploreMeter> explore_meter() const;
 
  private:
@@ -46,10 +47,10 @@ class TaskJudge {
 struct FinishedHand {
   session::ScoreInput input;  // measures of the hand and damage
   std::optional<session::ExploreMeter> explore;
-  std::vector<ServoTick> unexplored;  // ticks before the meter existed
+  std::vector<ServoTick> unexplored;  // ticks that no meter has processed
 };
-/// Score of a finished session without the report's other data: the same as judge_session() of its recording. Takes a
-/// second or more. Throws Error if the scene's tissue or its ideal cannot be built.
+/// Score of a finished session without the other data of the report. It equals the score of judge_session() for the
+/// session's recording. Takes a second or more. Throws Error if the scene's tissue or its ideal cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
 /// A recorded session with its tissue, rebuilt from the cuts, and its score.
@@ -57,13 +58,13 @@ struct JudgedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
-  std::optional<session::Preparation> preparation;  // not for an exploration task
+  std::optional<session::Preparation> preparation;  // geometry of the result; empty for an exploration task
   session::ScoreInput input;
   session::Score score;
 };
-/// Throws Error if the tissue is missing or has changed.
+/// Rebuilds the tissue of the session and computes its score. Throws Error if the tissue is missing or has changed.
 JudgedSession judge_session(const session::SessionReader& session);
-/// The same by the rules of `scene`, which equals the session's scene except for its rules (scene_with).
+/// judge_session() by the rules of `scene`, which must equal the session's scene except for the rules (scene_with).
 JudgedSession judge_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

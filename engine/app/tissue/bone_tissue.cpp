@@ -17,9 +17,9 @@ namespace typodont {
 
 namespace {
 
-// m over which the grey value changes from cortical to cancellous at the shell's inner side
+// m, width of the transition from the cortical to the cancellous grey value at the shell's inner side
 constexpr double kEndosteum = 0.5e-3;
-constexpr double kGrain = 1.2e-3;  // m, length scale of the grey values' variation: several trabecular spacings
+constexpr double kGrain = 1.2e-3;  // m, length scale of the variation of grey values: several trabecular spacings
 constexpr double kMostVoxels = 2e8;
 
 /// A pseudo-random number -1 … 1 for a lattice point (splitmix64).
@@ -47,14 +47,14 @@ double noise(std::uint64_t seed, const dvec3& p) {
   return sum;
 }
 
-/// The parameters of the JSON block, except the mesh.
+/// The parameters of the JSON object, except the mesh.
 struct Bone {
   double voxel = 0, band = 0;
   dvec3 lo{0}, hi{0};  // bounds of the sampled box, frame W
   Pose X_MW;           // transformation from the scene to the mesh
   BoneClass made_of;
   BoneGrey grey;
-  double variation = 0;  // variation of the grey values in cancellous bone
+  double variation = 0;  // relative variation of the grey values in cancellous bone
   std::uint64_t seed = 1;
   double canal_wall = 0;  // m, thickness of cortical bone around the canal
   NerveCanal canal;
@@ -171,14 +171,14 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     for (const auto& solid : removed) outer = std::max(outer, -solid->distance(p_W));
     return outer;
   };
-  // A distance changes by at most the distance moved, so blocks that are far outside are skipped.
+  // A distance changes by at most the distance between two points, so blocks that are far outside are skipped.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto voxel = [&](int x, int y, int z) {
     const std::size_t i = dense.at(x, y, z);
     const dvec3 p_W = dense.frame.to_world(dvec3(x, y, z));
     const double outer = at(p_W), canal = bone.canal.distance(p_W);
-    // The faces of the box close the jaw.
+    // The jaw ends at the faces of the box.
     const dvec3 beyond = glm::max(bone.lo + 2.0 * h - p_W, p_W - (bone.hi - 2.0 * h));
     const double d = std::max({outer, beyond.x, beyond.y, beyond.z});
     dense.distance[i] = static_cast<float>(std::clamp(d, -dense.band, dense.band));
@@ -190,7 +190,7 @@ haptics::DenseTissue sample_bone(const Json& json, const haptics::SolidFiles& fi
     const double below = std::min(-outer - bone.made_of.cortical_thickness, canal - bone.canal_wall);
     const bool cortical = below < 0;
     const double cancellous_grey = bone.made_of.cancellous_grey * (1 + bone.variation * noise(bone.seed, p_W / kGrain));
-    // Below the shell the bone becomes less dense over the endosteum.
+    // Inside the shell the grey value falls from the cortical to the cancellous value over the width kEndosteum.
     const double blend = std::clamp(below / kEndosteum, 0.0, 1.0);
     const double grey = cortical ? bone.made_of.cortical_grey
                                  : std::min(bone.grey.cancellous,

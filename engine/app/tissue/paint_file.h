@@ -1,9 +1,10 @@
-// Tissue painted by hand: strokes of a round brush, kept in a file that scenes name.
+// Tissue painted by hand: strokes of a round brush, stored in a file that scenes name.
 //
 //   { "strokes": [ { "tissue": "caries", "a_mm": [7, 6, 19], "b_mm": [7.2, 6, 18.5], "radius_mm": 0.4,
 //   "hardness": 0.4 } ] }
 //
-// "hardness" holds where that stroke painted; "stiffness_factor" changes the stiffness of the tissue everywhere.
+// "hardness" applies only to the tissue that this stroke paints; "stiffness_factor" changes the stiffness of the tissue
+// everywhere.
 #pragma once
 
 #include <filesystem>
@@ -16,23 +17,23 @@
 
 namespace typodont {
 
-/// All tissue within `radius` of the line from a to b gets another label. m, W.
+/// All tissue within `radius` of the line from a to b gets the label `tissue`. Lengths in m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;
   dvec3 a_W{0}, b_W{0};
   double radius = 0.5e-3;
   double stiffness_factor = 1;  // factor on the tissue's own stiffness; below 1: softer
-  double hardness = 1;          // 0..1, of the painted tissue: see haptics/hardness.h
+  double hardness = 1;          // 0..1, hardness of the painted tissue: see haptics/hardness.h
 };
 
-/// Throws Error.
+/// Reads the strokes from a file. Throws Error.
 std::vector<PaintStroke> read_paint(const std::filesystem::path& file);
 
 /// Applies the strokes in order: later strokes cover earlier ones. False if no stroke met tissue.
 bool paint(haptics::TissueVolume& volume, const std::vector<PaintStroke>& strokes);
 
-/// A tissue has the same stiffness everywhere: the mean of its strokes' factors, weighted by volume. 1 if no stroke
-/// painted it.
+/// Factor on the stiffness of a tissue. It is the same everywhere: the mean of the strokes' factors, weighted by
+/// volume. 1 if no stroke painted the tissue.
 double stiffness_factor(const std::vector<PaintStroke>& strokes, Tissue tissue);
 
 }  // namespace typodont

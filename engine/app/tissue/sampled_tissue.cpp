@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // ns; faster sampling without a mesh is not cached
+constexpr Nanos kWorthKeeping = kNanosPerSecond / 2;  // ns; faster sampling of solids without a mesh is not cached
 constexpr std::uintmax_t kMostKept = 1u << 30;        // bytes, limit for all cached files
 constexpr const char* kSuffix = ".tissue.gz";
 
@@ -33,10 +33,10 @@ struct Head {
   glm::ivec3 size{0};
   double band = 0;
   bool exact_outside = false;
-  bool graded = false;  // hardness values follow
+  bool graded = false;  // hardness values follow the labels
 };
 
-/// Processes data in pieces, because zlib's sizes are ints. False if it failed.
+/// Processes data in pieces, because zlib's sizes are of type int. Returns false after a failure.
 template <class Bytes, class Step>
 bool in_pieces(Bytes* data, std::size_t size, Step&& step) {
   constexpr std::size_t kPiece = 1u << 28;
@@ -59,9 +59,9 @@ bool get(gzFile file, T* data, std::size_t count) {
                    [&](char* p, unsigned n) { return gzread(file, p, n); });
 }
 
-/// Throws Error.
+/// Writes the tissue to the cache file `path`. Throws Error.
 void write(const fs::path& path, const haptics::DenseTissue& dense) {
-  // lowest compression: most values are equal, and higher levels would take longer and save little
+  // Lowest compression: most values are equal, and higher levels would take longer and save little.
   const File file(gzopen(path.c_str(), "wb1"));
   const Head head{dense.frame, dense.size, dense.band, dense.exact_outside, !dense.hardness.empty()};
   const bool written =
@@ -73,7 +73,7 @@ void write(const fs::path& path, const haptics::DenseTissue& dense) {
   if (!written) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False if the file does not contain this tissue.
+/// Reads the tissue from the cache file `path`. Returns false if the file does not contain this tissue.
 bool read(const fs::path& path, haptics::DenseTissue& dense) {
   const File file(gzopen(path.c_str(), "rb"));
   Head head;
@@ -98,7 +98,7 @@ std::vector<std::string> mesh_files_of(const Json& tissue) {
   return haptics::mesh_files(bone ? *bone : tissue);
 }
 
-/// Nothing if a file cannot be read; sampling will then report the reason.
+/// Key of the cache; empty if a file cannot be read (sampling then reports the reason).
 std::optional<std::uint64_t> key_of(const Json& tissue, const haptics::SolidFiles& files) {
   Fnv1a key;
   cache::add_program(key);

@@ -1,5 +1,5 @@
-// Samples a scene's solids or mesh on voxels. If that takes long (as for the distances of a mesh), the result is cached
-// between runs, under a key made of the JSON text, the meshes' bytes and this program.
+// Samples a scene's solids or mesh on voxels. If this takes long (for example the distances of a mesh), the result is
+// cached between runs. The key of the cache depends on the JSON text, the meshes' bytes and this program.
 #pragma once
 
 #include "engine/base/json.h"
@@ -7,8 +7,8 @@
 
 namespace typodont {
 
-/// Same bits as haptics::read_solids(), or haptics::rasterize() for a tissue {"mesh": …}, cached or not. `files.find`
-/// must be set. Throws Error.
+/// Gives the same bits as haptics::read_solids(), or as haptics::rasterize() for a tissue {"mesh": …}, with and without
+/// the cache. `files.find` must be set. Throws Error.
 haptics::DenseTissue sampled_tissue(const Json& tissue, const haptics::SolidFiles& files);
 
 }  // namespace typodont

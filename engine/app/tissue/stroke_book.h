@@ -1,5 +1,5 @@
-// Stores what each stroke removed or painted, so that undo also restores the numbers shown during a session. Carver's
-// thread.
+// Stores the volumes that each stroke removed and the strokes of the brush, so that undo also restores the numbers that
+// are shown during a session. Carver's thread.
 #pragma once
 
 #include <vector>
@@ -13,17 +13,17 @@ namespace typodont {
 /// State of the tissue.
 struct TissueState {
   haptics::TissueVolume::Strokes strokes;
-  std::uint32_t undone = 0, redone = 0;  // numbers since the session's start
-  PerTissue removed{};                   // m³, of all strokes that are not undone
+  std::uint32_t undone = 0, redone = 0;  // numbers of undos and redos since the session's start
+  PerTissue removed{};                   // m³, removed by all strokes that are not undone
   std::size_t painted = 0;               // number of brush strokes that are not undone
-  std::uint64_t version = 0;             // changes with the tissue
+  std::uint64_t version = 0;             // changes whenever the tissue changes
 };
 
 class StrokeBook {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 
-  // Each function gets the strokes of the tissue after the change.
+  // `strokes`: the strokes of the tissue after the change.
   void cut(const Cut& cut, const Strokes& strokes) {
     PerTissue& sum = entry(strokes).removed;
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += cut.removed[i];
@@ -35,7 +35,7 @@ class StrokeBook {
     ++state_.painted;
     ++state_.version;
   }
-  /// A stroke was undone or redone.
+  /// Updates the numbers after an undo or redo of a stroke.
   void edited(bool redo, const Strokes& strokes) {
     ++(redo ? state_.redone : state_.undone);
     ++state_.version;
@@ -66,7 +66,7 @@ class StrokeBook {
     PerTissue removed{};
     std::vector<PaintStroke> paint;
   };
-  /// The entry of the present stroke; removes undone strokes before it.
+  /// The entry of the present stroke; removes the entries of undone strokes.
   Entry& entry(const Strokes& strokes) {
     entries_.resize(std::max<std::size_t>(strokes.done, 1));
     return entries_.back();

@@ -16,14 +16,14 @@ struct DenseCopy {
   std::vector<std::uint8_t> hardness;  // see haptics/hardness.h; empty if all tissue has its own hardness
 };
 
-/// The volume within its bounds and two voxels around, or within a box of its voxels.
+/// Copies the volume within its bounds and two voxels around them, or within a box of its voxels.
 DenseCopy dense_copy(const haptics::TissueVolume& volume);
 DenseCopy dense_copy(const haptics::TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& size);
 
-/// `band` in metres, as TissueVolume::band(). Distances outside the tissue are treated as inexact.
+/// `band`: m, see TissueVolume::band(). Distances outside the tissue are treated as inexact.
 haptics::TissueVolume from_dense(const DenseCopy& copy, double band);
 
-/// Removes the inside of the solid; the labels stay.
+/// Removes the inside of the solid; the labels do not change.
 haptics::TissueVolume without_solid(const haptics::TissueVolume& volume, const haptics::Solid& solid);
 
 }  // namespace typodont
