@@ -10,8 +10,8 @@
 
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
-#include "engine/app/implant/implant_planner.h"
-#include "engine/app/implant/planned_exercise.h"
+#include "engine/app/planning/implant_planner.h"
+#include "engine/app/planning/planned_exercise.h"
 #include "engine/base/error.h"
 #include "engine/base/progress.h"
 #include "engine/base/units.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/app/implant/implant_planner.h"
+#include "engine/app/planning/implant_planner.h"
 #include "engine/base/progress.h"
 
 namespace typodont {

@@ -1,4 +1,4 @@
-#include "engine/app/implant/planned_exercise.h"
+#include "engine/app/planning/planned_exercise.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "engine/app/implant/implant_planner.h"
+#include "engine/app/planning/implant_planner.h"
 
 #include <fmt/format.h>
 
@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kNearTooth = 10e-3;    // m around the implant in which teeth are searched
+constexpr double kRootMargin = 1.5e-3;  // m between a proposed implant and a tooth
 constexpr double kToothStep = 0.25e-3;  // m between the points at which teeth are searched, at least
 constexpr double kCanalReach = 25e-3;   // m around the implant in which a plan keeps the canal
 constexpr double kGrid = 1e-3;          // m between the places that a proposal tries
@@ -172,10 +173,18 @@ session::ImplantPlan ImplantPlanner::proposal(const ImplantProcedure& procedure)
       });
       double clearance = std::numeric_limits<double>::infinity();
       for (const NerveCanal& canal : canals_) clearance = std::min(clearance, canal_distance(canal, plan));
-      // The fraction in bone counts first; the clearance to the canal decides between equal fractions.
+      bool near_tooth = false;
+      session::ImplantPlan wider = plan;
+      wider.diameter += 2 * kRootMargin;
+      for_thread_surface(wider, [&](const dvec3& p_W, double) {
+        near_tooth = tissue_.is_tooth(p_W);
+        return !near_tooth;
+      });
+      // The fraction in bone counts first; the distances to canal and teeth decide between equal fractions.
       const double margin = std::clamp(clearance / procedure.canal_margin, 0.0, 1.0);
       const double middle = glm::length(dvec2(x, y) - 0.5 * dvec2(lo + hi)) / glm::length(dvec2(hi - lo));
-      const double value = static_cast<double>(in_bone) / points + 0.1 * margin - 0.01 * middle;
+      const double value =
+          static_cast<double>(in_bone) / points + 0.1 * margin - (near_tooth ? 0.1 : 0) - 0.01 * middle;
       if (value > best) best = value, proposed = plan;
     }
   }

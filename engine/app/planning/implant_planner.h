@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/implant/planning_tissue.h"
+#include "engine/app/planning/planning_tissue.h"
 #include "engine/app/scene.h"
 #include "engine/render/picture.h"
 #include "engine/session/implant.h"

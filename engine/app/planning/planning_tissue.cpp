@@ -1,4 +1,4 @@
-#include "engine/app/implant/planning_tissue.h"
+#include "engine/app/planning/planning_tissue.h"
 
 #include <algorithm>
 #include <array>
