@@ -68,6 +68,7 @@ int main(int argc, char** argv) {
   add_mesh_command(program);
   add_fit_damping_command(program);
   add_pack_command(program);
+  add_plan_command(program);
   add_render_command(program);
   add_report_command(program);
   add_devices_command(program);

@@ -435,6 +435,40 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
+TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedWhereItWasMovedTo) {
+  const std::filesystem::path shipped = std::filesystem::absolute("assets/scenes/implant-molar.json");
+  std::string jaw = read_text(shipped);
+  const auto put = [&](const std::string& old, const std::string& now) {
+    ASSERT_NE(jaw.find(old), std::string::npos) << old;
+    jaw.replace(jaw.find(old), old.size(), now);
+  };
+  put("../jaw", (shipped.parent_path() / "../jaw").string());
+  put("\"voxel_mm\": 0.15", "\"voxel_mm\": 0.3");
+  folder.write("home/scenes/zz_jaw.json", jaw);
+  Program program(folder);
+  open(program);
+  press("ctrl+Up");
+  press("ctrl+n");
+  program.wait_for("jaw loaded: ");
+  // Four steps of the wheel over the first section: one millimetre out of the bone.
+  EXPECT_TRUE(eventually([&] { return colours({20, 70}, {300, 350}) > 20; })) << "no section";
+  Desktop::xdotool("mousemove 160 220");
+  for (int i = 0; i < 4; ++i) {
+    Desktop::xdotool("click 4");
+    std::this_thread::sleep_for(150ms);
+  }
+  press("F4");
+  const std::string scene = program.wait_for("plan saved: ");
+  const Json plan = Json::load(scene)["implant"]["plan"];
+  const auto moved = [&](const std::string& key) { return plan[key].vec3(); };
+  const dvec3 entry = moved("entry_mm"), axis = moved("axis"), before(6.8, 5.8, 18);
+  EXPECT_NEAR(glm::dot(entry - before, axis), -1, 1e-3);
+  EXPECT_NEAR(glm::length(glm::cross(entry - before, axis)), 0, 1e-3);
+  wait_for_choice();
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
 TEST_F(OperatorWindow, ADicomFolderThatIsDroppedOnItIsBroughtInAndDrilledAndThePatientIsNamedNowhere) {
   Phantom tooth;
   tooth.size = {30, 26, 28};

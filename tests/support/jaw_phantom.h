@@ -14,13 +14,14 @@ namespace typodont::test {
 
 /// What the scanner adds, and what may differ between jaws.
 struct JawArtefacts {
-  double blur = 0.2;    // mm, standard deviation
-  double noise = 50;    // Hounsfield units
-  double streaks = 0;   // Hounsfield units beside the metal crown, falling off over 10 mm
-  double motion = 0;    // mm: the scan is the mean of two that lie so far apart along y
-  bool metal = false;   // the second tooth has a crown of metal
-  bool lamina = true;   // sockets have a bright wall; else cancellous bone begins behind the ligament
-  double texture = 60;  // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
+  double blur = 0.2;      // mm, standard deviation
+  double noise = 50;      // Hounsfield units
+  double streaks = 0;     // Hounsfield units beside the metal crown, falling off over 10 mm
+  double motion = 0;      // mm: the scan is the mean of two that lie so far apart along y
+  bool metal = false;     // the second tooth has a crown of metal
+  bool lamina = true;     // sockets have a bright wall; else cancellous bone begins behind the ligament
+  std::size_t teeth = 2;  // 1: the second tooth is missing, and its socket is bone
+  double texture = 60;    // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
 };
 
 class JawPhantom {
@@ -28,12 +29,13 @@ class JawPhantom {
   static constexpr double kVoxel = 0.3;  // mm
   static constexpr std::array<double, 2> kTeeth{9.5, 20};
   static constexpr double kY = 12, kApex = 12, kNeck = 23.5, kTop = 31;
+  static constexpr double kCanal = 1.3;  // mm, radius of the nerve canal
 
   explicit JawPhantom(const JawArtefacts& artefacts) : a_(artefacts) {}
 
   /// Air stands for all soft tissue but pulp and the nerve.
   Tissue tissue(const glm::dvec3& q) const {
-    for (std::size_t k = 0; k < kTeeth.size(); ++k) {
+    for (std::size_t k = 0; k < a_.teeth; ++k) {
       const glm::dvec3 r = q - glm::dvec3(kTeeth[k], kY, 0);
       const double out = std::hypot(r.x, r.y);
       if (q.z >= kNeck) {
@@ -45,8 +47,8 @@ class JawPhantom {
       if (out < root_radius(q.z)) return (out < 0.5 && q.z > kApex + 2) ? Tissue::kPulp : Tissue::kDentin;
     }
     if (!inside_bone(q, 0)) return Tissue::kAir;
-    for (const double x : kTeeth) {
-      const double out = std::hypot(q.x - x, q.y - kY);
+    for (std::size_t k = 0; k < a_.teeth; ++k) {
+      const double out = std::hypot(q.x - kTeeth[k], q.y - kY);
       if (out < root_radius(q.z + kLigament) + kLigament) return Tissue::kAir;
       if (a_.lamina && out < root_radius(q.z + kLigament + kLamina) + kLigament + kLamina) return Tissue::kCorticalBone;
     }
@@ -136,7 +138,7 @@ class JawPhantom {
   }
 
  private:
-  static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2, kCanal = 1.3;  // mm
+  static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2;  // mm
 
   static bool inside_ellipsoid(double out, double up, double radius, double half) {
     return out * out / (radius * radius) + up * up / (half * half) < 1;

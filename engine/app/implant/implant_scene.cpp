@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kRpm = 2 * kPi / 60;  // rad/s
-constexpr double kCrest = 1.5e-3;      // m below the platform; above this depth the bed's wall need not be complete
 constexpr double kBehind = 0.3e-3;     // m behind the wall at which bone is searched
 constexpr int kAround = 24;
 
@@ -36,12 +35,28 @@ class Around {
     volume.copy(lo_, size_, distance_.data(), tissue_.data());
   }
   bool is_bone(const dvec3& p_W) const {
-    const std::size_t i = at(p_W);
-    return i < distance_.size() && distance_[i] < 0 && tissue_[i] != Tissue::kAmalgam && tissue_[i] != kNerve;
+    const Tissue tissue = tissue_at(p_W);
+    return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
+  }
+  bool is_tooth(const dvec3& p_W) const {
+    const Tissue tissue = tissue_at(p_W);
+    return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
+  }
+  /// Calls visit(p_W) for every voxel of the box.
+  template <class Visit>
+  void for_each(Visit visit) const {
+    glm::ivec3 p;
+    for (p.x = 0; p.x < size_.x; ++p.x)
+      for (p.y = 0; p.y < size_.y; ++p.y)
+        for (p.z = 0; p.z < size_.z; ++p.z) visit(frame_.to_world(dvec3(lo_ + p)));
   }
   double voxel() const { return frame_.voxel; }
 
  private:
+  Tissue tissue_at(const dvec3& p_W) const {
+    const std::size_t i = at(p_W);
+    return i < distance_.size() && distance_[i] < 0 ? tissue_[i] : Tissue::kAir;
+  }
   std::size_t at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
     if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, size_))) return distance_.size();
@@ -83,7 +98,7 @@ haptics::Tool load_set_tool(const fs::path& folder, const Json& name) {
 
 session::ImplantTask read_implant(const Json& json, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place) {
-  json.allow_only({"procedure", "plan", "neighbours"});
+  json.allow_only({"procedure", "plan", "neighbours", "canal"});
   session::ImplantTask task;
   const Json procedure = Json::load(find_file(json["procedure"].string(), place));
   procedure.allow_only({"name", "implant", "bed_diameter_mm", "phases", "limits", "source"});
@@ -139,7 +154,12 @@ session::ImplantTask read_implant(const Json& json, const Json& tissue, std::spa
     task.tip.push_back(tool.half());
     task.radius.push_back(tool.radius());
   }
-  const NerveCanal canal = read_nerve_canal(tissue);
+  NerveCanal canal = read_nerve_canal(tissue);
+  if (const auto own = json.find("canal")) {
+    if (!canal.path_W.empty()) own->fail("a canal here and one in the tissue's bone", "one of them");
+    own->allow_only({"path_mm", "diameter_mm"});
+    canal = read_canal(*own);
+  }
   task.canal_W = canal.path_W;
   task.canal_radius = canal.radius;
   if (const auto neighbours = json.find("neighbours")) {
@@ -152,26 +172,27 @@ session::ImplantTask read_implant(const Json& json, const Json& tissue, std::spa
   return task;
 }
 
+fs::path implant_exercise_file() {
+  return assets_folder() / "implants" / "exercise.json";
+}
+
+void require_greys(const haptics::TissueVolume& tissue, const fs::path& file) {
+  if (tissue.graded()) return;
+  throw Error(file.string(), "tissue", "tissue without grey values: every voxel has its tissue's own hardness",
+              "bone with a hardness per voxel, e.g. {\"bone\": …} or a scan that was imported with its grey values");
+}
+
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue, const fs::path& file) {
-  if (!tissue.graded()) {
-    throw Error(file.string(), "tissue", "tissue without grey values: every voxel has its tissue's own hardness",
-                "bone with a hardness per voxel, e.g. {\"bone\": …} or a scan that was imported with its grey values");
-  }
+  require_greys(tissue, file);
   const Around bone(tissue, task.plan);
-  const dquat R = across(task.plan.axis_W);
-  constexpr int kDown = 8;
-  for (int d = 0; d <= kDown; ++d) {
-    const double depth = kCrest + (task.plan.length - kCrest) * d / kDown;
-    for (int i = 0; i < kAround; ++i) {
-      const dvec3 p_W = task.plan.entry_W + depth * task.plan.axis_W + R * around(i, task.plan.diameter / 2);
-      if (bone.is_bone(p_W)) continue;
-      const dvec3 mm = p_W / kMillimetre;
-      throw Error(file.string(), "implant.plan",
-                  fmt::format("an implant that leaves the jaw at ({:.1f}, {:.1f}, {:.1f}) mm, {:.1f} mm deep", mm.x,
-                              mm.y, mm.z, depth / kMillimetre),
-                  "an implant with bone all around it");
-    }
-  }
+  for_thread_surface(task.plan, [&](const dvec3& p_W, double depth) {
+    if (bone.is_bone(p_W)) return true;
+    const dvec3 mm = p_W / kMillimetre;
+    throw Error(file.string(), "implant.plan",
+                fmt::format("an implant that leaves the jaw at ({:.1f}, {:.1f}, {:.1f}) mm, {:.1f} mm deep", mm.x, mm.y,
+                            mm.z, depth / kMillimetre),
+                "an implant with bone all around it");
+  });
 }
 
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
@@ -214,6 +235,15 @@ void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& 
       ++surface;
       if (bone.is_bone(center + R * around(i, plan.diameter / 2 + bone.voxel()))) ++touching;
     }
+  }
+  if (task.neighbours.empty()) {
+    bone.for_each([&](const dvec3& p_W) {
+      if (!bone.is_tooth(p_W)) return;
+      const dvec3 from = p_W - plan.entry_W;
+      const double depth = std::clamp(glm::dot(from, plan.axis_W), 0.0, bed.depth);
+      const double wall = std::max(bed.diameter, plan.bed_diameter) / 2;
+      bed.neighbour_distance = std::min(bed.neighbour_distance, glm::length(from - depth * plan.axis_W) - wall);
+    });
   }
   if (looks > 0) bed.perforated = static_cast<double>(open) / looks;
   if (surface > 0 && measures.placed) measures.bone_contact = static_cast<double>(touching) / surface;

@@ -1,11 +1,13 @@
 // Reads and checks a scene's "implant": the set of instruments, the plan and the procedure.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <span>
 
 #include "engine/app/assets.h"
 #include "engine/base/json.h"
+#include "engine/base/units.h"
 #include "engine/session/implant.h"
 #include "haptics/tissue_volume.h"
 #include "haptics/tool.h"
@@ -15,17 +17,41 @@ namespace typodont {
 /// Loads a tool of a set from FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 
-/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […]} of a scene (docs/interface.md). `tissue`: the scene's, for
-/// the canal; `tools`: the session's. Throws Error, also if the tool of a phase is not among them.
+/// Path of assets/implants/exercise.json: the parts that all implant exercises have in common.
+std::filesystem::path implant_exercise_file();
+
+/// Reads {"procedure": FILE, "plan": {…}, "neighbours": […], "canal": {…}} of a scene (docs/interface.md). `tissue`:
+/// the scene's, for the canal of a "bone"; `tools`: the session's. Throws Error, also if the tool of a phase is not
+/// among them.
 session::ImplantTask read_implant(const Json& implant, const Json& tissue, std::span<const haptics::Tool> tools,
                                   const ScenePlace& place);
 
+/// m below the platform; above this depth the bone around an implant need not be complete.
+inline constexpr double kCrest = 1.5e-3;
+
+/// Calls visit(p_W, depth) for points of the planned thread's surface, from kCrest to its apex, until it returns false.
+template <class Visit>
+void for_thread_surface(const session::ImplantPlan& plan, Visit visit) {
+  constexpr int kDown = 8, kAround = 24;
+  const dquat R = rotation_between({0, 0, -1}, plan.axis_W);
+  for (int d = 0; d <= kDown; ++d) {
+    const double depth = kCrest + (plan.length - kCrest) * d / kDown;
+    for (int i = 0; i < kAround; ++i) {
+      const double a = 2 * kPi * i / kAround, r = plan.diameter / 2;
+      const dvec3 p_W = plan.entry_W + depth * plan.axis_W + R * dvec3(r * std::cos(a), r * std::sin(a), 0);
+      if (!visit(p_W, depth)) return;
+    }
+  }
+}
+
+/// Throws Error if the tissue has no grey values. `file`: the scene's.
+void require_greys(const haptics::TissueVolume& tissue, const std::filesystem::path& file);
 /// Throws Error if the tissue has no grey values, or if the planned implant does not lie in bone. `file`: the scene's.
 void check_plan(const session::ImplantTask& task, const haptics::TissueVolume& tissue,
                 const std::filesystem::path& file);
 
 /// Adds the measures that need the final tissue: diameter and ovality of the bed, openings in its wall, contact of the
-/// implant with bone.
+/// implant with bone, and, if the scene lists no neighbouring roots, the distance to the nearest tooth.
 void measure_bed(const session::ImplantTask& task, const haptics::TissueVolume& after,
                  session::ImplantMeasures& measures);
 

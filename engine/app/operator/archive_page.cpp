@@ -106,7 +106,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
   const std::array presets = {s.text("op.preset_tooth"), s.text("op.preset_arch"), s.text("op.preset_bone"),
-                              s.text("op.preset_surface")};
+                              s.text("op.preset_jaw"), s.text("op.preset_surface")};
   ImGui::SetNextItemWidth(half);
   ImGui::Combo("##preset", &f.preset, presets.data(), static_cast<int>(presets.size()));
   ImGui::SameLine();

@@ -9,6 +9,7 @@
 
 #include "engine/app/operator/library.h"
 #include "engine/app/recording/resume.h"
+#include "engine/app/scene_text.h"
 #include "engine/app/task/damage.h"
 #include "engine/app/task/task.h"
 #include "engine/base/error.h"
@@ -70,14 +71,6 @@ std::vector<RuleChoice> rule_choices(const Scene& base) {
 
 namespace {
 
-/// Converts a path relative to the base scene, because the new scene is in another folder.
-void keep_found(Text& json, const char* key, const fs::path& folder) {
-  if (!json.is_object() || !json.contains(key) || !json[key].is_string()) return;
-  const fs::path beside = folder / json[key].get<std::string>();
-  std::error_code code;
-  if (fs::exists(beside, code)) json[key] = fs::absolute(beside).string();
-}
-
 Text rules_of(const std::vector<RuleChoice>& choices) {
   Text rules = Text::array();
   for (const RuleChoice& c : choices) {
@@ -95,16 +88,10 @@ Text rules_of(const std::vector<RuleChoice>& choices) {
 }  // namespace
 
 std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
-  Text scene = Text::parse(e.base->text);
+  Text scene = scene_for_other_folder(*e.base);
   scene["name"] = e.name;
   scene["description"] = e.goal;
   for (const PaintStroke& stroke : e.strokes) scene["paint"].push_back(paint_entry(stroke));
-  const fs::path folder = e.base->file.parent_path();
-  keep_found(scene["tissue"], "volume", folder);
-  if (scene["tissue"].contains("mesh")) keep_found(scene["tissue"]["mesh"], "file", folder);
-  keep_found(scene, "paint_file", folder);
-  if (scene.contains("surroundings")) keep_found(scene["surroundings"], "volume", folder);
-
   for (std::size_t i = 1; i < e.tissues.size(); ++i) {
     const TissueMade& made = e.tissues[i];
     const std::string tissue(name_of(static_cast<Tissue>(i)));
@@ -127,10 +114,6 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
   task["title"] = e.name;
   task["goal"] = e.goal.empty() ? e.name : e.goal;
   if (!e.steps.empty()) task["steps"] = e.steps;
-  if (task.contains("ideal")) {
-    for (const char* key : {"volume", "session"}) keep_found(task["ideal"], key, folder);
-    if (task["ideal"].contains("mesh")) keep_found(task["ideal"]["mesh"], "file", folder);
-  }
   if (ideal) {
     task.erase("explore");
     if (e.ideal)

@@ -90,7 +90,9 @@ std::vector<SceneChoice> find_scenes(const OperatorState& s, std::vector<fs::pat
           if (!task.title.empty()) choice.title = task.title.in(s.language);
           choice.description = task.goal.in(s.language);
         }
-        choice.model = model_name(read_scene(file));
+        const Scene scene = read_scene(file);
+        choice.model = model_name(scene);
+        choice.jaw = scene.implant || (choice.own && !volume_file(scene).empty());
       } catch (const std::exception& e) {
         choice.fault = e.what();
       }

@@ -15,6 +15,7 @@
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/long_work.h"
+#include "engine/app/operator/plan_desk.h"
 #include "engine/app/operator/result_picture.h"
 #include "engine/app/operator/scene_works.h"
 #include "engine/app/operator/session_desk.h"
@@ -129,6 +130,7 @@ class Operator {
     desk_.drop_picture();
     choices_.pictures().destroy();
     result_picture_.destroy();
+    plan_desk_.destroy();
     window_.make_anew();
     choices_.rescan();
     desk_.make_picture();
@@ -153,6 +155,9 @@ class Operator {
       case Page::kArchive:
         title += fmt::format(": {}", s_.text("op.archive"));
         break;
+      case Page::kPlan:
+        title += fmt::format(": {}", s_.text("op.plan"));
+        break;
     }
     return title;
   }
@@ -160,6 +165,7 @@ class Operator {
   void draw() {
     window_.set_title(title());
     result_picture_.follow();
+    plan_desk_.follow();
     window_.begin(s_.page == Page::kSession);
     switch (s_.page) {
       case Page::kStart:
@@ -179,6 +185,9 @@ class Operator {
         break;
       case Page::kArchive:
         draw_archive_page(s_, window_);
+        break;
+      case Page::kPlan:
+        draw_plan_page(s_, window_);
         break;
     }
     draw_help(s_, window_);
@@ -209,7 +218,7 @@ class Operator {
   /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
     constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial, Ask::kArchive,
-                                  Ask::kDropped, Ask::kDoctor, Ask::kGoOnFrom, Ask::kQuit};
+                                  Ask::kDropped, Ask::kDoctor, Ask::kGoOnFrom, Ask::kPlan,     Ask::kQuit};
     return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
   }
   bool unsaved() {
@@ -257,6 +266,7 @@ class Operator {
         break;
       case Ask::kToStart:
         work_.drop();
+        plan_desk_.close();
         desk_.forget_authored();
         s_.page = Page::kStart;
         s_.say("");
@@ -297,6 +307,12 @@ class Operator {
       case Ask::kDropped:
         open_archive();
         take_dropped(s_);
+        break;
+      case Ask::kPlan:
+        plan_desk_.open(work_);
+        break;
+      case Ask::kSavePlan:
+        if (plan_desk_.planner()) save_plan(s_, work_, choices_, plan_desk_.planner());
         break;
       case Ask::kSessionReport:
         show_report(s_, work_, chosen_session());
@@ -419,6 +435,7 @@ class Operator {
   Choices choices_{s_, window_};
   SessionDesk desk_{s_, window_};
   ResultPicture result_picture_{s_, window_};
+  PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
   LongWork work_{s_};  // declared last: the work may use the other members

@@ -10,6 +10,7 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/library.h"
+#include "engine/app/planning/planned_exercise.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -123,6 +124,24 @@ void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored&
       s, work, choices, "op.exercise_saved", "exercise saved",
       [made = exercise_of(s, authored)](Progress& progress) { return write_exercise(made, progress); },
       [&authored] { authored.unsaved = false; });
+}
+
+void save_plan(OperatorState& s, LongWork& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner) {
+  const PlanForm& form = s.plan;
+  begin(
+      s, work, choices, "op.exercise_saved", "plan saved",
+      [name = std::string(form.name.data()), plan = form.plan,
+       procedure = form.procedures[static_cast<std::size_t>(form.procedure)],
+       planner = std::move(planner)](Progress& progress) {
+        progress.stage("op.saving_exercise");
+        const fs::path folder = user_folder() / "scenes", file = folder / (file_name_of(name) + ".json");
+        std::error_code code;
+        fs::create_directories(folder, code);
+        if (code) throw Error(folder.string(), "", code.message(), "a folder that can be made");
+        write_planned_exercise({name, planner.get(), procedure, plan}, file, progress);
+        return file;
+      },
+      [&s] { s.page = Page::kStart; });
 }
 
 fs::path keep_exercise(const OperatorState& s, const Authored& authored) {

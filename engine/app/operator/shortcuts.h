@@ -21,7 +21,7 @@ struct Shortcut {
 inline constexpr std::array kShortcuts = {
     Shortcut{display::keys::kF1 + 1, false, "F2", "op.key_report", {Ask::kOpenReport, Ask::kSessionReport}},
     Shortcut{display::keys::kF1 + 2, false, "F3", "op.key_curve", {Ask::kLearningCurve, Ask::kLearningCurve}},
-    Shortcut{display::keys::kF1 + 3, false, "F4", "op.key_save_exercise", {Ask::kSaveExercise, Ask::kSaveExercise}},
+    Shortcut{display::keys::kF1 + 3, false, "F4", "op.key_save_exercise", {Ask::kSaveExercise, Ask::kSavePlan}},
     Shortcut{display::keys::kF1 + 4, false, "F5", "op.key_start", {Ask::kStart, Ask::kAgain}},
     Shortcut{display::keys::kF1 + 5, false, "F6", "op.key_go_on", {Ask::kGoOnFrom, Ask::kGoOnFrom}},
     Shortcut{display::keys::kF1 + 6, false, "F7", "op.key_archive", {Ask::kArchive, Ask::kArchive}},
@@ -33,6 +33,7 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'S', true, "Ctrl+S", "op.key_save", {Ask::kSaveTissue, Ask::kExportMesh}},
     Shortcut{'K', true, "Ctrl+K", "op.key_expert", {Ask::kExpert, Ask::kExpert}},
     Shortcut{'B', true, "Ctrl+B", "op.key_import", {Ask::kImport, Ask::kImport}},
+    Shortcut{'N', true, "Ctrl+N", "op.key_plan", {Ask::kPlan, Ask::kPlan}},
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 

@@ -157,6 +157,10 @@ void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::TextWrapped("%s", scene.description.c_str());
     }
     draw_model(s, w, scene);
+    if (scene.jaw) {
+      ImGui::Spacing();
+      ask_button(s, Ask::kPlan, shortcut(Ask::kPlan), s.text("op.plan_implant"), {-1, 0}, scene.fault.empty());
+    }
   }
   end_panel();
 }

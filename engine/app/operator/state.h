@@ -16,6 +16,7 @@
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/steps.h"
 #include "engine/app/picture/look.h"
+#include "engine/app/planning/implant_planner.h"
 #include "engine/app/workbench.h"
 #include "engine/base/log.h"
 #include "engine/render/picture.h"
@@ -24,7 +25,7 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kPlan };
 
 enum class Ask {
   kStart,            // start a session with the selection
@@ -63,6 +64,8 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   kImport,           // import a scan or mesh with the settings in ImportForm
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
+  kPlan,             // plan an implant in the selected exercise's jaw
+  kSavePlan,         // save the planned implant as an exercise
   kTutorial,         // select and start the tutorial
   kWelcomed,         // the introduction on the first start is finished
   kCancel,           // cancel the running task
@@ -84,6 +87,7 @@ struct SceneChoice {
   int picture = -1;   // index in OperatorState::pictures
   std::string model;  // the scene's contact model, or the default
   bool own = false;   // created by the user, not shipped
+  bool jaw = false;   // an implant can be planned in it: an implant exercise, or a volume of the user's own
 };
 struct HandEntry {
   std::string address;  // address of the hand; empty: the user types it
@@ -117,7 +121,7 @@ struct ExerciseForm {
   float mesh_unit_mm = 1;
   std::vector<RuleChoice> rules;
 };
-constexpr int kScannedSurface = 3;  // ImportForm::preset: carve the mesh itself
+constexpr int kScannedSurface = 4;  // ImportForm::preset: carve the mesh itself
 struct ImportForm {
   std::array<char, 512> file{};
   FileChooser chooser;
@@ -128,6 +132,22 @@ struct ImportForm {
   float voxel_mm = 0, shell_mm = 0;  // mm; 0: voxel size of the file, default thickness
   float unit_mm = 1;                 // unit of a mesh in mm
   float spacing_mm = 0;              // mm, sample spacing of a scan; 0: the file's spacing
+};
+/// Planning an implant. The page changes the plan; PlanDesk evaluates and draws it between two frames.
+struct PlanForm {
+  bool ready = false;  // the jaw is loaded
+  std::array<char, 96> name{};
+  std::vector<ImplantProcedure> procedures;
+  int procedure = 0;
+  session::ImplantPlan plan;
+  float width_mm = 40;    // width of each section
+  bool changed = false;   // findings and pictures do not show the present plan
+  bool dragging = false;  // the mouse moves or tilts the implant
+  bool tilting = false;   // it tilts it
+  PlanFindings findings;
+  std::array<SectionPlane, kPlanSections.size()> planes;
+  std::array<const gpu::Image*, kPlanSections.size()> pictures{};  // null until they are drawn
+  std::uint64_t drawn = 0;                                         // number of times that they were drawn
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
@@ -224,6 +244,9 @@ struct OperatorState {
   ImportForm import;
   std::string dropped;
 
+  // Page for planning an implant.
+  PlanForm plan;
+
   // Page about this computer.
   std::vector<DoctorFinding> findings;
 
@@ -266,6 +289,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w);
 void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
+void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 /// Asks the user about unsaved work while OperatorState::leaving contains a request.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);

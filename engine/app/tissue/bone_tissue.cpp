@@ -97,10 +97,8 @@ Bone read(const Json& json) {
   if (const auto seed = json.find("seed")) bone.seed = static_cast<std::uint64_t>(seed->integer(0));
   if (const auto canal = json.find("canal")) {
     canal->allow_only({"path_mm", "diameter_mm", "wall_mm"});
-    bone.canal.radius = (*canal)["diameter_mm"].number(0.5, 8) / 2 * kMillimetre;
+    bone.canal = read_canal(*canal);
     bone.canal_wall = canal->number_or("wall_mm", 0.4, 0, 3) * kMillimetre;
-    for (const Json& point : (*canal)["path_mm"].items()) bone.canal.path_W.push_back(point.vec3() * kMillimetre);
-    if (bone.canal.path_W.size() < 2) (*canal)["path_mm"].fail("at least two points");
   }
   return bone;
 }
@@ -140,6 +138,14 @@ double NerveCanal::distance(const dvec3& p_W) const {
 NerveCanal read_nerve_canal(const Json& tissue) {
   const auto bone = tissue.find("bone");
   return bone ? read(*bone).canal : NerveCanal{};
+}
+
+NerveCanal read_canal(const Json& json) {
+  NerveCanal canal;
+  canal.radius = json["diameter_mm"].number(0.5, 8) / 2 * kMillimetre;
+  for (const Json& point : json["path_mm"].items()) canal.path_W.push_back(point.vec3() * kMillimetre);
+  if (canal.path_W.size() < 2) json["path_mm"].fail("at least two points");
+  return canal;
 }
 
 void check_bone(const Json& bone) {

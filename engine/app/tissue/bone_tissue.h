@@ -40,6 +40,8 @@ struct NerveCanal {
   double distance(const dvec3& p_W) const;
 };
 NerveCanal read_nerve_canal(const Json& tissue);
+/// Reads {"path_mm", "diameter_mm"}. Throws Error.
+NerveCanal read_canal(const Json& json);
 
 /// Samples the "tissue" object {"bone": {…}} of a scene (docs/interface.md). Throws Error.
 haptics::DenseTissue sample_bone(const Json& bone, const haptics::SolidFiles& files);

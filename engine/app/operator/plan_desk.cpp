@@ -1,0 +1,92 @@
+#include "engine/app/operator/plan_desk.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "engine/base/log.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+constexpr int kPixels = 384;  // width and height of a section's picture
+}
+
+void PlanDesk::open(LongWork& work) {
+  close();
+  const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
+  s_.plan = {};
+  const std::string name = choice.title + " 2";
+  name.copy(s_.plan.name.data(), std::min(name.size(), s_.plan.name.size() - 1));
+  s_.page = Page::kPlan;
+  s_.say("");
+  struct Loaded {
+    std::shared_ptr<const ImplantPlanner> planner;
+    std::vector<ImplantProcedure> procedures;
+    session::ImplantPlan plan;
+    int procedure = 0;
+  };
+  const auto loaded = std::make_shared<Loaded>();
+  work.begin(
+      [loaded, file = choice.file](Progress& progress) {
+        progress.stage("op.loading", 0, 1);
+        const Scene scene = read_scene(file);
+        loaded->procedures = implant_procedures();
+        if (scene.implant) {
+          const double length = scene.implant->plan.length, diameter = scene.implant->plan.diameter;
+          const auto same = std::ranges::find_if(loaded->procedures, [&](const ImplantProcedure& p) {
+            return p.length == length && p.diameter == diameter;
+          });
+          if (same != loaded->procedures.end()) loaded->procedure = static_cast<int>(same - loaded->procedures.begin());
+        }
+        loaded->planner = std::make_shared<const ImplantPlanner>(scene);
+        progress.at(0.8);
+        loaded->plan = loaded->planner->proposal(loaded->procedures[static_cast<std::size_t>(loaded->procedure)]);
+        progress.at(1);
+      },
+      [this, loaded] {
+        planner_ = loaded->planner;
+        s_.plan.procedures = loaded->procedures;
+        s_.plan.procedure = loaded->procedure;
+        s_.plan.plan = loaded->plan;
+        s_.plan.ready = s_.plan.changed = true;
+        log::info("jaw loaded: {}", planner_->scene().name);
+      });
+}
+
+void PlanDesk::follow() {
+  PlanForm& form = s_.plan;
+  if (s_.page != Page::kPlan || !planner_ || !(form.changed || images_.empty())) return;
+  const ImplantProcedure& procedure = form.procedures[static_cast<std::size_t>(form.procedure)];
+  form.plan.length = procedure.length;
+  form.plan.diameter = procedure.diameter;
+  form.plan.bed_diameter = procedure.bed_diameter;
+  form.findings = planner_->findings(form.plan);
+  destroy();
+  for (std::size_t i = 0; i < kPlanSections.size(); ++i) {
+    // While the user drags the implant, the planes stay, so that it moves and not the bone.
+    if (!form.dragging)
+      form.planes[i] = planner_->plane(kPlanSections[i], form.plan, static_cast<double>(form.width_mm) * kMillimetre);
+    images_.push_back(window_.upload(planner_->picture(form.planes[i], form.plan, kPixels)));
+  }
+  for (std::size_t i = 0; i < images_.size(); ++i) form.pictures[i] = &images_[i];
+  ++form.drawn;
+  form.changed = false;
+}
+
+void PlanDesk::destroy() {
+  s_.plan.pictures = {};
+  if (images_.empty()) return;
+  window_.wait_idle();
+  for (gpu::Image& image : images_) image.destroy(window_.device());
+  images_.clear();
+}
+
+void PlanDesk::close() {
+  destroy();
+  planner_.reset();
+  s_.plan = {};
+}
+
+}  // namespace typodont

@@ -1,0 +1,195 @@
+// The page for planning an implant: three sections in which the implant is moved and tilted, its findings, and saving.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/app/operator/state.h"
+#include "engine/app/operator/widgets.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+using namespace widgets;
+namespace keys = display::keys;
+
+namespace {
+
+constexpr double kWheel = 0.25e-3;       // m along the implant's axis for each step of the wheel
+constexpr double kLargestTilt = 60;      // degrees
+constexpr double kToothMargin = 1.5e-3;  // m, usual smallest distance to a root
+constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
+
+/// Position in the picture, as fractions from its top left corner.
+glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
+  const dvec3 from = p_W - plane.center_W;
+  return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
+}
+
+/// The mouse over a section: dragging the apex tilts the implant, dragging elsewhere moves it, the wheel moves it along
+/// its axis.
+void follow_mouse(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
+  const ImGuiIO& io = ImGui::GetIO();
+  const auto on_screen = [&](const dvec3& p_W) {
+    const glm::dvec2 f = fraction_of(plane, p_W);
+    return ImVec2{at.x + static_cast<float>(f.x) * size, at.y + static_cast<float>(f.y) * size};
+  };
+  session::ImplantPlan& plan = form.plan;
+  const ImVec2 apex = on_screen(plan.apex_W()), platform = on_screen(plan.entry_W);
+  ImDrawList* draw = ImGui::GetWindowDrawList();
+  draw->AddCircle(platform, 0.35f * near, ImGui::GetColorU32(kGood), 0, 2);
+  if (!level) draw->AddCircle(apex, 0.35f * near, ImGui::GetColorU32(kWarn), 0, 2);
+  if (ImGui::IsItemActivated())
+    form.tilting = !level && std::hypot(io.MousePos.x - apex.x, io.MousePos.y - apex.y) < near;
+  if (ImGui::IsItemActive() && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
+    const dvec3 move = static_cast<double>(io.MouseDelta.x / size) * plane.width * plane.right_W -
+                       static_cast<double>(io.MouseDelta.y / size) * plane.height * plane.up_W;
+    if (form.tilting) {
+      const dvec3 axis = plan.apex_W() + move - plan.entry_W;
+      if (glm::length(axis) > 0.2 * plan.length) plan.axis_W = glm::normalize(axis);
+    } else {
+      plan.entry_W += move;
+    }
+    form.dragging = form.changed = true;
+  }
+  if (ImGui::IsItemDeactivated() && form.dragging) {
+    form.dragging = form.tilting = false;
+    form.changed = true;
+  }
+  if (ImGui::IsItemHovered() && io.MouseWheel != 0) {
+    plan.entry_W -= static_cast<double>(io.MouseWheel) * kWheel * plan.axis_W;
+    form.changed = true;
+  }
+}
+
+void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
+  PlanForm& form = s.plan;
+  ImGui::BeginGroup();
+  ImGui::PushFont(w.style().small);
+  dim(s.text(kTitles[i]));
+  ImGui::PopFont();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  if (form.pictures[i]) {
+    ImGui::Image(w.texture(*form.pictures[i], form.drawn), {size, size});
+    ImGui::SetCursorScreenPos(at);
+    ImGui::InvisibleButton(kTitles[i], {size, size});
+    follow_mouse(form, form.planes[i], kPlanSections[i] == PlanSection::kLevel, at, size, w.style().unit);
+  } else {
+    ImGui::Dummy({size, size});
+  }
+  ImGui::EndGroup();
+}
+
+/// Three numbers in millimetres.
+bool edit_point(const char* id, dvec3& p_W) {
+  std::array<double, 3> mm{p_W.x / kMillimetre, p_W.y / kMillimetre, p_W.z / kMillimetre};
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::InputScalarN(id, ImGuiDataType_Double, mm.data(), 3, nullptr, nullptr, "%.2f",
+                           ImGuiInputTextFlags_EnterReturnsTrue))
+    return false;
+  p_W = dvec3(mm[0], mm[1], mm[2]) * kMillimetre;
+  return true;
+}
+
+/// The axis as its tilts towards x and y, in degrees from straight down.
+bool edit_axis(dvec3& axis_W) {
+  std::array<double, 2> tilt{std::atan2(axis_W.x, -axis_W.z) / kDegree, std::atan2(axis_W.y, -axis_W.z) / kDegree};
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::InputScalarN("##tilt", ImGuiDataType_Double, tilt.data(), 2, nullptr, nullptr, "%.1f°",
+                           ImGuiInputTextFlags_EnterReturnsTrue))
+    return false;
+  for (double& t : tilt) t = std::clamp(t, -kLargestTilt, kLargestTilt) * kDegree;
+  axis_W = glm::normalize(dvec3(std::tan(tilt[0]), std::tan(tilt[1]), -1));
+  return true;
+}
+
+void draw_findings(OperatorState& s) {
+  const PlanFindings& found = s.plan.findings;
+  const auto mm = [&](double metres) { return fmt::format("{} mm", s.number(metres / kMillimetre, 1)); };
+  const double margin = s.plan.procedures[static_cast<std::size_t>(s.plan.procedure)].canal_margin;
+  row(s.text("op.plan_in_bone"), fmt::format("{} %", s.number(100 * found.in_bone, 0)), found.fits() ? &kGood : &kBad);
+  if (!found.fits()) row(s.text("op.plan_leaves"), mm(found.leaves_depth), &kBad);
+  const auto distance = [&](const char* name, double metres, double least) {
+    if (std::isfinite(metres)) row(s.text(name), mm(metres), metres < 0 ? &kBad : metres < least ? &kWarn : &kGood);
+  };
+  distance("op.plan_canal", found.canal_distance, margin);
+  distance("op.plan_tooth", found.tooth_distance, kToothMargin);
+  row(s.text("op.plan_grey"), fmt::format("{} HU", s.number(found.mean_grey, 0)));
+}
+
+void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  PlanForm& form = s.plan;
+  begin_panel("plan", s.text("op.plan"), size, w);
+  ImGui::SetNextItemWidth(-1);
+  const auto& procedures = form.procedures;
+  if (ImGui::BeginCombo("##procedure", procedures[static_cast<std::size_t>(form.procedure)].name.c_str())) {
+    for (int i = 0; i < static_cast<int>(procedures.size()); ++i)
+      if (ImGui::Selectable(procedures[static_cast<std::size_t>(i)].name.c_str(), i == form.procedure)) {
+        form.procedure = i;
+        form.changed = true;
+      }
+    ImGui::EndCombo();
+  }
+  dim(s.text("op.plan_platform"));
+  if (edit_point("##platform", form.plan.entry_W)) form.changed = true;
+  dim(s.text("op.plan_tilt"));
+  if (edit_axis(form.plan.axis_W)) form.changed = true;
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##width", &form.width_mm, 15, 120,
+                         fmt::format("{} %.0f mm", s.text("op.plan_width")).c_str()))
+    form.changed = true;
+  ImGui::Spacing();
+  draw_findings(s);
+  ImGui::Spacing();
+  ImGui::PushFont(w.style().small);
+  dim_wrapped(s.text("op.plan_help"));
+  ImGui::PopFont();
+  ImGui::Spacing();
+  ImGui::SetNextItemWidth(-1);
+  ImGui::InputTextWithHint("##name", s.text("op.exercise_name"), form.name.data(), form.name.size());
+  ask_button(s, Ask::kSavePlan, shortcut(Ask::kSavePlan), s.text("op.plan_save"), {-1, 0},
+             !s.busy && form.findings.fits() && form.name[0] != 0, true);
+  end_panel();
+}
+
+}  // namespace
+
+void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
+  const float u = w.style().unit;
+  begin_page(w);
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(s.text("op.plan"));
+  ImGui::PopFont();
+  const float foot = 3.2f * u;
+  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = room.y - foot - 2.2f * u - 2 * gap.y, side = std::max(0.3f * room.x, 20 * u);
+  begin_column("sections", {room.x - side - gap.x, height});
+  if (s.plan.ready) {
+    // Two large sections above, a smaller one below; each is square.
+    const float captions = 2 * (1.4f * u + gap.y) + gap.y;
+    const float large = std::min((room.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
+    draw_section(s, w, 0, large);
+    ImGui::SameLine();
+    draw_section(s, w, 1, large);
+    draw_section(s, w, 2, height - captions - large);
+  }
+  ImGui::EndChild();
+  ImGui::SameLine();
+  if (s.plan.ready)
+    draw_side(s, w, {side, height});
+  else
+    ImGui::Dummy({side, height});
+  begin_column("message", {0, 2.2f * u});
+  if (s.busy)
+    busy_bar(s, 0.5f * room.x);
+  else
+    message_line(s);
+  ImGui::EndChild();
+  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
+  if (s.busy && ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kCancel);
+  page_shortcuts(s);
+  end_page();
+}
+
+}  // namespace typodont

@@ -1,0 +1,92 @@
+// Planning an implant: a proposal, the findings at a planned position, and sections through it as pictures. SI, frame
+// W. One thread.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/app/planning/planning_tissue.h"
+#include "engine/app/scene.h"
+#include "engine/render/picture.h"
+#include "engine/session/implant.h"
+
+namespace typodont {
+
+using glm::dvec2;
+
+/// A procedure file: the implant and its phases (docs/interface.md).
+struct ImplantProcedure {
+  std::string path;         // as a scene names it, e.g. "implants/procedures/bone_level_48_12.json"
+  std::string name;         // "bone level 4.8 x 12 mm"
+  double length = 0;        // m, of the implant
+  double diameter = 0;      // m, of its thread
+  double bed_diameter = 0;  // m, diameter of the last drill
+  double canal_margin = 0;  // m, smallest distance to the nerve canal
+};
+/// The shipped procedures and those in ~/Typodont/implants/procedures, sorted by name. Throws Error.
+std::vector<ImplantProcedure> implant_procedures();
+/// Reads a procedure; `path` as in a scene at `place`. Throws Error.
+ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
+
+/// What an implant meets at its planned position.
+struct PlanFindings {
+  double in_bone = 0;                // fraction of the thread's surface that lies in bone
+  std::optional<dvec3> leaves_at_W;  // m, the highest point of the thread's surface that does not lie in bone
+  double leaves_depth = 0;           // m, depth of that point below the platform
+  double canal_distance = std::numeric_limits<double>::infinity();  // m, between the walls; negative: it cuts the canal
+  double tooth_distance = std::numeric_limits<double>::infinity();  // m, to the nearest tooth or listed root, ±0.15 mm
+  double mean_grey = 0;                                             // Hounsfield units of the bone around the thread
+  bool fits() const { return !leaves_at_W; }
+};
+
+/// A rectangle in the tissue that is shown as a picture.
+struct SectionPlane {
+  dvec3 center_W{0};
+  dvec3 right_W{1, 0, 0}, up_W{0, 0, 1};   // unit, perpendicular
+  double width = 0, height = 0;            // m
+  dvec3 at(const dvec2& fraction) const {  // fractions of width and height from the top left corner
+    return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
+  }
+};
+enum class PlanSection { kAcross, kAlong, kLevel };  // across the arch, along the arch, perpendicular to the implant
+inline constexpr std::array kPlanSections{PlanSection::kAcross, PlanSection::kAlong, PlanSection::kLevel};
+
+class ImplantPlanner {
+ public:
+  /// Loads the scene's tissue. Throws Error if it has no grey values, or no bone.
+  explicit ImplantPlanner(const Scene& scene);
+
+  const Scene& scene() const { return scene_; }
+  const haptics::TissueVolume& volume() const { return volume_; }
+  /// The scene's canal, or those found in its tissue.
+  const std::vector<NerveCanal>& canals() const { return canals_; }
+  /// The canal nearest to the plan, limited to 25 mm around the implant; without points if there is none.
+  NerveCanal canal_near(const session::ImplantPlan& plan) const;
+
+  /// The scene's own plan with this procedure's implant. Without one: a vertical implant at the place with the largest
+  /// fraction in bone, then the largest distance to canals and teeth.
+  session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
+  PlanFindings findings(const session::ImplantPlan& plan) const;
+
+  /// A plane through the middle of the implant; of the level section, through its platform. `width`: m, also its
+  /// height.
+  SectionPlane plane(PlanSection section, const session::ImplantPlan& plan, double width) const;
+  /// The grey values on the plane, the outlines of implant and canals, and the depth at which the implant leaves the
+  /// bone in red. `pixels`: its width and height.
+  render::Picture picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const;
+
+ private:
+  dvec3 along_arch(const session::ImplantPlan& plan) const;
+
+  Scene scene_;
+  haptics::TissueVolume volume_;
+  PlanningTissue tissue_;
+  std::vector<NerveCanal> canals_;
+  std::vector<session::NeighbourRoot> roots_;
+};
+
+}  // namespace typodont

@@ -1,0 +1,184 @@
+#include "engine/app/planning/planned_exercise.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/implant/implant_scene.h"
+#include "engine/app/scene_text.h"
+#include "engine/base/error.h"
+#include "engine/base/partial_file.h"
+#include "engine/base/units.h"
+
+namespace typodont {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Text = nlohmann::ordered_json;
+
+constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};  // m, where the platform of an implant lies in the shipped scenes
+constexpr double kSite = 15e-3;                    // m around the implant
+constexpr double kLargestVoxel = 0.15e-3;          // m, largest voxel of a site, as in the shipped scenes
+
+Text mm(const dvec3& p) {
+  const auto micrometre = [](double v) { return std::round(v / kMillimetre * 1000) / 1000; };
+  return {micrometre(p.x), micrometre(p.y), micrometre(p.z)};
+}
+Text direction(const dvec3& v) {
+  const auto rounded = [](double c) { return std::round(c * 1e6) / 1e6; };
+  return {rounded(v.x), rounded(v.y), rounded(v.z)};
+}
+
+std::size_t count_of(const glm::ivec3& size) {
+  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+}
+
+Text load_text(const fs::path& file) {
+  return Text::parse(Json::load(file).text());
+}
+
+/// The tissue around the plan, moved by `move`, with voxels of at most kLargestVoxel: with voxels of 0.3 mm a drill
+/// that widens a bed is stopped by the bed's wall. Distances are interpolated; labels and hardness are those of the
+/// nearest voxel.
+haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
+                              const dvec3& move) {
+  const VoxelFrame frame = volume.frame();
+  glm::ivec3 lo, hi;
+  volume.bounds(lo, hi);
+  const dvec3 a = glm::min(plan.entry_W, plan.apex_W()) - kSite, b = glm::max(plan.entry_W, plan.apex_W()) + kSite;
+  lo = glm::max(lo, glm::ivec3(glm::floor(frame.to_voxels(a))));
+  hi = glm::min(hi, glm::ivec3(glm::ceil(frame.to_voxels(b))));
+  const glm::ivec3 size = hi - lo + 1;
+  std::vector<float> distance(count_of(size));
+  std::vector<Tissue> tissue(distance.size());
+  std::vector<std::uint8_t> hardness(distance.size());
+  volume.copy(lo, size, distance.data(), tissue.data(), hardness.data());
+
+  const int n = static_cast<int>(std::ceil(frame.voxel / kLargestVoxel));
+  haptics::DenseTissue site;
+  site.frame = {frame.to_world(dvec3(lo)) + move, frame.voxel / n};
+  site.size = n * (size - 1) + 1;
+  site.band = volume.band();
+  site.exact_outside = volume.exact_outside();
+  site.distance.resize(count_of(site.size));
+  site.tissue.resize(site.distance.size());
+  site.hardness.resize(site.distance.size());
+  const auto at = [&](const glm::ivec3& p) {
+    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
+               static_cast<std::size_t>(size.z) +
+           static_cast<std::size_t>(p.z);
+  };
+  glm::ivec3 p;
+  for (p.x = 0; p.x < site.size.x; ++p.x) {
+    for (p.y = 0; p.y < site.size.y; ++p.y) {
+      for (p.z = 0; p.z < site.size.z; ++p.z) {
+        const glm::ivec3 cell = glm::min(p / n, size - 2);
+        const dvec3 f = dvec3(p - n * cell) / static_cast<double>(n);
+        double sum = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+          const glm::ivec3 o(corner & 1, corner >> 1 & 1, corner >> 2);
+          const dvec3 w = glm::mix(1.0 - f, f, dvec3(o));
+          sum += w.x * w.y * w.z * static_cast<double>(distance[at(cell + o)]);
+        }
+        // The faces of the box close the tissue, two voxels inside it.
+        const glm::ivec3 in = glm::min(p, site.size - 1 - p);
+        const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
+        const std::size_t i = site.at(p.x, p.y, p.z), nearest = at(cell + glm::ivec3(glm::round(f)));
+        site.distance[i] = static_cast<float>(std::max(sum * frame.voxel, closed));
+        site.tissue[i] = tissue[nearest];
+        site.hardness[i] = hardness[nearest];
+      }
+    }
+  }
+  return haptics::TissueVolume(site);
+}
+
+/// The rules of exercise.json with this implant's own targets.
+Text rules_for(Text rules, const PlannedExercise& exercise, bool canal) {
+  Text made = Text::array();
+  for (Text& rule : rules) {
+    const std::string name = rule["name"];
+    if (name == "canal_distance_mm" && !canal) continue;
+    if (name == "bed_depth_mm") rule["target"] = exercise.plan.length / kMillimetre;
+    if (name == "bed_diameter_mm") rule["target"] = exercise.plan.bed_diameter / kMillimetre;
+    made.push_back(rule);
+  }
+  return made;
+}
+
+}  // namespace
+
+void write_planned_exercise(const PlannedExercise& exercise, const fs::path& file, Progress& progress) {
+  const ImplantPlanner& planner = *exercise.planner;
+  const Scene& base = planner.scene();
+  session::ImplantPlan plan = exercise.plan;
+  NerveCanal canal = planner.canal_near(plan);
+  Text scene = {{"name", exercise.name}};
+  const bool cut_out = !volume_file(base).empty();
+  const dvec3 move = cut_out ? kPlatform - plan.entry_W : dvec3(0);
+  const fs::path volume_name = fs::path(file.filename()).replace_extension(".vdb");
+  const Text base_text = scene_for_other_folder(base);
+  scene["description"] = fmt::format("{}; {}", base_text.value("description", base.name), exercise.procedure.name);
+  if (cut_out) {
+    scene["tissue"] = {{"volume", volume_name.string()}};
+    plan.entry_W += move;
+    for (dvec3& p : canal.path_W) p += move;
+  } else {
+    for (const char* key : {"tissue", "paint", "paint_file", "prepare"})
+      if (base_text.contains(key)) scene[key] = base_text[key];
+  }
+  const Text common = load_text(implant_exercise_file());
+  const Text procedure = load_text(find_file(exercise.procedure.path, base.place));
+  scene["tool_set"] = common["tool_set"];
+  scene["tools"] = Text::array();
+  Text steps = Text::array();
+  for (const Text& phase : procedure["phases"]) {
+    if (std::find(scene["tools"].begin(), scene["tools"].end(), phase["tool"]) == scene["tools"].end())
+      scene["tools"].push_back(phase["tool"]);
+    Text step = phase["name"];
+    step["done"] = "phase";
+    steps.push_back(std::move(step));
+  }
+  for (const auto& [key, value] : common.items())
+    if (key != "task" && key != "tool_set") scene[key] = value;
+  scene["implant"] = {{"procedure", exercise.procedure.path},
+                      {"plan", {{"entry_mm", mm(plan.entry_W)}, {"axis", direction(plan.axis_W)}}}};
+  if (base_text.contains("implant") && base_text["implant"].contains("neighbours"))
+    scene["implant"]["neighbours"] = base_text["implant"]["neighbours"];
+  const bool own_canal = base_text["tissue"].contains("bone") && base_text["tissue"]["bone"].contains("canal");
+  if (!canal.path_W.empty() && !own_canal) {
+    Text path = Text::array();
+    for (const dvec3& p : canal.path_W) path.push_back(mm(p));
+    scene["implant"]["canal"] = {{"path_mm", path}, {"diameter_mm", 2 * canal.radius / kMillimetre}};
+  }
+  Text task = common["task"];
+  scene["task"] = {{"title", exercise.name}, {"goal", task["goal"]}, {"steps", steps}};
+  scene["task"]["axis"] = direction(-plan.axis_W);
+  for (const auto& [key, value] : task.items())
+    if (key != "goal" && key != "rules") scene["task"][key] = value;
+  scene["task"]["rules"] = rules_for(task["rules"], exercise, !canal.path_W.empty());
+  progress.at(0.1);
+
+  // Both files are complete and checked before one of them replaces an older one.
+  PartialFile made(file, FileKind::kJson, Over::kItsInput);
+  write_file_atomically(made.path(), scene.dump(2) + "\n", FileKind::kJson);
+  const Scene parsed = parse_scene(Json::parse(scene.dump(2), file.filename().string()), file, base.place);
+  if (!cut_out) {
+    check_plan(*parsed.implant, planner.volume(), file);
+    progress.at(1);
+    made.keep();
+    return;
+  }
+  PartialFile volume(file.parent_path() / volume_name, FileKind::kVolume, Over::kItsInput);
+  const haptics::TissueVolume site = site_of(planner.volume(), exercise.plan, move);
+  check_plan(*parsed.implant, site, file);
+  site.save(volume.path());
+  progress.at(1);
+  volume.keep();
+  made.keep();
+}
+
+}  // namespace typodont

@@ -1,0 +1,62 @@
+// A jaw's tissue as plain samples, for planning: labels and grey values at any point, and the nerve canals. Made once;
+// after that any thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <utility>
+#include <vector>
+
+#include "engine/app/tissue/bone_tissue.h"
+#include "engine/contract/field_brick.h"
+#include "engine/contract/tissue.h"
+#include "haptics/tissue_volume.h"
+
+namespace typodont {
+
+/// Points are in m, frame W.
+class PlanningTissue {
+ public:
+  /// Copies the labels and the hardness of the whole volume, at most kMostSamples of them: a larger volume is sampled
+  /// at every second voxel, or fewer.
+  explicit PlanningTissue(const haptics::TissueVolume& volume);
+
+  static constexpr double kMostSamples = 1e8;
+
+  /// Label of the nearest sample; kAir outside the tissue.
+  Tissue at(const dvec3& p_W) const;
+  /// Grey value of the nearest sample, Hounsfield units: the tissue's own grey value times its hardness; −1000 in air.
+  double grey(const dvec3& p_W) const;
+  bool is_bone(const dvec3& p_W) const;
+  bool is_tooth(const dvec3& p_W) const;
+
+  double spacing() const { return frame_.voxel; }  // m
+  dvec3 lo_W() const { return frame_.to_world(dvec3(0)); }
+  dvec3 hi_W() const { return frame_.to_world(dvec3(size_ - 1)); }
+
+  /// The nerve canals as polylines. A canal is a connected piece of nerve tissue that lies in bone (not in a tooth) and
+  /// is at least 8 mm long. Its points are the centres of sections that are at most 2 mm apart.
+  std::vector<NerveCanal> canals() const;
+
+ private:
+  /// Index of the nearest sample; the number of samples if it lies outside.
+  std::size_t index(const dvec3& p_W) const;
+  std::size_t index(const glm::ivec3& p) const {
+    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(p.y)) *
+               static_cast<std::size_t>(size_.z) +
+           static_cast<std::size_t>(p.z);
+  }
+  bool inside(const glm::ivec3& p) const {
+    return glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) && glm::all(glm::lessThan(p, size_));
+  }
+  /// Geodesic distances, in samples, from `from` within its connected piece of one tissue. The farthest sample is last.
+  std::vector<std::pair<glm::ivec3, int>> distances_within_piece(const glm::ivec3& from) const;
+
+  VoxelFrame frame_;
+  glm::ivec3 size_{0};
+  std::vector<Tissue> tissue_;
+  std::vector<std::uint8_t> hardness_;
+  BoneGrey bone_grey_;
+};
+
+}  // namespace typodont

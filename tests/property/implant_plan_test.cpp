@@ -1,0 +1,157 @@
+// Planning an implant: in a jaw imported from a scan whose truth is known (synthetic, tests/support/jaw_phantom.h), and
+// in the shipped scenes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "engine/app/assets.h"
+#include "engine/app/implant/implant_scene.h"
+#include "engine/app/planning/implant_planner.h"
+#include "engine/app/planning/planned_exercise.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/import.h"
+#include "tests/support/jaw_phantom.h"
+
+namespace typodont {
+namespace {
+
+namespace fs = std::filesystem;
+using test::JawPhantom;
+
+fs::path fresh_folder(const std::string& name) {
+  const fs::path folder = test::scratch(name);
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  return folder;
+}
+
+/// A jaw without its second tooth, imported with its grey values.
+Scene scanned_jaw() {
+  const fs::path folder = fresh_folder("implant_plan_jaw");
+  test::JawArtefacts artefacts;
+  artefacts.teeth = 1;
+  const JawPhantom jaw(artefacts);
+  haptics::ImportOptions options;
+  options.preset = haptics::ImportPreset::kJaw;
+  const auto scan = test::write_nrrd("implant_plan.nrrd", jaw.phantom(), test::bytes_as<float>(jaw.scan()), "float");
+  haptics::TissueVolume(haptics::import_tissue(scan, options).tissue).save(folder / "jaw.vdb");
+  const nlohmann::ordered_json text = {{"name", "jaw"}, {"tissue", {{"volume", "jaw.vdb"}}}, {"tool", "round_012"}};
+  return parse_scene(Json::parse(text.dump(), "jaw.json"), folder / "jaw.json");
+}
+const ImplantPlanner& scanned() {
+  static const ImplantPlanner planner(scanned_jaw());
+  return planner;
+}
+
+ImplantProcedure small_implant() {
+  return read_procedure("implants/procedures/bone_level_41_10.json", {});
+}
+session::ImplantPlan upright(const ImplantProcedure& procedure, const dvec3& entry_mm) {
+  return {entry_mm * kMillimetre, {0, 0, -1}, procedure.length, procedure.diameter, procedure.bed_diameter};
+}
+std::string error_of(const PlannedExercise& exercise, const fs::path& file) {
+  Progress unwatched;
+  try {
+    write_planned_exercise(exercise, file, unwatched);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(ImplantPlanner, FindsTheCanalOfAScannedJawAsAPath) {
+  ASSERT_EQ(scanned().canals().size(), 1u);
+  const NerveCanal& canal = scanned().canals().front();
+  EXPECT_NEAR(canal.radius / kMillimetre, JawPhantom::kCanal, 0.4);
+  ASSERT_GE(canal.path_W.size(), 8u);
+  for (const dvec3& p : canal.path_W) {
+    const dvec3 mm = p / kMillimetre, truth = JawPhantom::canal_centre(mm.x);
+    EXPECT_LT(std::hypot(mm.y - truth.y, mm.z - truth.z), 0.5) << mm.x;
+  }
+}
+
+TEST(ImplantPlanner, DistancesToCanalAndToothAreThoseOfTheScannedJaw) {
+  const session::ImplantPlan plan = upright(small_implant(), {20, 12, 22});
+  const PlanFindings found = scanned().findings(plan);
+  EXPECT_TRUE(found.fits());
+  // The apex is at z = 12, one millimetre beside the canal's centre, so the canal is below the apex.
+  const double below = plan.apex_W().z / kMillimetre - JawPhantom::canal_centre(20).z;
+  EXPECT_NEAR(found.canal_distance / kMillimetre, below - JawPhantom::kCanal, 0.5);
+  const double between = 20 - JawPhantom::kTeeth[0] - JawPhantom::root_radius(22) - plan.diameter / 2 / kMillimetre;
+  EXPECT_NEAR(found.tooth_distance / kMillimetre, between, 0.4);
+  EXPECT_GT(found.mean_grey, 300);
+  EXPECT_LT(found.mean_grey, 1600);
+}
+
+TEST(ImplantPlanner, ProposesAnImplantInBoneClearOfTheCanal) {
+  const ImplantProcedure procedure = small_implant();
+  const session::ImplantPlan plan = scanned().proposal(procedure);
+  const PlanFindings found = scanned().findings(plan);
+  EXPECT_TRUE(found.fits());
+  EXPECT_GE(found.canal_distance, procedure.canal_margin);
+  EXPECT_GT(found.tooth_distance, 0);
+}
+
+TEST(ImplantPlanner, APlanInAScanBecomesAnExerciseAtTheSite) {
+  const ImplantProcedure procedure = small_implant();
+  const session::ImplantPlan plan = upright(procedure, {20, 12, 22});
+  const fs::path file = fresh_folder("implant_plan_site") / "site.json";
+  ASSERT_EQ(error_of({"site", &scanned(), procedure, plan}, file), "accepted");
+  const Scene scene = read_scene(file);
+  ASSERT_TRUE(scene.implant);
+  EXPECT_EQ(scene.implant->phases.size(), 14u);
+  EXPECT_EQ(scene.task->steps.size(), 14u);
+  const haptics::TissueVolume tissue = load_untouched(scene);
+  EXPECT_TRUE(tissue.graded());
+  // The site is the same tissue, moved: what the plan meets there is the same.
+  const ImplantPlanner there(scene);
+  const PlanFindings before = scanned().findings(plan), after = there.findings(scene.implant->plan);
+  EXPECT_NEAR(after.canal_distance, before.canal_distance, 0.05e-3);
+  EXPECT_NEAR(after.tooth_distance, before.tooth_distance, 0.4e-3);
+  EXPECT_NEAR(after.mean_grey, before.mean_grey, 0.03 * before.mean_grey);
+}
+
+TEST(ImplantPlanner, AnImplantThatLeavesTheBoneIsRefusedAndNothingIsWritten) {
+  const ImplantProcedure procedure = small_implant();
+  const session::ImplantPlan plan = upright(procedure, {20, 6, 22});
+  EXPECT_FALSE(scanned().findings(plan).fits());
+  const fs::path folder = fresh_folder("implant_plan_refused");
+  EXPECT_NE(error_of({"site", &scanned(), procedure, plan}, folder / "site.json").find("leaves the jaw"),
+            std::string::npos);
+  EXPECT_TRUE(fs::is_empty(folder));
+}
+
+TEST(ImplantPlanner, TissueWithoutGreyValuesIsRefused) {
+  try {
+    const ImplantPlanner planner(read_scene(assets_folder() / "scenes" / "tutorial.json"));
+    FAIL() << "accepted";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("without grey values"), std::string::npos) << e.what();
+  }
+}
+
+/// The shipped scenes contain the blocks of exercise.json; both must stay equal.
+TEST(ImplantPlanner, AShippedScenesOwnPlanGivesTheShippedExercise) {
+  const auto json = nlohmann::json::parse(std::ifstream(assets_folder() / "scenes" / "implant-molar.json"));
+  auto coarse = json;
+  coarse["tissue"]["bone"]["voxel_mm"] = 0.3;
+  const Scene scene = parse_scene(Json::parse(coarse.dump(), "scene.json"), assets_folder() / "scenes" / "scene.json");
+  const ImplantPlanner planner(scene);
+  const ImplantProcedure procedure = read_procedure("implants/procedures/bone_level_48_12.json", {});
+  const fs::path file = fresh_folder("implant_plan_shipped") / "molar.json";
+  ASSERT_EQ(error_of({"molar", &planner, procedure, planner.proposal(procedure)}, file), "accepted");
+  const auto made = nlohmann::json::parse(std::ifstream(file));
+  for (const char* key :
+       {"tool_set", "tools", "spindle", "model", "coupling", "force_limit_N", "torque_limit_Nmm", "materials", "parts"})
+    EXPECT_EQ(made[key], json[key]) << key;
+  for (const char* key : {"procedure", "neighbours"}) EXPECT_EQ(made["implant"][key], json["implant"][key]) << key;
+  for (const char* key : {"goal", "steps", "defaults", "rules"}) EXPECT_EQ(made["task"][key], json["task"][key]) << key;
+}
+
+}  // namespace
+}  // namespace typodont
