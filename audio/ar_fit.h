@@ -41,10 +41,12 @@ struct FitOptions {
 struct FitReport {
   ArModel model;
   double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
-  double level_dB = 0;                    // level of that part, dB re full scale
+  double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
-  double distance_dB = 0;  // log-spectral distance between that part's Welch spectrum and the model's expected one
-  double unsmoothed_distance_dB = 0;  // the same to the model's true spectrum, whose peaks the window may broaden
+  // dB, log-spectral distance between the fitted part's Welch spectrum and the model's expected one
+  double distance_dB = 0;
+  // dB, log-spectral distance to the model's true spectrum, whose peaks the window may broaden
+  double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;

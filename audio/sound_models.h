@@ -14,7 +14,7 @@ namespace typodont::audio {
 
 /// A tone at a multiple of the rotor's frequency, for drills of which no recording contains the tone.
 struct RotorTone {
-  double multiple = 1;   // of the rotor's turns per second
+  double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
   double amplitude = 0;  // at free speed; proportional to the speed below it; full scale is 1
 };
 

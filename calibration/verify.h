@@ -25,9 +25,8 @@ struct VerifyResult {
   int points = 0;
   double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, of the touches including noise
   double noise = 0;                                 // m per axis, residual noise of the smooth error field
-  double rms = 0,
-         // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
-      worst = 0;
+  // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
+  double rms = 0, worst = 0;
   double uncertainty = 0;  // m, rms noise of the field
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;

@@ -24,7 +24,7 @@ struct LineTrack {
   double frequency_variance_of_noise() const;
   /// Standard deviation of the amplitude over its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow band.
   double variation() const;
-  /// The same without the contribution of the noise next to the line.
+  /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
   /// True for a sinusoid, false for narrow-band noise. The threshold lies halfway between the two variations.
   bool steady() const { return !amplitude.empty() && variation() < 0.3; }
