@@ -31,11 +31,11 @@ struct Parameters {
   double rim_above = 1.5e-3;
   double radius_tolerance = 0.1e-3;  // m by which the radius of a tool that does not widen the bed may exceed the bed's
   double widening = 0.6e-3;          // m by which a drill's radius may exceed the bed's
-  double loose = 0.75e-3;            // m; a tool that is narrower than the bed by more moves freely in it
-  double axis_tolerance = 0.175;     // rad (10 degrees), largest angle between tool and bed
-  double enter_force = 0.3;          // N along the axis, threshold for entering
-  double leave = 0.3e-3;             // m that the tip must be outside the bed to leave it (hysteresis)
-  double least_depth = 0.5e-3;       // m; a shallower hole is not a bed
+  double loose = 0.75e-3;         // m by which a tool may be narrower than the bed; a narrower tool moves freely in it
+  double axis_tolerance = 0.175;  // rad (10 degrees), largest angle between tool and bed
+  double enter_force = 0.3;       // N along the axis, threshold for entering
+  double leave = 0.3e-3;          // m that the tip must be outside the bed to leave it (hysteresis)
+  double least_depth = 0.5e-3;    // m; a shallower hole is not a bed
   // Motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool, eq. (5)
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
