@@ -8,10 +8,10 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // width of a cell in mean edge lengths
+constexpr double kCellEdges = 1.5;  // ratio of a cell's width to the mean edge length
 constexpr double kMostCells = 4e6;
-constexpr double kEntriesPerFace = 16;  // limit of list entries per face; above it the cells are made larger …
-constexpr double kFewEntries = 1e6;     // … if there are more entries than this
+constexpr double kEntriesPerFace = 16;  // limit of list entries per face; with more, the cells are made larger
+constexpr double kFewEntries = 1e6;     // number of list entries that is always allowed
 constexpr float kBoxMargin = 1e-7f;     // m, larger than the rounding of a box to floats
 constexpr double kSliver = 1e-12;       // squared sine of the angle below which only a face's edges are used
 

@@ -85,7 +85,7 @@ class TriangleGrid {
 
   /// Six times the generalised winding number, evaluated along the axis directions: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// For a part of a mesh: decided by the side of the nearest face on which p lies.
+  /// True if p is inside. For a part of a mesh, the side of the nearest face decides.
   bool inside(const dvec3& p) const noexcept;
 
  private:

@@ -433,7 +433,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels of air around it
+  constexpr int kAir = 2;  // voxels of air around the tissue
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));
