@@ -59,7 +59,7 @@ struct PassTimes {
   /// True if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures both. `tissue` must be loaded. Set-up time: takes as long as some ticks.
+/// Measures the passes on the CPU and on the GPU. `tissue` must be loaded. Set-up time: takes as long as some ticks.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -95,7 +95,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // it met no tissue
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // the brush stroke met no tissue
 }
 
 void VertexBody::begin_stroke() {
