@@ -40,7 +40,7 @@ struct FitOptions {
 
 struct FitReport {
   ArModel model;
-  double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
+  double duration = 0, from = 0, to = 0;  // s: duration of the recording, begin and end of the fitted part
   double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
   // dB, log-spectral distance between the fitted part's Welch spectrum and the model's expected one

@@ -40,8 +40,8 @@ void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexce
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    const PerTissue removed =
-        repeat(made, i, fresh);  // more than the first time where tissue came back, less where it is gone
+    // the volume is larger than the first time where tissue came back, smaller where tissue is gone
+    const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }
   for (std::size_t i = 0; i < all_removed.size(); ++i) all_removed[i] -= fresh.taken_back[i] - patch_.taken_back[i];

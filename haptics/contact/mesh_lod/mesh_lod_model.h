@@ -86,7 +86,7 @@ class MeshLodModel final : public ContactModel {
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
   bool placed_ = false;       // the contact point is at the tool
-  bool flew_ = false;         // otherwise the servo moved the tool in free space since the last tick
+  bool flew_ = false;         // true if the servo moved the free tool since the last tick; placed_ is then false
   dvec3 hip_{0};              // m, hand position in the last tick
   dvec3 offset_{0};           // m, from the contact point to the position of the last level or wall; fades to zero
   bool eases_ = false;        // the bur has cut since it was last free

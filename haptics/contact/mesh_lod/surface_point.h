@@ -20,10 +20,11 @@ struct SurfaceOptions {
 };
 
 /// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the distance
-/// to the HIP decreases. Here every face near the point bounds it by a plane through its nearest primitive (vertex,
-/// edge or face). The point moves to the position nearest to the HIP that satisfies these planes, and iterates until it
-/// does not move. The result is the same, but neighbour links are not needed, which cracks, duplicate and sliver
-/// triangles lack. Since the planes bound convex obstacles, no step can pass through a face of any mesh.
+/// to the HIP decreases. Here every face near the point bounds it by a plane through the face's nearest primitive
+/// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies these planes, and
+/// iterates until it does not move. The result is the same, but no neighbour links are needed; at cracks, duplicate and
+/// sliver triangles they do not exist. Since the planes bound convex obstacles, no step can pass through a face of any
+/// mesh.
 /// The point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread;
 /// never allocates.
 class SurfacePoint final : public SurfaceContact {

@@ -89,9 +89,10 @@ struct RecoveryParameters {
       0.01;  // s that the tool waits at the end of its patch before the patch counts as late
   // m from the patch's end over which the last contact's plane replaces a late patch
   static constexpr double bridge_reach = 5e-3;
-  static constexpr double bridge_yield = 0.5;           // N above the last contact's push at which that plane gives way
-  static constexpr double bridge_time_of_laws_1 = 0.5;  // s for which the plane replaced the patch under laws 1
-  static constexpr double rejoin_time = 0.3;            // s, duration of the return from that plane to the surface
+  static constexpr double bridge_yield = 0.5;  // N above the last contact's push at which that plane gives way
+  // s, limit for a plane that replaces a missing patch; only under laws 1
+  static constexpr double bridge_time_of_laws_1 = 0.5;
+  static constexpr double rejoin_time = 0.3;  // s, duration of the return from that plane to the surface
 };
 
 /// A proxy held by its contacts is led back along its path if the hand has left. These are the conditions.

@@ -74,7 +74,7 @@ class PackingModel final : public ContactModel {
   struct Retreat {
     offset::RetreatPath path;  // in units of kPathUnit
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
-    double held_for = 0;       // s, time for which it has stayed there with the hand far away
+    double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
     bool leading = false;      // true while the proxy is led back along `path`
     std::size_t to = 0;        // index of the point of `path` to which it is led
     bool wedged = false;       // the hand is far away, and there is no path back

@@ -375,7 +375,7 @@ class Packer {
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  std::vector<int> block_at_, first_link_;  // for each cell; a cell is the position of a block
+  std::vector<int> block_at_, first_link_;  // for each cell (the position of a block) its block and its first link
   struct Link {
     int sphere, next;
   };

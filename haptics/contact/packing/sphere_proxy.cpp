@@ -259,8 +259,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rotation for a push of 1
-    double yields;  // change of the gap for a push of 1
+    dvec3 turned;   // rad, rotation caused by a push of 1 m
+    double yields;  // change of the gap caused by a push of 1 m
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;

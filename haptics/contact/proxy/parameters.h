@@ -77,7 +77,7 @@ struct SharpEdgeParameters {
   static constexpr double on_face = 1e-3;  // distance below which a point lies on the face
   // Tolerance of the gradient's length, which is 1 near a single face.
   static constexpr double gradient_tolerance = 1e-3;
-  static constexpr double depth_clean = 4.5;       // tissue under a face that is far from any other face
+  static constexpr double depth_clean = 4.5;       // voxels of tissue under a face that lies far from all other faces
   static constexpr double depth_least = 3.7;       // tissue that must lie under a face near a corner
   static constexpr double depth_tolerance = 0.05;  // tolerance of the depth of tissue
   // Cosine between normals above which a clean face and another one may be the same.

@@ -72,7 +72,7 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
   std::sort(near_.begin(), near_.end());
 }
 
-/// Splits edges that are too long in faces that the head may reach. Splitting does not change the shape.
+/// Splits long edges of the faces that the head may reach. Splitting does not change the shape.
 void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   for (std::size_t k = 0; k < near_.size();) {
