@@ -28,7 +28,7 @@ struct FitOptions {
       "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
   double rate = 0;   // Hz of the model; 0: the recording's
   int channel = -1;  // -1: the mean of all
-  double from = 0, to = 0;  // s of the recording; to = 0: its end
+  double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
   bool trim = true;         // cut off silence at both ends
   bool steady = false;      // use only the longest interval of constant level
   std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
@@ -51,7 +51,7 @@ struct FitReport {
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
-  std::string form;      // filter form that the synthesizer will use: float, double, lattice
+  std::string form;      // Hz; both power spectra in dB re 1/Hz
   std::vector<double> variance_by_order;
   std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
   std::vector<SoundPart> parts;                             // parts of the whole recording, in order

@@ -11,7 +11,7 @@ namespace typodont::audio {
 /// gain it is constantly zero.
 struct LineNoise {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
-  double gain = 0;                 // standard deviation of its residual
+  double gain = 0;                 // standard deviation of the process's residual
 
   double deviation() const;  // standard deviation of the process
 };

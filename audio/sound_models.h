@@ -22,7 +22,8 @@ struct RotorTone {
 /// ("Working sound where none was recorded").
 struct SoundModels {
   ArModel idle;
-  std::array<std::optional<ArModel>, kTissueCount> working;  // from recordings, where there are any
+  // Working models from recordings; empty if none was recorded.
+  std::array<std::optional<ArModel>, kTissueCount> working;
   double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
   double teeth = 0;  // number of teeth of the cutter: slow ones are heard one by one; 0: never

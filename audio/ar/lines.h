@@ -37,7 +37,8 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
   ModelLine line;
-  double spread = 0;  // Hz, standard deviation of its frequency in the recording, including the drift of the spindle
+  // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
+  double spread = 0;
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest

@@ -424,7 +424,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // The same formula with σ = 1; a small ridge allows comparing the first touches, which determine no rotation.
+    // Mean squared TRE with σ = 1. A small ridge allows comparing the first touches, which determine no rotation.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

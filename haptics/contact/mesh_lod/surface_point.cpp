@@ -20,12 +20,13 @@ constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
 // m, longest displacement for which collected faces stay valid; otherwise a cell of the grid
 constexpr double kMostKept = 0.3e-3;
-constexpr double kReachInCut = 0.5;    // ratio to the radius, upper limit of both distances for a bur in its own cut
-constexpr double kLeastInCut = 50e-6;  // m, lower limit of both distances for a bur in its own cut
+// Ratio to the radius, upper limit of the search distances of a bur in its own cut.
+constexpr double kReachInCut = 0.5;
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distances of a bur in its own cut
 // ratio of the next iteration's reach to the last step, because the next step is shorter
 constexpr double kNextReach = 0.25;
 constexpr double kBelow = 1e-11;    // m, rounding error by which a face may protrude from a plane that covers it
-constexpr float kClear = 2e-9f;     // m, rounding error of the same test in floats
+constexpr float kClear = 2e-9f;     // m, rounding error by which a face may protrude from a plane, for tests in floats
 constexpr double kWallSkin = 1e-7;  // m, least distance from a wall
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface when the mesh is exchanged
 constexpr int kMostLifts = 16;

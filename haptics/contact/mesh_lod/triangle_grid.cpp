@@ -28,7 +28,7 @@ int side(double au, double av, double bu, double bv) noexcept {
 // m, distance of the vertex beyond an edge from the face's plane up to which the edge counts as flat
 constexpr double kFlat = 1e-10;
 
-/// `beyond`: the vertex of the face on the other side of the edge that is not on it.
+/// Marks an edge at which the surface does not bend away. `beyond`: the third vertex of the face across this edge.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);

@@ -44,7 +44,7 @@ class OffsetModel : public PatchModel {
     dvec3 target{0};            // the head's centre where the hand holds it
     dvec3 shift{0};             // the hand's motion since the last tick
     double slack = 0;           // depth that the head may sink in this tick, limited by the energy budget
-    double slack_at_walls = 0;  // depth that the head may sink at a wall in this tick, limited by the budget for walls
+    double slack_at_walls = 0;  // fraction of slack that remains at a wall
     double overlap_before = 0;
     double pace_per_slew = 0;  // motion of the proxy that changes the force by 1 N/s
     bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick

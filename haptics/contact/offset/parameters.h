@@ -65,7 +65,7 @@ struct FallParameters {
   static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
   static constexpr double push_time = 0.05;   // s, time constant of the mean push that held the hand up
   static constexpr double gain = 5;           // N/s, gained speed × stiffness above which a motion is a fall
-  static constexpr double along = 0.3;        // cosine between fall and mean push above which a motion is a fall
+  static constexpr double along = 0.3;        // least cosine between the mean push and the direction against the fall
   static constexpr double landing_slew = 12;  // N/s, landing speed × stiffness that is always allowed
   // ratio of landing speed to the hand's long-term mean speed that is always allowed
   static constexpr double growth = 1.2;

@@ -58,7 +58,7 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  s.fall_normal = dvec3(0);  // separate assignments: one for both would wait for its own store
+  s.fall_normal = dvec3(0);  // two separate assignments, because a common one would wait for its own store
   s.held_off = dvec3(0);
   s.active.count = 0;
   s.touching = s.lost = s.deep = s.bridging = s.late = false;

@@ -43,7 +43,7 @@ bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, 
   return true;
 }
 
-/// Repeats the cut in the coarse patch, in longer steps; its samples do not resolve shorter ones.
+/// Repeats the cut in the coarse patch, in longer steps, because the patch's samples do not resolve shorter steps.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
   if (patch_.wide.empty()) return;
   const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};

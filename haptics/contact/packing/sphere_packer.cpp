@@ -51,8 +51,8 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node. True if
-/// any decreased.
+/// Limits the free radii of a block's nodes by a placed sphere. `to`: vector from the sphere's centre to the first
+/// node. True if any radius decreased.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -346,7 +346,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at a point, at most the limit. If it is not above `enough`, any such value may be returned.
+  /// Free radius at a point, at most the limit. If it is not above `enough`, any value up to `enough` may be returned.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {

@@ -140,7 +140,7 @@ class SphereProxy {
   std::vector<int> found_;          // result of one search
   std::vector<Near> found_gaps_;    // distances of the found spheres
   std::vector<SweptBall> swept_;    // balls of one search on the GPU
-  std::vector<std::size_t> asked_;  // index of the tool's sphere for each of these balls
+  std::vector<std::size_t> asked_;  // for each ball in swept_ the index of the tool's sphere
   double pushed_ = 0;               // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

@@ -117,7 +117,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Orders id_of_[from .. to) so that every run of `chunk`, of an eighth of it and so on is spatially compact.
+/// Orders id_of_[from .. to) so that each run of `chunk` spheres is spatially compact, and likewise each eighth of a
+/// run.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;

@@ -38,7 +38,7 @@ struct HeadSamples {
   /// Moves points that lie in the head to its surface. The head's centre is at `c`, relative to the points' origin;
   /// contacts that the head still touches get gap 0.
   void come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
-  /// The same for a head that has not moved since the search.
+  /// come_out() for a head that has not moved since the search.
   void come_out_here(RoughPlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];

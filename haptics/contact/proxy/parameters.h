@@ -39,7 +39,7 @@ struct RefineParameters {
   static constexpr double stays_exact_fine = 1e-3;
   // The search ends when a step lowers the gap by less than this: the next step would lower it by about the square.
   static constexpr double gained = 1e-4;
-  // The same limit for a head that does not cut. Its force's direction depends on the sideways error of the contact,
+  // Limit of the gain for a head that does not cut. Its force's direction depends on the sideways error of the contact,
   // which is the square root of the gap's error: so this limit is much smaller.
   static constexpr double gained_fine = 3e-8;
   // Largest ratio of successive steps for which the secant method is used.
@@ -87,8 +87,8 @@ struct SharpEdgeParameters {
   static constexpr double convex = 0.02;  // height by which a face may stand out over another one
   static constexpr double agrees = 0.05;  // tolerance between the nearest point's distance and the field's
   static constexpr double farther = 1.5;  // distance over which a groove's wall must continue
-  static constexpr double flat = 1e-10;   // 1 - cosine between the normals at both ends of that distance, upper limit
-  // Offset between the planes at both ends of that distance, upper limit; floats cause it.
+  static constexpr double flat = 1e-10;   // limit of 1 - cosine between the normals of two samples of a groove's wall
+  // Limit of the offset between the planes of two samples of a groove's wall; floats cause an offset.
   static constexpr double flat_distance = 2e-5;
   static constexpr int misses = 6;  // limit of directions in which a groove shows no wall
   // Limit of the depth by which interpolation fills a groove, per unit of difference of its normals.

@@ -18,7 +18,7 @@ struct Face {
   bool clean = false;  // true if no other face is near
 };
 
-/// Moves `x` onto the nearest face. False if the field there is not that of a plane.
+/// Moves `x` onto the nearest face. False if the field there does not belong to a plane.
 bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face) noexcept {
   const auto is_below = [&](const dvec3& p, const dvec3& n, double depth) {
     const dvec3 q = p - depth * n;
@@ -40,7 +40,7 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
   return false;
 }
 
-/// Whether the face continues farther from the groove in the same plane, without influence of the other wall.
+/// True if the face continues farther from the groove in the same plane, without influence of the other wall.
 bool goes_on(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);

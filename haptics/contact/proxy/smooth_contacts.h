@@ -29,7 +29,7 @@ class SmoothContacts {
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
   /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They do not yield.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
-  /// Adds the same contacts, updated for a tool that has moved a little.
+  /// Adds the contacts of the last find(), updated for a tool that has moved a little.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
   /// Tissue may have been added: the known free distance is no longer valid.
   void forget() noexcept { known_ = false; }

@@ -46,7 +46,7 @@ class HeadFollower {
  public:
   /// A point that holds the head at its final position.
   struct Hold {
-    std::uint32_t point;  // its index
+    std::uint32_t point;  // index of the point
     dvec3 n;              // unit, direction in which the point pushes the head
     double push;          // m
   };

@@ -444,7 +444,7 @@ bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, doubl
     bool keeps_first = false;
     double nearest2 = 1e300;
     mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // the edge that ends in v, then the one that begins there
+      for (const bool before : {false, true}) {  // first the edge that begins in v, then the one that ends in v
         const int i = before ? (c + 2) % 3 : c;
         const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
         const double far2 = edge2(mesh, f, i);

@@ -97,7 +97,7 @@ class VertexModel final : public ContactModel {
   dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // one for each of these points
+  std::vector<Sample> samples_;  // one for each point in points_
   bool found_ = false;           // true if the list belongs to found_at_ and the mesh has not changed since
   Pose found_at_;
   bool touching_ = false;  // true if there was contact in the last constrain(), at touching_at_
