@@ -51,9 +51,9 @@ struct FitReport {
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
-  std::string form;      // Hz; both power spectra in dB re 1/Hz
+  std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
-  std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
+  std::vector<double> frequencies, recording_dB, model_dB;  // Hz; both power spectra in dB re 1/Hz
   std::vector<SoundPart> parts;                             // parts of the whole recording, in order
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };

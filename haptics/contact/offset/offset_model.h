@@ -46,7 +46,7 @@ class OffsetModel : public PatchModel {
     double slack = 0;           // depth that the head may sink in this tick, limited by the energy budget
     double slack_at_walls = 0;  // fraction of slack that remains at a wall
     double overlap_before = 0;
-    double pace_per_slew = 0;  // motion of the proxy that changes the force by 1 N/s
+    double pace_per_slew = 0;  // voxels, displacement of the proxy in a tick that changes the force at 1 N/s
     bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick
     dvec3 fall_normal{0};      // unit vector against the hand's fall; zero if the hand does not fall
     double fall_limit = 0;     // largest distance that the falling head may go down in this tick

@@ -90,7 +90,7 @@ struct RecoveryParameters {
   // m from the patch's end over which the last contact's plane replaces a late patch
   static constexpr double bridge_reach = 5e-3;
   static constexpr double bridge_yield = 0.5;  // N above the last contact's push at which that plane gives way
-  // s, limit for a plane that replaces a missing patch; only under laws 1
+  // s, limit for a plane that replaces a missing patch; only with version 1 of the force laws
   static constexpr double bridge_time_of_laws_1 = 0.5;
   static constexpr double rejoin_time = 0.3;  // s, duration of the return from that plane to the surface
 };

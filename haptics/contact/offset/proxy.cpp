@@ -519,7 +519,7 @@ void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   Step& p = step_;
   lost_for_ = p.lost ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
-  // Under laws 1 the plane held for a fixed time and did not give way.
+  // Replay of recordings with version 1 of the force laws: the plane holds for a fixed time and does not give way.
   p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {

@@ -82,7 +82,7 @@ void DepthField::settle_labels() {
 // Finds the closest point on the surface or border for every voxel by propagation from voxel to voxel (Danielsson 1980,
 // with points between the voxels). The field's own distances are correct only in its band, and not near cuts.
 void DepthField::find_closest_points(double band) {
-  std::vector<glm::vec3> way(depth_.size());  // from the voxel to its closest point
+  std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
   const auto take = [&](std::ptrdiff_t i, const glm::vec3& to) {
     const float d2 = glm::dot(to, to);
