@@ -24,8 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSplitChance = 1e-3;   // probability of a split by chance above which the split is rejected
-constexpr double kNoNoisier = 1.5;      // ratio of standard deviations that including wrong pairs would exceed
+constexpr double kSplitChance = 1e-3;  // probability of a split by chance above which the split is rejected
+// Limit of the noise with the added pairs over the noise without them; wrong pairs exceed it.
+constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // condition number beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 

@@ -102,7 +102,7 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // deep inside: it does not move
+  if (!near.found) return false;  // deep inside: the point does not move
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;

@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Stiffness of every tissue, N/m; walls exist where it increases.
+/// Stiffness of every tissue, N/m. A wall exists where the stiffness increases.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {

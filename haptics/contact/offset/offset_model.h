@@ -138,7 +138,7 @@ class OffsetModel : public PatchModel {
   struct Retreat {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, place at which the proxy has rested
-    double held_for = 0;   // s that it has rested at held_at while the hand was far away
+    double held_for = 0;   // s that the proxy has rested at held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along the path
     std::size_t to = 0;    // index of the path's point to which it is led
     bool wedged = false;   // true if the hand has left and no way back was found
@@ -148,7 +148,7 @@ class OffsetModel : public PatchModel {
     dvec3 hand_speed{0}, hand_mean{0};  // m/s, short-term and long-term mean of the hand's velocity
   } fall_;
 
-  // Removal.
+  // State of the removal.
   CutFront front_;
   Pose cut_end_;                  // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;    // tool of the last cut

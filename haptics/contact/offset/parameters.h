@@ -8,8 +8,7 @@ namespace typodont::haptics::offset {
 
 /// Search for the proxy's position: iterations of "find contacts, project, move" (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // largest gap of a contact that the search considers; a larger gap does
-                                                // not matter before the next iteration
+  static constexpr double contact_range = 0.8;  // largest gap of a contact that the search considers
   // Longest step among several contacts; it is less than contact_range, so that no contact is missed.
   static constexpr double contact_step = 0.6;
   static constexpr double free_step = 1.5;       // longest step with one contact; it skips no tissue that is thicker

@@ -128,8 +128,7 @@ void DepthField::find_closest_points(double band) {
   }
   // Scan forward and backward alternately until a scan changes nothing. A neighbour is evaluated again only if it
   // changed in this scan or the previous one, because the last scan in the same direction has used all older changes.
-  // Number of the scan in which each voxel last changed; 0: a seed.
-  std::vector<std::uint16_t> changed_in(depth_.size(), 0);
+  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the last scan that changed a voxel; 0: a seed
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);
     bool changed = false;

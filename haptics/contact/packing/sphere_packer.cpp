@@ -200,7 +200,7 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// Calls use(i) for every sphere that reaches into the ball; for some more than once.
+  /// Calls use(i) for every sphere that reaches into the ball, for some spheres more than once.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);

@@ -12,7 +12,7 @@ struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-/// Sets `held` to the active planes' normals. In place, because a copy would wait for its own stores.
+/// Sets `held` to the active planes' normals. Works in place, because a copy would wait for its own stores.
 void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
 /// Selects the planes of a new search most similar to `before`: a guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;

@@ -39,8 +39,8 @@ struct RefineParameters {
   static constexpr double stays_exact_fine = 1e-3;
   // The search ends when a step lowers the gap by less than this: the next step would lower it by about the square.
   static constexpr double gained = 1e-4;
-  // Limit of the gain for a head that does not cut. Its force's direction depends on the sideways error of the contact,
-  // which is the square root of the gap's error: so this limit is much smaller.
+  // Least reduction of the gap in a step of a head that does not cut. The direction of its force depends on the
+  // sideways error of the contact, which is the square root of the gap's error: so this limit is much smaller.
   static constexpr double gained_fine = 3e-8;
   // Largest ratio of successive steps for which the secant method is used.
   static constexpr double still_converges = 0.95;

@@ -75,8 +75,8 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     // the samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // A point at distance s along the axis has at least clear - s (1 + slope) of free space, so steps of a third of
-    // that lose little.
+    // A point at distance s along the axis has at least clear - s (1 + slope) of free space. A step of a third of the
+    // clear distance therefore loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (let_by(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
