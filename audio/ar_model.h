@@ -44,7 +44,7 @@ struct ArModel {
 
 /// Mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
 double power_of(const ArModel& model);
-/// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz; of the noise, without the lines.
+/// 10·log10 of the one-sided power density (1/Hz) of the noise, without the lines, at the frequencies given in Hz.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
 /// The model reduced to its first `order` lattice stages, with the same power. For Burg's method this is exactly the

@@ -317,7 +317,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   report.from = static_cast<double>(first) / rate;
   report.to = static_cast<double>(last) / rate;
 
-  // Check that it can be fitted.
+  // Check that the part of the recording can be fitted.
   const double model_rate = options.rate > 0 ? options.rate : rate;
   const double samples_fitted = static_cast<double>(x.size()) * model_rate / rate;
   if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {

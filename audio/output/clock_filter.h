@@ -49,7 +49,7 @@ class ClockFilter {
   bool running_ = false;
   long long seen_ = 0;
   Nanos next_ = 0;     // integer part of the time at which the next callback is due
-  double rest_ = 0;    // ns, fractional part of that time
+  double rest_ = 0;    // ns, fractional part of next_
   double period_ = 0;  // ns
 };
 

@@ -84,7 +84,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of p to that of a sample
+  double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
 };
 
 // Lagrange polynomial through the six samples around u; nothing across a gap.

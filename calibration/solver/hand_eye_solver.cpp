@@ -212,7 +212,7 @@ class Solver {
 
   struct Sample {
     double score = std::numeric_limits<double>::infinity();  // m², sum of the smallest half of the squared distances
-    Indices rows;                                            // the rows of that half
+    Indices rows;                                            // rows of the half with the smallest distances
   };
   Sample concentrate(const Indices& rows) const {
     const Unknowns at = closed_form(rows);

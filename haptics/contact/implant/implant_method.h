@@ -36,7 +36,7 @@ struct Parameters {
   double enter_force = 0.3;       // N along the axis, threshold for entering
   double leave = 0.3e-3;          // m that the tip must be outside the bed to leave it (hysteresis)
   double least_depth = 0.5e-3;    // m; a shallower hole is not a bed
-  // Motion in a bed.
+  // Parameters of the motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool, eq. (5)
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
   double switch_slew = 8;       // N/s, limit of the change of force after a switch of the state

@@ -17,8 +17,8 @@ constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed from which a thr
 constexpr double kSeated = 0.05e-3;      // m that a seated implant may protrude, or be above the bed's bottom
 constexpr double kGivesWay = 0.1;        // fraction of the largest torque up to which an implant motor keeps its speed
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
-constexpr double kAhead = 1.5;       // voxels in front of the tool at which the field is compared to detect an obstacle
-constexpr double kFalls = 0.5;       // voxels, least decrease of the field over that distance that shows an obstacle
+constexpr double kAhead = 1.5;  // voxels in front of the tool over which the field is compared to detect an obstacle
+constexpr double kFalls = 0.5;  // voxels, least decrease of the field over kAhead voxels that shows an obstacle
 constexpr double kAcross = 0.05e-3;  // m, step along a bed's axis between two samples of its depth
 
 dvec3 axis_of(const dquat& R_WT) {

@@ -19,7 +19,7 @@ constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around 
 constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
 constexpr double kLeastStep = 1e-9;     // m; a cut with a smaller advance is skipped
 constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of that ratio
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
 constexpr double kNoOffset = 1e-12;                           // m; a smaller offset counts as zero
 constexpr double kLeastStiffness = 1e-3;                      // ratio to the stiffness of the settings, lower limit
 constexpr double kEase = 15;  // N/s, change of a bur's force that is allowed while the hand rests

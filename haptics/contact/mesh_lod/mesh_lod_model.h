@@ -96,10 +96,10 @@ class MeshLodModel final : public ContactModel {
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // State of cutting.
+  // State of the cutting.
   RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
   bool cutting_ = false;        // the last tick cut
-  Pose end_;                    // end pose of that cut
+  Pose end_;                    // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;        // a snapshot was adopted since the last tick
   double measured_ = 1;         // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
 };

@@ -70,7 +70,7 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
-  const TriangleGrid* collected_ = nullptr;  // the grid of these faces; null: they must be collected again
+  const TriangleGrid* collected_ = nullptr;  // grid of the collected faces; null: they must be collected again
   // The faces used in one iteration, as indices in near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};

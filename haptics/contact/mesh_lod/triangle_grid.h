@@ -32,7 +32,7 @@ struct Face {
 struct OnFace {
   dvec3 p{0};
   int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: in the interior
-  bool corner = false;  // at an end of that edge
+  bool corner = false;  // true if p is at an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// The nearest point to p on the segment from a to b.
@@ -64,7 +64,7 @@ class TriangleGrid {
   };
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
-  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of these boxes
+  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of a face's box
   /// False if the face's box is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);

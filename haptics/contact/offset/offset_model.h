@@ -134,7 +134,7 @@ class OffsetModel : public PatchModel {
   double lost_for_ = 0;     // s since the patch last contained the tool
   double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: none does
   dvec3 bridge_from_{0};    // the head's centre where the snapshot ended
-  double rejoining_ = 0;    // s left to return smoothly from that plane to the surface
+  double rejoining_ = 0;    // s left to return smoothly from a bridging plane to the surface
   struct Retreat {
     RetreatPath path;
     dvec3 held_at{0};      // voxels, place at which the proxy has rested
@@ -153,7 +153,7 @@ class OffsetModel : public PatchModel {
   Pose cut_end_;                  // pose at the end of the last cut
   std::uint32_t cut_tool_ = 0;    // tool of the last cut
   Pose coarse_end_;               // pose at the end of the last cut in the coarse patch
-  std::uint64_t coarse_cut_ = 0;  // index of that cut
+  std::uint64_t coarse_cut_ = 0;  // index of the last cut in the coarse patch
 
   struct Filling {
     double owed = 0;           // m³, filling due but not yet put down

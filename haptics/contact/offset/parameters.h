@@ -91,7 +91,7 @@ struct RecoveryParameters {
   static constexpr double bridge_yield = 0.5;  // N above the last contact's push at which that plane gives way
   // s, limit for a plane that replaces a missing patch; only with version 1 of the force laws
   static constexpr double bridge_time_of_laws_1 = 0.5;
-  static constexpr double rejoin_time = 0.3;  // s, duration of the return from that plane to the surface
+  static constexpr double rejoin_time = 0.3;  // s, duration of the return from a bridging plane to the surface
 };
 
 /// A proxy held by its contacts is led back along its path if the hand has left. These are the conditions.

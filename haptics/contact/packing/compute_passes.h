@@ -27,7 +27,7 @@ class ComputePasses {
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1.
+  /// Pass 1: the first contact of the moving balls.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
   /// Pass 2, with the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,

@@ -38,7 +38,7 @@ class DepthField {
   VoxelFrame frame_;
   glm::ivec3 size_;
   std::ptrdiff_t stride_x_ = 0, stride_y_ = 0;
-  std::vector<float> depth_;           // voxels; outside the tissue the negative distance to it
+  std::vector<float> depth_;           // voxels, depth in the tissue; outside tissue the negative distance to tissue
   std::vector<Tissue> label_;          // kAir outside the tissue
   std::vector<std::ptrdiff_t> solid_;  // indices of the voxels in tissue, in the order of the arrays
   PerTissue volume_{};

@@ -62,7 +62,7 @@ class PackingModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   PerTissue density_{};  // relative to dentin
-  PerTissue energy_{};   // J/m³, specific cutting energy for these densities
+  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // one per tool
   std::unique_ptr<ComputePasses> gpu_;  // null: CPU only

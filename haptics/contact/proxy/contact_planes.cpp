@@ -211,8 +211,8 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
   // From a point near the surface onto it, then along it toward the head while the gap shrinks. On a surface of
-  // constant curvature each slide is a constant fraction of the last one, so a fine refinement makes the sum of all at
-  // once (secant method).
+  // constant curvature each slide is a constant fraction of the last one. A fine refinement makes the sum of the slides
+  // in one step (secant method).
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);

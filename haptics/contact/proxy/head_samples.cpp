@@ -97,7 +97,7 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
 
 /// The field around the head, relative to the same voxel as the head.
 struct FlatField {
-  const float* samples;  // the sample at that voxel, which may lie outside the patch
+  const float* samples;  // the sample at the origin of coordinates, which may lie outside the patch
   int sx, sy;
   float lo[3], hi[3];  // bounds of the region that may be sampled
 };
@@ -146,7 +146,7 @@ struct OnTheWay {
   int from[kBatches];                                            // index of the batch's first sample
   F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // positions of the samples
   F8 x[kBatches], y[kBatches], z[kBatches];                      // current positions
-  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at these positions
+  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at the current positions
   F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // direction of the gradient
   I8 steep[kBatches], again[kBatches];  // steep: the gradient is long enough; again: the point is still moved
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];

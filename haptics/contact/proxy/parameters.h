@@ -60,8 +60,8 @@ struct RimParameters {
 
 /// Samples of the head (HeadSamples).
 struct HeadSampleParameters {
-  static constexpr float on_surface = 0.25f;    // a point nearer to the surface than this lies on it
-  static constexpr float examined = 1.5f;       // a sample nearer to the surface than this is moved onto it
+  static constexpr float on_surface = 0.25f;    // distance from the surface below which a point lies on it
+  static constexpr float examined = 1.5f;       // distance from the surface below which a sample is moved onto it
   static constexpr double near_free_end = 0.5;  // fraction of the samples that lie near the head's free end
 };
 
@@ -79,7 +79,7 @@ struct SharpEdgeParameters {
   static constexpr double gradient_tolerance = 1e-3;
   static constexpr double depth_clean = 4.5;       // voxels of tissue under a face that lies far from all other faces
   static constexpr double depth_least = 3.7;       // tissue that must lie under a face near a corner
-  static constexpr double depth_tolerance = 0.05;  // tolerance of the depth of tissue
+  static constexpr double depth_tolerance = 0.05;  // voxels, tolerance of the depth of tissue
   // Cosine between normals above which a clean face and another one may be the same.
   static constexpr double alike = 0.98;
   // 1 - cosine between normals of one plane; interpolation causes the difference

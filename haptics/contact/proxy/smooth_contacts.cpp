@@ -48,11 +48,7 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // The angle 2 acos
-    // q·q'
-    // is at most 2.3 √(2 - 2
-    // q·q'
-    // ).
+    // The angle 2 acos |q·q'| is at most 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;

@@ -15,7 +15,7 @@ using P = CutParameters;
 
 namespace {
 
-constexpr double kRounding = 1e-6;  // m, because balls around faces are stored as floats
+constexpr double kRounding = 1e-6;  // m, rounding error, because balls around faces are stored as floats
 constexpr int kMostRounds = 8;      // rounds of holding vertices back; after them the whole step is cancelled
 // cosine between a face's normal and the direction from the head's centre; above it, the face may lie behind another
 // one

@@ -128,7 +128,7 @@ class MeshCutter {
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // a face near the head faces away from it
+  bool thin_ = false;  // true if a face near the head faces away from the head
 };
 
 /// Six times the signed volume between a triangle and a point.

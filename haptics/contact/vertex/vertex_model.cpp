@@ -17,7 +17,7 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // limit of faces near the head
-constexpr double kNextShell = 4;             // ratio of a search shell's width to that of the previous shell
+constexpr double kNextShell = 4;             // ratio of a search shell's width to the previous shell's width
 constexpr int kMostParts = 64;               // largest number of parts of a face's edge
 
 /// The normal times twice the area.
