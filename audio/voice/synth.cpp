@@ -283,7 +283,8 @@ struct DrillSynth::Impl {
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;  // per sample at free speed
+        // Turns, step of the tone's phase per sample at free speed.
+        const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {
           phases[k] += turns * speeds[i];

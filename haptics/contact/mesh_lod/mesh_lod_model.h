@@ -13,7 +13,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Chooses the level of detail from the hand's speed. State in, state out.
+/// Chooses the level of detail from the hand's speed.
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}

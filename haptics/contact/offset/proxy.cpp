@@ -375,10 +375,10 @@ bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
 }
 
 /// Moves a bur whose force must change without a step. Of the positions at most `most` away from `carried`, where the
-/// hand would carry the bur, it takes the one nearest to the hand. It finds it by leading the bur to a point between
-/// `carried` and the hand: the lag only becomes shorter, so a bur that comes over a rim first lands and then catches
-/// up. Input in `next`: the position where the contacts alone hold the bur; output: the new position. Returns the point
-/// to which the bur is led.
+/// hand would carry the bur, it takes the one nearest to the hand. Leading the bur to a point between `carried` and the
+/// hand yields this position: the lag only becomes shorter, so a bur that comes over a rim first lands and then catches
+/// up. `next` contains on entry the position where the contacts alone hold the bur, and on return the new position.
+/// Returns the point to which the bur is led.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;

@@ -216,7 +216,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // Allowance for single precision: of positions, and of the time of contact.
+  // Allowance for single-precision errors of positions and of the time of contact.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));
