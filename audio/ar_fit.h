@@ -27,7 +27,7 @@ struct FitOptions {
   std::string window =
       "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
   double rate = 0;   // Hz of the model; 0: the recording's
-  int channel = -1;  // -1: the mean of all
+  int channel = -1;  // -1: the mean of all channels
   double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
   bool trim = true;         // cut off silence at both ends
   bool steady = false;      // use only the longest interval of constant level

@@ -26,9 +26,10 @@ struct ModelLine {
   LineNoise frequency_noise;  // Hz
 };
 
-/// y[n] = gain·e[n] − Σ a_i y[n−i], e white with unit variance; A(z) = 1 + Σ a_i z^-i, kept as the reflection
-/// coefficients k_1…k_p of its lattice (a_p of the p-th order predictor is k_p). Stable exactly when all |k| < 1, and
-/// so is every blend of two models' k. The rotor's lines are added to it.
+/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The coefficients are
+/// stored as the reflection coefficients k_1…k_p of the lattice (k_p equals a_p of the predictor of order p). The
+/// filter is stable exactly if all k lie in (−1, 1), and so is every blend of two models' k. The rotor's lines are
+/// added to y.
 struct ArModel {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1

@@ -27,8 +27,8 @@ struct Comparison {
   double up_to = 0;                // Hz, upper limit of the distances
 };
 
-/// Averages the channels and includes silence. Sounds of different rates are compared up to the lower limit. `up_to`:
-/// Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
+/// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower
+/// rate. `up_to`: Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
 
 }  // namespace typodont::audio

@@ -26,7 +26,8 @@ struct SoundModels {
   std::array<std::optional<ArModel>, kTissueCount> working;
   double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
-  double teeth = 0;  // number of teeth of the cutter: slow ones are heard one by one; 0: never
+  // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
+  double teeth = 0;
   double level = 1;  // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };

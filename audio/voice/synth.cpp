@@ -41,7 +41,7 @@ constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly co
 constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
 // A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
-// Hz: tooth frequency up to which all teeth are heard separately, and the one from which on none is.
+// Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
 constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;  // e-folds of decay from tooth to tooth
 constexpr int kChunk = 64;

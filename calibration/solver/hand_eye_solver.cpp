@@ -227,8 +227,9 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: the half of the rows that agree best. Starts from random triples (for motions pairs would
-  // suffice, but a third costs little); the best ones are refined by concentration steps until they do not change.
+  // Least trimmed squares: the half of the rows that agree best. Starts from random triples of rows (for motions, pairs
+  // would suffice, but a third row costs little); the best ones are refined by concentration steps until they do not
+  // change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;

@@ -18,7 +18,7 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// The weights in multiples of kGrid; they add up exactly to 1, their slopes to 0.
+/// The weights in multiples of kGrid. Their sum is exactly 1; the sum of the derivatives is exactly 0.
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;

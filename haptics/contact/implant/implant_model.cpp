@@ -341,7 +341,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
 
 /// Displacement along the axis in this tick, in m, of a drill or a gauge.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // The tool does not cut until it is on the bed's axis, because the entry would become oval.
+  // The tool does not cut until it is on the bed's axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);
@@ -401,8 +401,8 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle that drives the
-  // tool in rotates about the tool's +z, a hand about its -z.
+  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle rotates a tool
+  // that it drives in about the tool's +z; a hand rotates it about -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
@@ -464,7 +464,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return take_away(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// For a placed implant: the carver adds it to the tissue, and a new snapshot contains it.
+/// A placed implant: the carver adds it to the tissue, and a new snapshot contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }

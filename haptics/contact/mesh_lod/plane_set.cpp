@@ -10,7 +10,7 @@ namespace {
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  // low enough for nearly parallel faces
+  // limits low enough for nearly parallel faces
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}

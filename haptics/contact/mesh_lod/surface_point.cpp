@@ -15,7 +15,7 @@ namespace {
 constexpr int kMostLooks = 24;        // limit for the iterations of one follow()
 constexpr double kStays = 1e-11;      // m: a shorter step ends the iteration
 constexpr double kLeastReach = 5e-6;  // m around the ball within which faces are collected, lower limit
-// m, upper limit of that distance: a longer displacement is divided into several steps
+// m around the ball within which faces are collected, upper limit: a longer displacement is divided into several steps
 constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
 // m, longest displacement for which collected faces stay valid; otherwise a cell of the grid

@@ -82,7 +82,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // The first planes belong to faces whose nearest primitive is their interior: normals, and distances from the centre.
+  // Planes of the faces whose nearest primitive is their interior; they come first in the list. Normals, and distances
+  // from the centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

@@ -21,7 +21,7 @@ class DepthField {
 
   /// The tissue of the nearest sample that has one; kAir if none of the eight samples around the point has one.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Depth in the tissue at p; -1 if there is none.
+  /// Depth in the tissue at p; -1 if p is not in tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
   /// Depth in the given tissue, trilinear; negative outside it. -1 for kAir and outside the samples.
   double in(Tissue tissue, const dvec3& p_V) const;

@@ -116,7 +116,8 @@ class Packer {
         renew_key(b);
         continue;
       }
-      if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {  // others may be larger
+      // a sphere at another node may be larger
+      if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;

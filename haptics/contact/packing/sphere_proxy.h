@@ -39,7 +39,7 @@ class SphereProxy {
 
   /// Sets the proxy's pose without collision test. Overlapping spheres let it move out but not deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy without collision test, after a cut has made room.
+  /// Moves the proxy without collision test, after a cut has removed the tissue there.
   void move_to(const Pose& X_W) noexcept;
   /// Sets μ_s and μ_d of eq. 13, which depend on the touched tissue.
   void set_friction(double static_friction, double dynamic_friction) noexcept {

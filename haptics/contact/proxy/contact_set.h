@@ -76,7 +76,7 @@ class ContactSet {
   bool sunk_ = false, flat_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
-  dvec3 origin_{0};  // of the rough planes' points
+  dvec3 origin_{0};  // origin of the rough planes' points
   bool forgiving_ = false;
   Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if forgiving_
   RoughPlanes rough_{};

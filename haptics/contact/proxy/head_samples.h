@@ -11,7 +11,7 @@ namespace typodont::haptics {
 struct FlatPiece {
   float ax, az, bx, bz, dx, dz, inverse2;
   float cx, cz, radius;
-  float ux, uz, wx, wz;  // from an arc's centre to its ends
+  float ux, uz, wx, wz;  // vectors from an arc's centre to its ends
   float nx, nz;          // outward normal of a line
 };
 

@@ -37,7 +37,7 @@ class SmoothContacts {
  private:
   struct Part {
     Part(const SmoothPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // in voxels of the patch in which this part's contacts are computed
+    ContactFinder finder;  // finder in voxels of the patch in which this part's contacts are computed
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
     }  // u: distance from the part's lower end

@@ -102,7 +102,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return;  // no more room
+    if (m == kNone) return;  // the mesh's buffers are full
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
