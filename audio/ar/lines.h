@@ -14,7 +14,7 @@ struct LineTrack {
   double frequency = 0;           // Hz, mean
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
-  std::vector<double> amplitude;  // of the sinusoid, full scale 1
+  std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
   std::vector<double> deviation;  // Hz from the mean frequency
 
   double mean_amplitude() const;

@@ -371,7 +371,7 @@ class Registration {
   Scatter scatter_;
   Vector3d spread_;                              // m, rms along the principal axes, ascending
   double noise_ = 0;                             // m per axis, largest noise that the residuals do not exclude
-  bool coincident_ = false, collinear_ = false;  // within rounding errors
+  bool coincident_ = false, collinear_ = false;  // the points coincide, or lie on a line, within rounding errors
   int undetermined_ = 0;                         // number of undetermined rotations
 };
 

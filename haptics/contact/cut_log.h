@@ -66,8 +66,8 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Union of the boxes of all cuts after `index`; everything if some of these are no longer stored. False if there are
-  /// none. `filled`: true if one of them may be a filling.
+  /// Union of the boxes of all cuts after `index`; everything if some of these cuts are no longer stored. False if
+  /// there is no such cut. `filled`: true if one of these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

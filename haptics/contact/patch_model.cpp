@@ -40,7 +40,8 @@ void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexce
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    // the volume is larger than the first time where tissue came back, smaller where tissue is gone
+    // The volume differs from that of the first time: it is larger where undo returned tissue, smaller where tissue is
+    // missing now.
     const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }

@@ -23,8 +23,9 @@ struct Bed {
 
 /// Parameters of a scene's model. SI. Values without a cited source are our own choice; README.md gives the reasons.
 struct Parameters {
-  double tool_voxel = 0.06e-3;  // m; five_methods S1: the tool of 4.2 × 12 mm at 0.06 mm
-  int layers = 2;               // number of voxel layers for the contact ("1~2", Zhao 2020)
+  // m, edge of a voxel of the tool; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
+  double tool_voxel = 0.06e-3;
+  int layers = 2;  // number of voxel layers for the contact ("1~2", Zhao 2020)
   // Criteria for entering a bed (Zhao 2020, "implant criteria").
   double centre_tolerance = 0.5e-3;  // m, largest distance of the tip from the bed's axis, and from its entry
   // m in front of the entry within which the tip counts as at the entry; a wide tool meets a sloping rim earlier

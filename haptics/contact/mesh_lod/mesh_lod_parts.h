@@ -26,7 +26,7 @@ struct MeshSnapshot : Snapshot {
   bool cut = false;                 // after the first cut: use `local` instead of `levels`
   std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi, for as many levels, finest first
   dvec3 lo{0}, hi{0};               // m
-  PerTissue removed{};              // m³ removed by the cuts that it contains, minus undone ones
+  PerTissue removed{};              // m³ removed by the cuts that this snapshot contains, minus undone cuts
 };
 
 /// Parameters for sessions with a cutting tool.

@@ -43,13 +43,13 @@ class OffsetModel : public PatchModel {
     dvec3 start{0}, c{0};       // the head's centre at the start of the tick, and now
     dvec3 target{0};            // the head's centre where the hand holds it
     dvec3 shift{0};             // the hand's motion since the last tick
-    double slack = 0;           // depth that the head may sink in this tick, limited by the energy budget
+    double slack = 0;           // voxels, depth that the head may sink in this tick, limited by the energy budget
     double slack_at_walls = 0;  // fraction of slack that remains at a wall
     double overlap_before = 0;
     double pace_per_slew = 0;  // voxels, displacement of the proxy in a tick that changes the force at 1 N/s
     bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick
     dvec3 fall_normal{0};      // unit vector against the hand's fall; zero if the hand does not fall
-    double fall_limit = 0;     // largest distance that the falling head may go down in this tick
+    double fall_limit = 0;     // voxels, largest distance that the falling head may go down in this tick
     // vector from the hand to where contacts and energy debt alone hold the head; zero if nothing holds it
     dvec3 held_off{0};
     ActivePlanes active{};  // indices of the contacts that hold the head
@@ -63,8 +63,8 @@ class OffsetModel : public PatchModel {
     double last_gain = 1, last_length = 0;
     int settled = 0;       // number of iterations that ended among contacts
     bool at_pace = false;  // true if the speed limit, not a contact, limited the last step
-    dvec3 held_at{0};      // the head's centre if only the contacts hold it
-    dvec3 led_to{0};       // the target, moved by the grip of the teeth if they hold the head
+    dvec3 held_at{0};      // the head's centre as held by the contacts alone
+    dvec3 led_to{0};       // the hand's target, moved by the grip of the teeth if they hold the head
   };
   enum class Advance { kOn, kArrived, kNear };
   enum class Ending { kDone, kSeatRefused };
@@ -78,7 +78,7 @@ class OffsetModel : public PatchModel {
   /// Lower bound of the whole tool's distance to tissue, from that of the head.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // proxy.cpp: the pose of the proxy.
+  // Functions for the pose of the proxy (proxy.cpp).
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -104,7 +104,7 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // removal.cpp: what a cut removes, and how a fresh patch is brought up to date.
+  // Functions for cuts, and for bringing a fresh patch up to date (removal.cpp).
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
   /// Removes the sweep of the head from in.X_WG to X_WB in all patches. Returns true and a Cut if any sample changed.
   bool take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
@@ -113,7 +113,7 @@ class OffsetModel : public PatchModel {
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // filling.cpp: what a filling instrument adds.
+  // Functions for filling instruments (filling.cpp).
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
@@ -140,7 +140,7 @@ class OffsetModel : public PatchModel {
     dvec3 held_at{0};      // voxels, place at which the proxy has rested
     double held_for = 0;   // s that the proxy has rested at held_at while the hand was far away
     bool leading = false;  // true while the proxy is led back along the path
-    std::size_t to = 0;    // index of the path's point to which it is led
+    std::size_t to = 0;    // index of the point of the path to which the proxy is led
     bool wedged = false;   // true if the hand has left and no way back was found
   } retreat_;
   struct Fall {
@@ -156,12 +156,12 @@ class OffsetModel : public PatchModel {
   std::uint64_t coarse_cut_ = 0;  // index of the last cut in the coarse patch
 
   struct Filling {
-    double owed = 0;           // m³, filling due but not yet put down
+    double owed = 0;           // m³, filling that is due but not yet placed
     double radius = -1;        // voxels, radius of the growing dome; negative: there is none
     double free_fraction = 1;  // fraction of the dome's surface that is free, estimated in the last tick
     dvec3 center{0}, end{0};   // the dome's centre; the instrument's end when the dome was begun
-    dvec3 root{0};             // place where the first dome was begun; filling without room flows on from here
-    bool idle = false;         // true if the last tick found hardly any room in the dome
+    dvec3 root{0};      // place where the first dome was begun; filling that finds no room flows on from this place
+    bool idle = false;  // true if the last tick found hardly any room in the dome
   } filling_;
   // Search for open places along straight rays from the root. All rays are searched to the same distance, so the
   // nearest open place is found first.

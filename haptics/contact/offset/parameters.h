@@ -8,41 +8,44 @@ namespace typodont::haptics::offset {
 
 /// Search for the proxy's position: iterations of "find contacts, project, move" (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range = 0.8;  // largest gap of a contact that the search considers
-  // Longest step among several contacts; it is less than contact_range, so that no contact is missed.
+  static constexpr double contact_range = 0.8;  // voxels, largest gap of a contact that the search considers
+  // Voxels, longest step among several contacts; less than contact_range, so that no contact is missed.
   static constexpr double contact_step = 0.6;
-  static constexpr double free_step = 1.5;       // longest step with one contact; it skips no tissue that is thicker
-  static constexpr double reuse_distance = 0.3;  // path length after which contacts are searched again
-  static constexpr double converged = 1e-6;      // a shorter step ends the search on one smooth wall
-  // The search ends when the remaining path, extrapolated as a geometric series, is shorter than this.
+  // Voxels, longest step with one contact; a step passes through no tissue that is thicker than this.
+  static constexpr double free_step = 1.5;
+  static constexpr double reuse_distance = 0.3;  // voxels, path length after which contacts are searched again
+  static constexpr double converged = 1e-6;      // voxels; a shorter step ends the search on one smooth wall
+  // Voxels; the search ends when the remaining path, extrapolated as a geometric series, is shorter than this.
   static constexpr double foreseen = 1e-7;
-  static constexpr double settled = 2e-5;  // a shorter step among several contacts ends the search
-  // A shorter step among several contacts ends the search of a cutting tool; the error is about the step's square.
+  static constexpr double settled = 2e-5;  // voxels; a shorter step among several contacts ends the search
+  // Voxels; a shorter step among several contacts ends the search of a cutting tool. The error is about the step's
+  // square.
   static constexpr double settled_cutting = 0.03;
-  static constexpr int iterations = 48;  // limit per tick, free motion included
+  static constexpr int iterations = 48;  // limit of iterations per tick, free motion included
   // Upper limits of the iterations in contact per tick.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
   // Upper limit of the rounds of exact queries for the planes that hold a head which does not cut.
   static constexpr int refining_rounds = 6;
-  // The secant method is used up to this ratio of successive steps.
+  // Ratio of successive steps up to which the secant method is used.
   static constexpr double still_converges = 0.95;
-  static constexpr double most_gain = 10;         // upper limit of the secant method's gain on one contact
-  static constexpr double most_gain_of_many = 2;  // upper limit of the gain among several contacts
-  // Upper limit of the depth that one tick may cut; the contact planes do not describe a deeper surface.
+  static constexpr double most_gain = 10;         // upper limit of the secant method's gain with one contact
+  static constexpr double most_gain_of_many = 2;  // upper limit of the secant method's gain with several contacts
+  // Voxels, upper limit of the depth that one tick may cut; the contact planes do not describe a deeper surface.
   static constexpr double most_slack = 1;
-  // An overlap above this is no error of cutting or rounding; the head is then led out of the tissue slowly.
+  // Voxels; an overlap above this is no error of cutting or rounding, and the head is then led out of the tissue
+  // slowly.
   static constexpr double deep = 0.6;
 };
 
 /// Limits for a ball that slides along one smooth wall. Its position follows from the wall alone (ContactFinder::seat),
 /// and the search is skipped.
 struct SeatParameters {
-  static constexpr double overlap = 0.1;      // rough overlap above which the search is used instead
-  static constexpr double other_wall = 4e-3;  // overlap with another wall above which the search is used
+  static constexpr double overlap = 0.1;  // voxels, overlap of the rough planes above which the search is used instead
+  static constexpr double other_wall = 4e-3;  // voxels, overlap with another wall above which the search is used
   static constexpr double same_wall = 0.9;    // cosine between normals above which two planes count as one wall
-  // overlap with the same wall, beside the contact point, above which the search is used
+  // voxels, overlap with the same wall, beside the contact point, above which the search is used
   static constexpr double same_wall_overlap = 0.02;
-  static constexpr double alone = 2e-4;  // step below which the ball with one exact contact has converged
+  static constexpr double alone = 2e-4;  // voxels, step below which the ball with one exact contact has converged
 };
 
 /// Limits of the proxy's speed relative to the hand while a bur cuts: the hand must feel no step above 0.02 N a tick.
@@ -58,7 +61,7 @@ struct PaceParameters {
   static constexpr double standing_debt = 12e-3;  // s of the motor's work, energy debt at which the bur stops
 };
 
-/// Limits for a hand that falls because the tissue gives way: the bur lands no faster than these (follow_fall).
+/// Limits for a hand that falls because the tissue under it is gone: the bur lands no faster than these (follow_fall).
 struct FallParameters {
   static constexpr double rough_time = 2e-3;  // s, time constant of the hand's short-term mean velocity
   static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
@@ -88,7 +91,8 @@ struct RecoveryParameters {
       0.01;  // s that the tool waits at the end of its patch before the patch counts as late
   // m from the patch's end over which the last contact's plane replaces a late patch
   static constexpr double bridge_reach = 5e-3;
-  static constexpr double bridge_yield = 0.5;  // N above the last contact's push at which that plane gives way
+  // N above the last contact's push, limit of the push of a plane that replaces a late patch.
+  static constexpr double bridge_yield = 0.5;
   // s, limit for a plane that replaces a missing patch; only with version 1 of the force laws
   static constexpr double bridge_time_of_laws_1 = 0.5;
   static constexpr double rejoin_time = 0.3;  // s, duration of the return from a bridging plane to the surface
@@ -102,7 +106,7 @@ struct RetreatParameters {
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;  // s that the proxy must be held before it is led back
   static constexpr double told = 1;  // s that the proxy must be held before a fault reports that no way back was found
-  // m by which the point on the path must be nearer to the hand than the proxy is
+  // m by which a point on the path must be nearer to the hand than the proxy
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;       // N/s, limit of the force's change while the proxy is led back
   static constexpr double outside = 1e-3;  // m between head and tissue above which the path starts anew
@@ -116,21 +120,23 @@ struct CoarseParameters {
 
 /// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  static constexpr double waits = 0.05;       // s of filling that may wait for room; more is lost
+  // s, filling time; the volume of this time may wait for room, and a larger volume is lost
+  static constexpr double waits = 0.05;
   static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
   static constexpr double look_step = 0.25;   // voxels between two samples in the search for tissue to fill on
-  static constexpr double step = 0.25;        // growth of a dome per tick that is always allowed
-  static constexpr double most_step = 1;      // upper limit of a small dome's growth per tick
-  static constexpr double ahead = 0.01;       // s of filling that a dome may grow by in one tick
+  static constexpr double step = 0.25;        // voxels, growth of a dome per tick that is always allowed
+  static constexpr double most_step = 1;      // voxels, upper limit of a small dome's growth per tick
+  static constexpr double ahead = 0.01;       // s, filling time; a dome may grow in one tick by the volume of this time
   static constexpr double least_step = 1e-3;
-  static constexpr double buried = 0.01;    // fraction of the dome's surface that must be free for it to grow on
-  static constexpr double open = 0.5;       // least distance to tissue, head and limit at a place that counts as open
+  static constexpr double buried = 0.01;  // fraction of the dome's surface that must be free for it to grow on
+  // Voxels, least distance to tissue, head and limit at a place that counts as open.
+  static constexpr double open = 0.5;
   static constexpr double flows_on = 3;     // ratio of the search distance through filling to the instrument's reach
   static constexpr double flow_step = 0.5;  // voxels between two samples along a ray
-  // samples inside tissue that a ray may cross: a filled wall of this thickness shares voxels
+  // limit of consecutive samples inside tissue on a ray; the voxels of a filled wall of this thickness are shared
   static constexpr int thin = 3;
   static constexpr int looking_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
-  // Costs, in the same units, of a skipped ray, of a sample, and of a test for room there.
+  // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether a sample has room.
   static constexpr int skip_cost = 1, look_cost = 5, room_cost = 60;
   static constexpr std::size_t directions = 2048;  // number of rays along which filling searches for an open place
 };

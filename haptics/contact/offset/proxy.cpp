@@ -354,8 +354,8 @@ void OffsetModel::find_room_to_sink(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// The fraction 0..1 of its step that a bur may make whose cuts needed more energy than its motor has delivered. A
-/// pushed bur waits until the debt is paid; so does a sharp rim in a pit too shallow for its wall to be felt.
+/// The fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has delivered, a
+/// pushed bur waits until this debt is paid. A sharp rim in a pit too shallow for its wall to be felt also waits.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;

@@ -76,7 +76,7 @@ class PackingModel final : public ContactModel {
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
     double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
     bool leading = false;      // true while the proxy is led back along `path`
-    std::size_t to = 0;        // index of the point of `path` to which it is led
+    std::size_t to = 0;        // index of the point of `path` to which the proxy is led
     bool wedged = false;       // the hand is far away, and there is no path back
   } retreat_;
   SurfaceEstimate surface_;

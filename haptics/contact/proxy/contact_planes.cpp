@@ -279,8 +279,8 @@ dvec3 ContactFinder::farthest(const Pose& X_VT, const dvec3& along) const noexce
   return X_VT.p + X_VT.R * (best.x * side + dvec3(0, 0, best.y));
 }
 
-/// The two sides of a sharp rim inside smooth tissue push in different directions, none of them outward. The way out is
-/// the tissue's normal at the rim's deepest point.
+/// The two sides of a sharp rim inside smooth tissue push in different directions, none of them outward. The direction
+/// out of the tissue is its normal at the rim's deepest point.
 bool ContactFinder::touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (sphere_ || !patch.holds(plane.x, 0)) return false;
   FieldSample field = sample_cubic(patch, plane.x);

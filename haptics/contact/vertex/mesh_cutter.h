@@ -125,7 +125,8 @@ class MeshCutter {
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, suspects_;
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
+  // m, bounding balls of the faces in near_; apart_ > 0: a ball does not overlap that of the tested face
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from the head

@@ -16,7 +16,7 @@ namespace typodont::haptics::vertex {
 struct FeelParameters {
   // depth at which the springs are evaluated: many vertices lie inside the head there, but none behind its centre
   static constexpr double probe = 0.2;
-  static constexpr double slack = 0.01;       // allowed overlap of a head that is not a ball
+  static constexpr double slack = 0.01;  // ratio to the head's radius, allowed overlap of a head that is not a ball
   static constexpr double most_aside = 0.25;  // largest transverse force of the springs over the force along the pull
   static constexpr double ease = 15;          // N/s, change of a bur's force that is allowed while the hand rests
   // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
