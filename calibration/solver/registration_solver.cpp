@@ -158,8 +158,8 @@ class Registration {
     return rival;
   }
 
-  // Tests if there are two nearly equal motions instead of one. With known noise only if the residuals do not agree
-  // with it (5 % level).
+  // Tests if there are two nearly equal motions instead of one. If the noise is known, the test runs only if the
+  // residuals do not agree with this noise (5 % level).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {

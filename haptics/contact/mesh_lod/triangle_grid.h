@@ -15,7 +15,7 @@ namespace typodont::haptics::mesh_lod {
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // tissue of the face beyond the edges ab, bc, ca; kAir if it is the same or there is none
+  // tissue of the face beyond the edges ab, bc, ca; kAir if there is no other tissue
   std::array<Tissue, 3> across{};
   // The one face beyond each edge; ~0: none or several. Bit k of `hollow`: the surface at edge k does not bend away
   // from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the edge.

@@ -495,7 +495,7 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
 }
 
 /// True if the head has room on the straight line to the hand, as far as the patch extends; a hand that presses into
-/// tissue has none. A hand that is too far away to press has left, too.
+/// tissue leaves no room there. Also true if the hand is too far away to be pressing.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;

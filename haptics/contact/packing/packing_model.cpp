@@ -283,9 +283,9 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// The largest fraction of the motion, at most `most`, whose cost is within the budget. It may use up to 15 % less; the
-/// rest of the budget remains for the next tick. The first guess uses the cost per metre of the last step; then the
-/// secant method improves it from below.
+/// The largest fraction of the motion, at most `most`, whose cost is within the budget. Its cost may be up to 15 %
+/// below the budget; the rest of the budget remains for the next tick. The first guess uses the cost per metre of the
+/// last step; then the secant method improves it from below.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;

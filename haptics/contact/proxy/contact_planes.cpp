@@ -210,9 +210,9 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
   if (known && glm::length(known->c - X_VT.p) < stays) return false;
   const ContactPlane rough = set.plane(i);
   if (!patch.holds(rough.x, 0)) return false;
-  // From a point near the surface onto it, then along it toward the head while the gap shrinks. On a surface of
-  // constant curvature each slide is a constant fraction of the last one. A fine refinement makes the sum of the slides
-  // in one step (secant method).
+  // Move from a point near the surface onto the surface, then slide along it toward the head while the gap shrinks. On
+  // a surface of constant curvature each slide is a constant fraction of the last one. So a fine refinement makes all
+  // slides in one step (secant method).
   ContactPlane best;
   best.gap = 1e300;
   dvec3 x = rough.x, last_slide(0);

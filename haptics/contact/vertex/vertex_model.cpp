@@ -246,8 +246,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: of the
-/// springs.
+/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: force and
+/// torque of the springs.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
