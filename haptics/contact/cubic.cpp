@@ -43,7 +43,7 @@ constexpr Polynomials weights() {
 constexpr double kGrid = 1.5 * (1 << 23);
 
 /// For each sample, the sum of its weight and of the weights of all later samples, rounded to the grid. The weights are
-/// differences of these sums. So they add up to exactly 1, and the slope's weights add up to 0, whatever the rounding.
+/// differences of these sums. So the weights always add up to exactly 1, and the weights of the slope to exactly 0.
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;

@@ -34,8 +34,9 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// After undo, redo or the removal of a piece: the old patch lacks this edit, so the cuts made since are repeated, as
-/// the carver repeats them. Volume that such cuts had removed from the piece before is counted once.
+/// After undo, redo or the removal of a piece, the old patch lacks this edit. So the cuts that the fresh patch lacks
+/// are repeated in it, as the carver repeats them. Volume that such cuts had removed from the piece before is counted
+/// once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {

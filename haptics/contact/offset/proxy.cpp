@@ -29,9 +29,9 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   return target + lag;
 }
 
-/// Largest allowed distance from the proxy's new position to start + `shift`, where the hand would have carried it. It
-/// is `pace`, or slightly more than the distance that `step` cannot avoid. So a fast sideways motion of the hand does
-/// not stop a head stuck in its hole from sinking.
+/// Largest allowed distance between the proxy's new position and start + `shift`, the position to which the hand would
+/// have carried the proxy. The result is `pace`, or slightly more than the least distance that `step` permits. So a
+/// fast sideways motion of the hand does not stop a head stuck in its hole from sinking.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -74,10 +74,10 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// When its support gives way, the hand falls and lands at the speed that it has gained. The displacement of one tick
-/// is then felt as a step. A fall is detected if the bur holds the hand up less than before while the hand moves ever
-/// faster against that push. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at
-/// a steady speed does not fall, however steep its path.
+/// If the tissue under the bur is gone, the hand falls and lands at the speed that it has gained, which is felt as a
+/// step. A fall is detected if the bur holds the hand up less than before while the hand moves ever faster against that
+/// push. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at a steady speed does
+/// not fall, however steep its path.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -105,8 +105,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   step_.fall_limit = fastest * in.dt / voxel();
 }
 
-/// Moves the proxy toward the hand: a ball on one smooth wall by seat_ball, otherwise freely while no tissue is near
-/// and along the contacts elsewhere.
+/// Moves the proxy toward the hand. seat_ball() places a ball on one smooth wall. Otherwise a search moves the proxy:
+/// freely while no tissue is near, along the contacts near tissue.
 void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   Step& p = step_;
   contacts_.clear();
@@ -157,7 +157,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
 
     find_contacts(in, s, head_free);
     if (seated && contacts_.deepest() > SeatParameters::overlap) return Ending::kSeatRefused;
-    // the head is wholly inside: no surface in reach
+    // The head is completely inside tissue, and no surface is in reach.
     if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {
       p.deep = true;
       p.c = p.target;
@@ -195,7 +195,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       break;
     }
     const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
-    // Sum of the steps still to come, if each is at most the same fraction of its predecessor as this one.
+    // Sum of the steps still to come, if each is at most the same fraction of its predecessor.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
@@ -267,8 +267,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().forgive({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Tissue harder than the tissue being cut gives way less, in the ratio of specific energies. Softer tissue never
-  // holds the head back.
+  // Tissue harder than the tissue being cut yields less, in the ratio of specific energies. Softer tissue never holds
+  // the head back.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -289,7 +289,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // A falling hand goes down with a plane that sinks at the allowed speed.
+  // If the hand falls, the head goes down with a plane that sinks at the allowed speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -362,7 +362,8 @@ double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// True if none of the planes that hold a seated ball belongs to another wall in its way.
+/// True if the seated ball overlaps no holding plane by more than a tolerance; the tolerance is smaller for a plane of
+/// another wall.
 bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
   using S = SeatParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -392,8 +393,8 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// If the head comes from softer tissue and touches much harder tissue, the fraction of its power with which it cuts:
-/// softer over harder specific energy. Otherwise 1.
+/// The fraction of its power with which the head cuts at this plane: softer over harder specific energy if the head
+/// comes from softer tissue and touches much harder tissue, otherwise 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -438,9 +439,10 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// A head under an overhang, or behind a ledge that it left when it cut, stays held however far the hand goes, because
-/// its position is the one nearest to the hand. It is led back along its own path, which was free, to the point of the
-/// path nearest to the hand, with limited force change and without cutting. True if it is led in this tick.
+/// A head under an overhang, or behind a ledge that its own cut left, stays held at any distance of the hand, because
+/// its position is the allowed one nearest to the hand. The head is led back along its own path, which was free, to the
+/// point of the path nearest to the hand, with limited force change and without cutting. True if it is led in this
+/// tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -511,15 +513,15 @@ bool OffsetModel::hand_has_left() const noexcept {
 }
 
 /// Outside the patch the plane of the last contact replaces the surface (the intermediate surface of Adachi 1995; Mark
-/// 1996) until a patch arrives; nothing is cut. If the patch is late, the plane gives way where the hand pushes harder
-/// than it pushed on the contact, so that it traps no hand, and between one and two times bridge_reach its force falls
-/// to zero. A tool that touched nothing follows the hand. docs/safety.md has the measurements.
+/// 1996) until a patch arrives; nothing is cut. If the patch is late, the plane yields where the hand pushes harder
+/// than on that contact, so the plane never traps the hand. Between one and two times bridge_reach the plane's force
+/// falls to zero. A tool that touched nothing follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
   lost_for_ = p.lost ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
-  // Replay of recordings with version 1 of the force laws: the plane holds for a fixed time and does not give way.
+  // Replay of recordings with version 1 of the force laws: the plane holds for a fixed time and does not yield.
   p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {

@@ -43,9 +43,10 @@ double ContactFinder::head_distance(const Pose& X_VT, const dvec3& x, dvec3& n) 
 }
 
 /// Offset surface (Kim & Park 2006, sec. 3.2): one query at the sphere's centre. The result is exact where the field
-/// outside the tissue is smooth, and never more than the true distance; the field at the foot point shows whether it is
-/// less. Samples on the line through centre and foot detect what disturbs the stencil: near an edge the tissue below
-/// the foot is thinner (the edge is then constructed from its faces), near a medial axis the air above is narrower.
+/// outside the tissue is smooth. Elsewhere it may be less than the true distance, never more; the field at the foot
+/// point shows this. Samples on the line through centre and foot detect disturbances of the stencil: near an edge the
+/// tissue below the foot is thinner (the edge is then constructed from its faces), near a medial axis the air above is
+/// narrower.
 bool ContactFinder::find_by_offset(const SurfacePatch& patch, const dvec3& c, ContactSet& set) const noexcept {
   const FieldSample at = sample_cubic(patch, c);
   const double length = glm::length(at.gradient);
@@ -102,7 +103,7 @@ bool ContactFinder::seat(const SurfacePatch& patch, const dvec3& target, const d
   if (at.value < -S::hand_depth || at.value > radius_ || slope < 0.5 ||
       !is_true_around(patch, target, std::abs(at.value)))
     return false;
-  // From the hand onto the wall, then along the wall until the hand is straight above or below.
+  // Move from the hand's position onto the wall, then along the wall until the hand is straight above or below.
   dvec3 x = target, n;
   double height = 0, uneven = 0;
   for (int step = 0;; ++step) {
