@@ -18,7 +18,7 @@ constexpr double kLeastReach = 5e-6;  // m around the ball within which faces ar
 // m around the ball within which faces are collected, upper limit: a longer displacement is divided into several steps
 constexpr double kMostReach = 0.3e-3;
 constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
-// m, longest displacement for which collected faces stay valid; otherwise a cell of the grid
+// m, upper limit of the displacement for which collected faces stay valid; the width of a grid cell is another limit
 constexpr double kMostKept = 0.3e-3;
 // Ratio to the radius, upper limit of the search distances of a bur in its own cut.
 constexpr double kReachInCut = 0.5;

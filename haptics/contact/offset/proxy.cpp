@@ -214,7 +214,7 @@ double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
   return smooth().any() ? std::min(head_free, smooth().room(patch_, X_VT)) : head_free;
 }
 
-/// Sphere tracing: moves as far as the tool cannot touch anything.
+/// Sphere tracing: moves the head as far as the tool cannot touch tissue.
 OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
   Step& p = step_;
   if (!patch_.holds(p.c, reach() + 1)) {

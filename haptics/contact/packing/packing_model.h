@@ -28,7 +28,7 @@ class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument or a tool with parts that never cut, because spheres only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// Uses these passes on a GPU, even if they are slower there. For tests.
+  /// Uses the given passes on a GPU, even if they are slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;

@@ -43,8 +43,9 @@ class ContactFinder {
   /// Updates normals and gaps of the same surface points for a head that has moved a little; no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// For a head that removed all tissue at pose `X_VE` and is now at `X_VT`. Surface points inside that pose are
-  /// interpolation errors; this moves them out to where the head touched. Contacts refined later are corrected, too.
+  /// For a head that removed all tissue at pose `X_VE` and is now at `X_VT`. Surface points inside the head at `X_VE`
+  /// are interpolation errors. This function moves them to the head's surface at `X_VE`. Contacts refined later are
+  /// corrected, too.
   void forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: cubic queries move it to where head and surface are closest. False if

@@ -43,7 +43,6 @@ struct RefineParameters {
   static constexpr double gained = 1e-4;
   // Voxels, least reduction of the gap in a step of a head that does not cut. The direction of its force depends on the
   // sideways error of the contact, which is the square root of the gap's error. So this limit is much smaller.
-  // sideways error of the contact, which is the square root of the gap's error: so this limit is much smaller.
   static constexpr double gained_fine = 3e-8;
   // Largest ratio of successive steps for which the secant method is used.
   static constexpr double still_converges = 0.95;
