@@ -23,7 +23,7 @@ struct MapPoint {
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, of the touches including noise
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
   double noise = 0;                                 // m per axis, residual noise of the smooth error field
   // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
   double rms = 0, worst = 0;

@@ -24,7 +24,7 @@ struct Parameters {
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
   bool cut = false;                 // true after the first cut: `local` is used instead of `levels`
-  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi, for as many levels, finest first
+  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi; one grid per level, finest first
   dvec3 lo{0}, hi{0};               // m
   PerTissue removed{};              // m³ removed by the cuts that this snapshot contains, minus undone cuts
 };

@@ -6,7 +6,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// Displacements x from c, in metres.
+/// The planes of a set, as bounds on the displacement x from c, in metres.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;

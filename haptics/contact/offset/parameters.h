@@ -53,7 +53,7 @@ struct PaceParameters {
   static constexpr double cut_slew = 6;  // N/s, limit of the change of a cutting contact's force by the proxy
   // N/s, limit of the change of a force that ends because the bur broke through
   static constexpr double free_slew = 14;
-  static constexpr double grip_slew = 9;      // N/s, rise of the force when the teeth catch
+  static constexpr double grip_slew = 9;      // N/s, limit of the force's rise when the teeth catch
   static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: sideways resistance over push
   static constexpr double tolerance = 1.02;   // ratio to the speed limit up to which the limit counts as kept
   static constexpr int rounds = 4;            // limit of iterations toward the speed limit

@@ -6,7 +6,7 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Steps of the head, metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
+/// Bounds on steps of the head, in metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
