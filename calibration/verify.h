@@ -47,7 +47,7 @@ struct DriftResult {
   double turn = 0;       // rad
   double worst = 0;      // m, largest displacement of the three points
   double sigma = 0;      // m, expected `worst` from touch noise alone
-  bool drifted = false;  // beyond the tolerance and statistically significant (99 %)
+  bool drifted = false;  // the shift is beyond the tolerance and statistically significant (99 %)
   std::string verdict;
 };
 

@@ -283,7 +283,7 @@ struct DrillSynth::Impl {
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        // Turns, step of the tone's phase per sample at free speed.
+        // Phase step of the tone per sample at free speed, in turns.
         const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {

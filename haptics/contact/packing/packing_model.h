@@ -82,7 +82,7 @@ class PackingModel final : public ContactModel {
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
-  std::vector<std::size_t> near_end_;  // the end of each list in near_
+  std::vector<std::size_t> near_end_;  // for each list in near_ the index after its last entry
   double price_ = 0;                   // J for the whole motion at the last step's cost per metre; 0: unknown
   double last_way_ = 0;                // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;

@@ -19,7 +19,8 @@ constexpr double kLargestTurn = 0.02;  // rad in one step: its chord deviates fr
 constexpr double kMargin = 60e-6;      // m, mean margin of the near lists
 constexpr double kLook = 2e-3;         // m, search distance if nothing is within the margin
 constexpr double kRounding = 1e-12;    // m by which bounds of distances are enlarged or reduced for rounding
-// m; if a sphere protrudes by at most this, the margins of all lists are reduced instead
+// m; a cut sphere that protrudes by at most this from its earlier state reduces the margins of all lists and
+// invalidates none
 constexpr double kStickOut = 1e-6;
 constexpr double kPastTheEnd = 1.0000001;  // ratio to a motion: contacts exactly at its end are included
 constexpr std::size_t kListed = 64;        // least number of entries of a list

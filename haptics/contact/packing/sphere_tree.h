@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 class SphereTree {
  public:
   struct Hit {
-    double t = kNever;  // 0 to 1 of the motion; kNever: no contact
+    double t = kNever;  // fraction 0..1 of the motion; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
