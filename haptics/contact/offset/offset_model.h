@@ -35,7 +35,7 @@ class OffsetModel : public PatchModel {
     Tool tool;
     ContactFinder finder;
     SmoothContacts smooth;  // contacts of the shank and the safe end
-    double reach;           // voxels, farthest point of head and safe end from the head's centre
+    double reach;           // voxels, distance from the head's centre to the farthest point of head and safe end
   };
 
   /// State of the tick that is being computed.
