@@ -27,8 +27,8 @@ struct FitOptions {
   std::string window =
       "none";        // none, hann, hamming, blackman: weights the errors (Burg) or tapers the samples (Yule–Walker)
   double rate = 0;   // Hz of the model; 0: the recording's
-  int channel = -1;  // -1: the mean of all
-  double from = 0, to = 0;  // s of the recording; to = 0: its end
+  int channel = -1;  // -1: the mean of all channels
+  double from = 0, to = 0;  // s, part of the recording to fit; to = 0: until its end
   bool trim = true;         // cut off silence at both ends
   bool steady = false;      // use only the longest interval of constant level
   std::string part;         // use only the longest part of this name ("run-up", "idle", "load", "run-down"); empty: all
@@ -40,18 +40,20 @@ struct FitOptions {
 
 struct FitReport {
   ArModel model;
-  double duration = 0, from = 0, to = 0;  // s of the recording; the part that was fitted
-  double level_dB = 0;                    // level of that part, dB re full scale
+  double duration = 0, from = 0, to = 0;  // s: duration of the recording, begin and end of the fitted part
+  double level_dB = 0;                    // dB re full scale, level of the fitted part
   double hum = 0;                         // Hz, mains frequency that was removed with its harmonics; 0: none
-  double distance_dB = 0;  // log-spectral distance between that part's Welch spectrum and the model's expected one
-  double unsmoothed_distance_dB = 0;  // the same to the model's true spectrum, whose peaks the window may broaden
+  // dB, log-spectral distance between the fitted part's Welch spectrum and the model's expected one
+  double distance_dB = 0;
+  // dB, log-spectral distance to the model's true spectrum, whose peaks the window may broaden
+  double unsmoothed_distance_dB = 0;
   double itakura_saito = 0;
   double up_to = 0;  // Hz, upper limit of the distances: 16 kHz or 0.45 of the rate
   double largest_reflection = 0;
   double condition = 0;  // condition number of the direct form, see ar/filter.h
   std::string form;      // filter form that the synthesizer will use: float, double, lattice
   std::vector<double> variance_by_order;
-  std::vector<double> frequencies, recording_dB, model_dB;  // both spectra, 1/Hz
+  std::vector<double> frequencies, recording_dB, model_dB;  // Hz; both power spectra in dB re 1/Hz
   std::vector<SoundPart> parts;                             // parts of the whole recording, in order
   std::vector<std::string> notes;  // notes about the processing of the recording, as sentences for the user
 };

@@ -11,7 +11,7 @@ namespace typodont::audio {
 /// gain it is constantly zero.
 struct LineNoise {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
-  double gain = 0;                 // standard deviation of its residual
+  double gain = 0;                 // standard deviation of the process's residual
 
   double deviation() const;  // standard deviation of the process
 };
@@ -26,9 +26,10 @@ struct ModelLine {
   LineNoise frequency_noise;  // Hz
 };
 
-/// y[n] = gain·e[n] − Σ a_i y[n−i], e white with unit variance; A(z) = 1 + Σ a_i z^-i, kept as the reflection
-/// coefficients k_1…k_p of its lattice (a_p of the p-th order predictor is k_p). Stable exactly when all |k| < 1, and
-/// so is every blend of two models' k. The rotor's lines are added to it.
+/// y[n] = gain·e[n] − Σ a_i y[n−i] with white noise e of unit variance, and A(z) = 1 + Σ a_i z^-i. The coefficients are
+/// stored as the reflection coefficients k_1…k_p of the lattice (k_p equals a_p of the predictor of order p). The
+/// filter is stable exactly if all k lie in (−1, 1), and so is every blend of two models' k. The rotor's lines are
+/// added to y.
 struct ArModel {
   std::vector<double> reflection;  // k_1 … k_p, each in (−1, 1)
   double gain = 0;                 // standard deviation of the residual; full scale is 1
@@ -44,7 +45,7 @@ struct ArModel {
 
 /// Mean power of the model's output: gain² Π 1/(1 − k²) of the noise, plus the power of the lines.
 double power_of(const ArModel& model);
-/// 10·log10 of the one-sided power density (1/Hz) at the frequencies given in Hz; of the noise, without the lines.
+/// 10·log10 of the one-sided power density (1/Hz) of the noise, without the lines, at the frequencies given in Hz.
 std::vector<double> spectrum_dB(const ArModel& model, const std::vector<double>& frequencies);
 
 /// The model reduced to its first `order` lattice stages, with the same power. For Burg's method this is exactly the

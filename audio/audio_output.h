@@ -29,7 +29,7 @@ struct AudioOptions {
 
 struct AudioStats {
   std::uint64_t samples = 0;     // number of rendered samples so far
-  std::uint64_t underruns = 0;   // reported by the device
+  std::uint64_t underruns = 0;   // number of underruns reported by the device
   std::uint64_t losses = 0;      // number of times that the device was lost
   std::uint64_t recoveries = 0;  // number of times that the device was opened again
   std::uint64_t clipped = 0;     // number of samples that were limited to full scale

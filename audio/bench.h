@@ -13,7 +13,7 @@ struct BenchOptions {
   std::filesystem::path recording;  // recording to which the models are fitted
   std::vector<int> orders = {4, 16, 50, 100, 200, 300, 400, 600};
   int repeats = 9;
-  int samples = 16384;  // number per repetition
+  int samples = 16384;  // number of samples per repetition
 };
 
 /// Throws Error like fit_recording().

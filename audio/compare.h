@@ -20,15 +20,15 @@ struct SoundMeasure {
 struct Comparison {
   SoundMeasure a, b;
   double distance_dB = 0;          // log-spectral distance, including the difference in level
-  double shape_distance_dB = 0;    // the same after the mean difference in dB is subtracted
-  double itakura_saito = 0;        // of a against b
+  double shape_distance_dB = 0;    // log-spectral distance after the mean difference in dB is subtracted
+  double itakura_saito = 0;        // Itakura–Saito distance of a from b
   double level_difference_dB = 0;  // b − a
   double tone_ratio = 0;           // frequency of b's strongest tone over a's; 0 if one sound has none
   double up_to = 0;                // Hz, upper limit of the distances
 };
 
-/// Averages the channels and includes silence. Sounds of different rates are compared up to the lower limit. `up_to`:
-/// Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
+/// Averages the channels and includes silence. Sounds of different rates are compared up to the limit of the lower
+/// rate. `up_to`: Hz, 200 or more. Throws Error like read_recording(), and if a sample is not finite.
 Comparison compare_sounds(const std::filesystem::path& a, const std::filesystem::path& b, double up_to = 16000);
 
 }  // namespace typodont::audio

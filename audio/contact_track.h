@@ -12,7 +12,7 @@ namespace typodont::audio {
 
 struct ContactTrack {
   std::vector<SoundState> states;  // in order of time
-  double fastest = 0;              // rad/s, the highest spindle speed in it
+  double fastest = 0;              // rad/s, highest spindle speed of the track
   double end = 0;                  // s, time of the last row
   bool has_spindle = false;        // a column gives the spindle speed
 };

@@ -44,9 +44,9 @@ class DrillSynth {
   void push(const SoundState& state) noexcept;
   static constexpr std::size_t kPending = 8192;
 
-  /// The next samples; the first of all is at time 0.
+  /// Renders the next samples; the first call starts at time 0.
   void render(std::span<float> mono) noexcept;
-  /// The next samples, of which the first is at time t_first of the ticks' clock (see AudioOutput).
+  /// Renders the next samples; the first of them is at time t_first of the ticks' clock (see AudioOutput).
   void render(std::span<float> mono, Nanos t_first) noexcept;
 
   double sample_rate() const noexcept;

@@ -14,7 +14,7 @@ namespace typodont::audio {
 
 /// A tone at a multiple of the rotor's frequency, for drills of which no recording contains the tone.
 struct RotorTone {
-  double multiple = 1;   // of the rotor's turns per second
+  double multiple = 1;   // ratio of the tone's frequency to the rotor's turns per second
   double amplitude = 0;  // at free speed; proportional to the speed below it; full scale is 1
 };
 
@@ -22,10 +22,12 @@ struct RotorTone {
 /// ("Working sound where none was recorded").
 struct SoundModels {
   ArModel idle;
-  std::array<std::optional<ArModel>, kTissueCount> working;  // from recordings, where there are any
+  // Working models from recordings; empty if none was recorded.
+  std::array<std::optional<ArModel>, kTissueCount> working;
   double free_speed = 0;  // rad/s at which the idle model was recorded; 0: the highest speed so far
   std::vector<RotorTone> tones;
-  double teeth = 0;  // number of teeth of the cutter: slow ones are heard one by one; 0: never
+  // Number of teeth of the cutter; at low speed each tooth is heard separately; 0: teeth are never heard separately.
+  double teeth = 0;
   double level = 1;  // gain of the whole voice, which makes voices of different recordings equally loud
   std::string name, source, licence;
 };

@@ -59,8 +59,9 @@ struct ArmParameter {
 struct ArmResult {
   ArmGeometry geometry;
   std::vector<ArmParameter> parameters;
-  std::vector<std::string> not_observable;  // parameters or combinations of them, in words
-  // m, distance between the computed and the held tip position, over all captures
+  // in words: parameters, or combinations of them, that the captures do not determine
+  std::vector<std::string> not_observable;
+  // m, distance between the computed tip position and the fixed one, over all captures
   double before_rms = 0, after_rms = 0;
   double sigma = 0;  // m, standard deviation per axis
   int degrees_of_freedom = 0;

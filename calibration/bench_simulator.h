@@ -34,7 +34,7 @@ class BenchSimulator {
 
   /// The encoder readings for a tip exactly at p_W, with an arbitrary wrist orientation.
   ArmReading hold(const dvec3& p_W);
-  /// The same with the unsteadiness of a hand.
+  /// The touch of an unsteady hand at p_W. `believed_arm`: the geometry with which its position is reported.
   Touch touch(const dvec3& p_W, const ArmGeometry& believed_arm);
   /// The point that this user touches when a program draws a point at p_W.
   dvec3 reached_for(const RigGeometry& believed, const dvec3& p_W) const;

@@ -29,7 +29,7 @@ struct Sighting {
   SeenOn on = SeenOn::kPanel;
   PanelPoint corner;         // position on the panel
   dvec3 touched_W{0, 0, 0};  // m, touched point from the stylus; equal values mean the same point
-  double px = 0, py = 0;     // right and down from the centre of the first pixel
+  double px = 0, py = 0;     // pixels, right and down from the centre of the first pixel
 };
 
 struct CameraOptions {

@@ -23,11 +23,11 @@ enum class Cue { kReady, kTaken, kOutlier, kUndone, kDone };
 
 struct Prompt {
   std::string text;                        // one or two sentences
-  std::optional<PanelPoint> mark;          // to show on the panel's surface
-  std::optional<Dots> dots;                // to show to the left and the right eye
+  std::optional<PanelPoint> mark;          // mark to show on the panel's surface
+  std::optional<Dots> dots;                // dots to show to the left and the right eye
   bool left_eye = true, right_eye = true;  // the eyes that see their dots
   std::optional<dvec3> target_D;           // intended apparent position of the point
-  std::optional<Dots> astray;  // position of the last touch if it does not fit the others: a ring for each eye
+  std::optional<Dots> astray;              // ring at the last touch, one per eye, if it does not fit the other touches
 };
 
 /// Result of a touch.

@@ -38,7 +38,7 @@ struct PairCapture {
   dvec3 shown_D{0, 0, 0};
   Touch touch;
   std::optional<Dots>
-      dots;  // the dots shown on the panel; with them the point can be recomputed when the eyes are better known
+      dots;  // dots shown on the panel; with them the point can be recomputed when the eyes are better known
   /// Apparent position of the point for the given rig.
   dvec3 shown(const RigGeometry& rig) const;
 };

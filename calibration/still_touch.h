@@ -26,11 +26,11 @@ class StillTouch {
   /// none) are averaged in the same way. Never allocates.
   Verdict add(Nanos t, const dvec3& p, double pedal, bool asked, std::span<const double> joints = {}) noexcept;
 
-  const dvec3& point() const noexcept { return mean_; }  // of the last kTaken or kMoved
+  const dvec3& point() const noexcept { return mean_; }  // mean position at the last kTaken or kMoved
   /// True if every sample of the last kTaken had six joint angles.
   bool has_joints() const noexcept { return has_joints_; }
   const std::array<double, 6>& joints() const noexcept { return joints_; }  // rad
-  double moved() const noexcept { return moved_; }  // m, largest distance of a sample from that point
+  double moved() const noexcept { return moved_; }  // m, largest distance of a sample from point()
 
  private:
   struct Sample {

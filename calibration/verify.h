@@ -23,11 +23,10 @@ struct MapPoint {
 
 struct VerifyResult {
   int points = 0;
-  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, of the touches including noise
+  double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
   double noise = 0;                                 // m per axis, residual noise of the smooth error field
-  double rms = 0,
-         // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
-      worst = 0;
+  // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
+  double rms = 0, worst = 0;
   double uncertainty = 0;  // m, rms noise of the field
   int order = 0;           // order of the field: 0 constant, 1 affine, 2 quadratic
   Box workspace_D;
@@ -48,7 +47,7 @@ struct DriftResult {
   double turn = 0;       // rad
   double worst = 0;      // m, largest displacement of the three points
   double sigma = 0;      // m, expected `worst` from touch noise alone
-  bool drifted = false;  // beyond the tolerance and statistically significant (99 %)
+  bool drifted = false;  // the shift is beyond the tolerance and statistically significant (99 %)
   std::string verdict;
 };
 

@@ -69,7 +69,7 @@ class ArFilter {
   static constexpr int kBlock = 64;
   static constexpr double kFloatLimit = 4e3;  // condition limit for float: rounding 70 dB below the excitation
   static constexpr double kDoubleLimit =
-      1e10;  // condition limit for double: 110 dB below; above it the lattice is used
+      1e10;  // condition limit for double: rounding 110 dB below the excitation; above the limit the lattice is used
   enum class Form { kFloat, kDouble, kLattice };
 
   explicit ArFilter(const ArModel& model);

@@ -177,9 +177,10 @@ void remove_hum(std::vector<double>& x, double mains, double rate) {
   }
 }
 
-/// If a band above the audible one is empty, 40 dB below the weakest audible part (because of another sample rate or a
-/// coder's low-pass): the standard deviation of white noise 10 dB below the weakest audible part; otherwise 0. An
-/// all-pole model cannot represent an empty band, and poles spent there would be missing in the audible band.
+/// Standard deviation of white noise that fills an empty band above the audible one; 0 if no band is empty. A band is
+/// empty if its level is 40 dB below the weakest audible part (because of another sample rate or a coder's low-pass).
+/// The noise is 10 dB below the weakest audible part. An all-pole model cannot represent an empty band, and poles spent
+/// there would be missing in the audible band.
 double fill_of_empty_band(std::span<const double> x, double rate) {
   const auto points = static_cast<std::size_t>(2 * std::lround(kWelchWindow * rate / 2));
   const auto power = welch(x, points, rate);
@@ -317,7 +318,7 @@ FitReport fit_recording(const std::filesystem::path& file, const FitOptions& opt
   report.from = static_cast<double>(first) / rate;
   report.to = static_cast<double>(last) / rate;
 
-  // Check that it can be fitted.
+  // Check that the part of the recording can be fitted.
   const double model_rate = options.rate > 0 ? options.rate : rate;
   const double samples_fitted = static_cast<double>(x.size()) * model_rate / rate;
   if (samples_fitted < static_cast<double>(kSamplesPerOrder * highest)) {

@@ -141,7 +141,7 @@ double floor_about(std::span<const double> x, double rate, double frequency) {
   return around[around.size() / 2];
 }
 
-/// The same process with its variance reduced by `variance`.
+/// A copy of the process `noise`, with its variance reduced by `variance`.
 LineNoise without(LineNoise noise, double variance) {
   const double all = noise.deviation() * noise.deviation();
   noise.gain = all > variance ? noise.gain * std::sqrt(1 - variance / all) : 0.0;

@@ -14,7 +14,7 @@ struct LineTrack {
   double frequency = 0;           // Hz, mean
   double bandwidth = 0;           // Hz, half width (−3 dB) of the band in which the line was followed
   double floor = 0;               // one-sided power density (1/Hz) of the noise next to the line
-  std::vector<double> amplitude;  // of the sinusoid, full scale 1
+  std::vector<double> amplitude;  // amplitude of the sinusoid; full scale is 1
   std::vector<double> deviation;  // Hz from the mean frequency
 
   double mean_amplitude() const;
@@ -24,7 +24,7 @@ struct LineTrack {
   double frequency_variance_of_noise() const;
   /// Standard deviation of the amplitude over its mean: 0 for a steady sinusoid, 0.52 for noise in a narrow band.
   double variation() const;
-  /// The same without the contribution of the noise next to the line.
+  /// variation() without the contribution of the noise next to the line.
   double own_variation() const;
   /// True for a sinusoid, false for narrow-band noise. The threshold lies halfway between the two variations.
   bool steady() const { return !amplitude.empty() && variation() < 0.3; }
@@ -37,7 +37,8 @@ LineTrack follow_line(std::span<const double> x, double rate, double frequency);
 
 struct TakenLine {
   ModelLine line;
-  double spread = 0;  // Hz, standard deviation of its frequency in the recording, including the drift of the spindle
+  // Hz, standard deviation of the line's frequency in the recording, including the drift of the spindle.
+  double spread = 0;
 };
 
 /// Removes the steady lines from x, so that the rest can be modelled as noise. Returns at most 16 lines, strongest

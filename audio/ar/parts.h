@@ -1,4 +1,4 @@
-// What a drill does in a recording: run up, idle, work under load, run down. Set-up time.
+// The phases of a drill in a recording: run-up, idling, work under load, run-down. Set-up time.
 #pragma once
 
 #include <optional>

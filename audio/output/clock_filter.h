@@ -48,8 +48,8 @@ class ClockFilter {
   int samples_ = 0;
   bool running_ = false;
   long long seen_ = 0;
-  Nanos next_ = 0;     // time at which the next callback is due
-  double rest_ = 0;    // … and the fraction of it
+  Nanos next_ = 0;     // integer part of the time at which the next callback is due
+  double rest_ = 0;    // ns, fractional part of next_
   double period_ = 0;  // ns
 };
 

@@ -24,8 +24,8 @@ class DeviceOutput final : public AudioOutput {
   AudioStats stats() const override;
   std::string description() const override;
 
-  /// A tick at t is heard in the sample that leaves the program one buffer and this margin later, which allows for a
-  /// late callback and the tick's way through the ring.
+  /// A tick at time t is heard in the sample that leaves the program one buffer and this margin later. The margin
+  /// allows for a late callback and for the tick's passage through the ring.
   static constexpr Nanos kMargin = 1'000'000;
   static constexpr Nanos kSilentFor = 500'000'000;  // ns without a callback after which a device counts as lost
   static constexpr Nanos kRetryEvery = 1'000'000'000;

@@ -10,8 +10,8 @@
 namespace typodont::audio {
 
 struct StreamRequest {
-  std::string device;      // name or part of it; empty: the default
-  double sample_rate = 0;  // 0: the device's own
+  std::string device;      // device name or a part of it; empty: the default device
+  double sample_rate = 0;  // Hz; 0: the device's own rate
   int buffer = 256;
   /// Audio thread: fills frames × channels samples; false ends the stream.
   bool (*callback)(void* self, float* out, int frames, int channels, Nanos t, bool underrun) noexcept = nullptr;

@@ -15,8 +15,8 @@ struct TissueColour {
   double level_dB;       // dB, power of the working sound relative to the idle sound, at free speed
   double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
   double centre;         // Hz, centre of the resonance
-  double resonance_dB;   // at its centre
-  double width_octaves;  // standard deviation
+  double resonance_dB;   // dB, gain at the centre of the resonance
+  double width_octaves;  // octaves, standard deviation of the resonance
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 

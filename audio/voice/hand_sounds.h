@@ -1,4 +1,4 @@
-// Taps, scraping and suction: what is heard when no drill runs. Modelled, not recorded.
+// Sounds of taps, scraping and suction, which are audible when no drill runs. Modelled, not recorded.
 #pragma once
 
 #include <array>

@@ -32,7 +32,7 @@ class ModelStream {
   std::vector<float> samples_;
   int filled_ = 0;
   int at_ = 0;         // index of the sample before the playback position
-  double offset_ = 0;  // offset of the playback position from that sample, 0 … 1
+  double offset_ = 0;  // 0 … 1, distance of the playback position from sample at_
 };
 
 }  // namespace typodont::audio

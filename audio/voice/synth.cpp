@@ -26,21 +26,22 @@ constexpr double kTypicalArea = 1e-6;      // m², contact area
 constexpr double kTypicalForce = 1;        // N, force
 constexpr double kTypicalRemoval = 1e-9;   // m³/s, removal rate
 constexpr double kBrightForce = 1.5;       // N: at this force, high frequencies have 63 % of their gain
-constexpr double kBrightRemoval = 0.5e-9;  // m³/s: the same for the removal rate
-constexpr double kBrightFrom = 4000;       // Hz, lower edge of these high frequencies
+constexpr double kBrightRemoval = 0.5e-9;  // m³/s: at this removal rate, high frequencies have 63 % of their gain
+constexpr double kBrightFrom = 4000;       // Hz, lower edge of the high frequencies
 constexpr double kFastestSpeed = 2;        // limit, as a ratio to the free speed
 constexpr double kAttack = 0.5e-3;         // s, time constant of all level changes
-constexpr double kRunUp = 0.4;             // s from rest to free speed, used if the spindle's speed jumps
-constexpr double kRunDown = 1.25;          // s, time constant of running down; both were measured in one recording
-constexpr double kJump = 0.5;     // ratio to free speed: a change between two ticks above it is a switch, not a load
-constexpr double kAtRest = 0.03;  // ratio to free speed below which the drill is silent
+// s from rest to free speed, measured in one recording; used if the spindle's speed jumps
+constexpr double kRunUp = 0.4;
+constexpr double kRunDown = 1.25;  // s, time constant of running down, measured in the same recording
+constexpr double kJump = 0.5;      // ratio to free speed: a change between two ticks above it is a switch, not a load
+constexpr double kAtRest = 0.03;   // ratio to free speed below which the drill is silent
 constexpr float kTouchStrength = 0.02f;  // amplitude of a tap's first contact; full scale is 1
 constexpr float kTapPerNewton = 0.25f;
 constexpr double kSlowRise = 20;       // N/s: a force that rises more slowly counts as a push, not a tap
 constexpr float kScrapeLevel = 0.08f;  // amplitude at 1 N and 20 mm/s
 constexpr float kSuctionLevel = 0.5f;
 // A working sound in bursts, one per tooth; each decays until the next. Its mean power equals that of the steady sound.
-// Hz, tooth frequencies: up to the first all teeth are heard separately, from the second on none is
+// Limits of the tooth frequency in Hz: up to the first, all teeth are heard separately; from the second on, none is.
 constexpr double kApart = 60, kFused = 200;
 constexpr double kDying = 6;  // e-folds of decay from tooth to tooth
 constexpr int kChunk = 64;
@@ -282,7 +283,8 @@ struct DrillSynth::Impl {
         out[i] += working[i] + brightness[i] * (working[i] - low);
       }
       for (std::size_t k = 0; k < tones.size(); ++k) {
-        const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;  // per sample at free speed
+        // Phase step of the tone per sample at free speed, in turns.
+        const double turns = free_speed / (2 * kPi) * tones[k].multiple / rate;
         const auto amplitude = static_cast<float>(tones[k].amplitude);
         for (int i = 0; i < count; ++i) {
           phases[k] += turns * speeds[i];

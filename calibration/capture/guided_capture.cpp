@@ -245,7 +245,7 @@ bool GuidedCapture::undo() {
 }
 
 void GuidedCapture::save() const {
-  Captures changed;  // save only this step; the files of the others are up to date
+  Captures changed;  // save only this step; the files of the other steps are up to date
   switch (step_) {
     case Step::kArm:
       changed.arm = captures_.arm;

@@ -35,7 +35,8 @@ BenchRow row(const std::string& task, const std::string& method, int touches, do
           .size_unit = "touches"};
 }
 
-/// Sets the baseline of the rows from `first` on (same task and size) to the last of them.
+/// Makes the last row, computed with `method`, the baseline of the rows from `first` on; all have the same task and
+/// size.
 void beside(std::vector<BenchRow>& rows, const char* method, std::size_t first) {
   const BenchRow& other = rows.back();
   for (std::size_t i = first; i + 1 < rows.size(); ++i) {

@@ -133,7 +133,7 @@ class Consensus {
     const std::size_t step = 1 + n_ / 200;
     while (best.pairs.size() < n_) {
       const std::size_t next = std::min(n_, best.pairs.size() + step);
-      Indices pairs = nearest(best.X_DH, next);  // order[next - 1] is the farthest of them
+      Indices pairs = nearest(best.X_DH, next);  // order[next - 1] is the farthest of these pairs
       const double dof = 3 * static_cast<double>(best.pairs.size()) - 6;
       const double variance = std::max(best.sse / dof, floor_ * floor_);
       const double farthest = r2[order[next - 1]];

@@ -30,7 +30,8 @@ dquat about(const dvec3& axis, double angle) {
 struct Group {
   bool plate = false;
   std::vector<std::size_t> captures;
-  std::size_t first_parameter = 0;  // index of its first unknown: 3 for a socket, 6 for the pose of a plate
+  // Index of the group's first unknown: 3 unknowns for a socket, 6 for the pose of a plate.
+  std::size_t first_parameter = 0;
 };
 
 }  // namespace
@@ -196,9 +197,9 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   locate(values);
   result.before_rms = rms(nominal);
 
-  // Gauss–Newton for the arm alone. For each arm the best sockets and plates follow (variable projection), so the
-  // Jacobian is projected onto the complement of their columns. A prior at the nominal geometry, with the plausible
-  // errors as standard deviations, keeps undetermined parameters at their nominal values.
+  // Gauss–Newton for the arm's parameters alone. For each candidate arm the best sockets and plates are computed
+  // (variable projection), so the Jacobian is projected onto the complement of their columns. A prior at the nominal
+  // geometry, with the plausible errors as standard deviations, keeps undetermined parameters at their nominal values.
   MatrixXd open_axes;
   MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // in units of the scales
   double sigma = 2e-4;  // m; replaced by an estimate from the residuals after the first pass

@@ -84,7 +84,7 @@ Track clean(const Stream& stream, const char* which) {
 struct Interpolated {
   bool valid = false;
   dvec3 p{0, 0, 0}, v{0, 0, 0};
-  double noise_gain = 1;  // ratio of the variance of p to that of a sample
+  double noise_gain = 1;  // ratio of the variance of p to the variance of a sample
 };
 
 // Lagrange polynomial through the six samples around u; nothing across a gap.
@@ -427,8 +427,8 @@ DelayResult estimate_delay(const Stream& a, const Stream& b, const DelayOptions&
     std::sort(curve.minima.begin(), curve.minima.end(), [](auto& x, auto& y) { return x.mismatch < y.mismatch; });
     if (curve.minima.size() > 40) curve.minima.resize(40);
   }
-  // Interpolated noise has a weight of 0.7 to 1 of a sample's, and a drifting clock blurs the minimum; hence the wide
-  // margin.
+  // Interpolation scales the noise variance by 0.7 to 1, and a drifting clock blurs the minimum. This is why the margin
+  // is wide.
   const auto plausible_up_to = [&](double best) { return 1.5 * best + 1e-6 * motion; };
   const double significant = 1 + 60.0 / static_cast<double>(std::max<std::size_t>(1, samples_in_horizon / stride));
   result.rotated = curves[0].best() > significant * curves[1].best() + 1e-6 * motion;

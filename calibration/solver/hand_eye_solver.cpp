@@ -204,7 +204,7 @@ class Solver {
     return {X, options_.motions ? X : pose_of(R_Z, t.tail<3>())};
   }
 
-  /// m²; combines rotation and translation.
+  /// m², squared distance that combines rotation and translation.
   double distance2(const Unknowns& at, std::size_t i) const {
     const Vector6 r = residual(at, i);
     return kLever * kLever * r.head<3>().squaredNorm() + r.tail<3>().squaredNorm();
@@ -212,7 +212,7 @@ class Solver {
 
   struct Sample {
     double score = std::numeric_limits<double>::infinity();  // m², sum of the smallest half of the squared distances
-    Indices rows;                                            // the rows of that half
+    Indices rows;                                            // rows of the half with the smallest distances
   };
   Sample concentrate(const Indices& rows) const {
     const Unknowns at = closed_form(rows);
@@ -227,8 +227,9 @@ class Solver {
   }
   std::size_t kept_half() const { return n_ / 2 + 2; }
 
-  // Least trimmed squares: the half of the rows that agree best. Starts from random triples (for motions pairs would
-  // suffice, but a third costs little); the best ones are refined by concentration steps until they do not change.
+  // Least trimmed squares: the half of the rows that agree best. Starts from random triples of rows (for motions, pairs
+  // would suffice, but a third row costs little); the best ones are refined by concentration steps until they do not
+  // change.
   Indices trimmed_rows() const {
     Noise random(1);
     std::vector<Sample> best;

@@ -19,8 +19,8 @@ struct LeastSquares {
   Eigen::MatrixXd open_axes;      // columns: combinations of x / scale that the data do not determine
 };
 
-/// `residual(x, block, r)` fills `size` numbers. `scale` contains the plausible error of each unknown: a direction is
-/// determined if its standard deviation is below a third of that.
+/// `residual(x, block, r)` fills `size` numbers. `scale` contains the plausible error of each unknown. A direction is
+/// determined if its standard deviation is below a third of this error.
 template <class Residual>
 LeastSquares solve_least_squares(Eigen::VectorXd x, const Eigen::VectorXd& scale, std::size_t blocks, int size,
                                  Residual residual) {

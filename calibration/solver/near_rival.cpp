@@ -37,8 +37,8 @@ class Splitter {
     return fit_rigid(h_, d_);
   }
 
-  /// Assigns each pair to the nearer motion and fits both again until nothing changes. False if one has too few pairs
-  /// left.
+  /// Assigns each pair to the nearer motion and fits both again until nothing changes. False if a motion has too few
+  /// pairs left.
   bool settle(std::span<const std::size_t> pairs, Halves& halves, int rounds) const {
     Indices next[2];
     for (int round = 0; round < rounds; ++round) {
@@ -119,8 +119,8 @@ std::optional<Split> split_in_two(Points p_H, Points p_D, std::span<const std::s
     if (glm::dot(r, dvec3(longest.x(), longest.y(), longest.z())) > 0) up.push_back(i);
   }
   if (up.size() >= kLeast) start_from(splitter.fit(up));
-  // Three pairs of the same motion find it. At least one triple in four is of one motion. All triples of few pairs, 48
-  // of many.
+  // Three pairs of one motion determine it. At least one triple in four consists of one motion. Try all triples of few
+  // pairs, but 48 triples of many.
   const auto triple = [&](std::size_t a, std::size_t b, std::size_t c) {
     start_from(splitter.fit({looked_at[a], looked_at[b], looked_at[c]}));
   };

@@ -12,14 +12,14 @@ namespace typodont::calibration {
 /// equally).
 bool mirrored(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// The same in the presence of outliers: more pairs agree, or more closely, after D is reflected.
+/// mirrored() in the presence of outliers: true if more pairs agree, or agree more closely, after D is reflected.
 bool mirror_fits_better(Points p_H, Points p_D, const Fit& fit, const RegistrationOptions& options);
 
 /// Ratio of lengths in D to lengths in H, if a rigid fit with a scale explains the pairs far better and the scale
 /// differs by 2 % or more.
 std::optional<double> other_scale(Points p_H, Points p_D, const Fit& fit, double rounding);
 
-/// The same in the presence of outliers: the median over pairs of points, which tolerates up to half of them being
+/// other_scale() in the presence of outliers: the median over pairs of points tolerates that up to half of them are
 /// wrong.
 std::optional<double> other_scale_by_median(Points p_H, Points p_D, double rounding);
 

@@ -24,8 +24,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSplitChance = 1e-3;   // probability of a split by chance above which the split is rejected
-constexpr double kNoNoisier = 1.5;      // ratio of standard deviations that including wrong pairs would exceed
+constexpr double kSplitChance = 1e-3;  // probability of a split by chance above which the split is rejected
+// Limit of the noise with the added pairs over the noise without them; wrong pairs exceed it.
+constexpr double kNoNoisier = 1.5;
 constexpr double kUndetermined = 1e16;  // condition number beyond double precision
 constexpr double kUniformAngleVariance = kPi * kPi / 3;
 
@@ -157,8 +158,8 @@ class Registration {
     return rival;
   }
 
-  // Tests if there are two nearly equal motions instead of one. With known noise only if the residuals do not agree
-  // with it (5 % level).
+  // Tests if there are two nearly equal motions instead of one. If the noise is known, the test runs only if the
+  // residuals do not agree with this noise (5 % level).
   void part_near_motions() {
     for (int round = 0; round < 3; ++round) {
       if (options_.known_sigma > 0) {
@@ -370,7 +371,7 @@ class Registration {
   Scatter scatter_;
   Vector3d spread_;                              // m, rms along the principal axes, ascending
   double noise_ = 0;                             // m per axis, largest noise that the residuals do not exclude
-  bool coincident_ = false, collinear_ = false;  // within rounding errors
+  bool coincident_ = false, collinear_ = false;  // the points coincide, or lie on a line, within rounding errors
   int undetermined_ = 0;                         // number of undetermined rotations
 };
 
@@ -424,7 +425,7 @@ std::size_t most_useful_touch(Points touched_H, Points candidates_H, const Box& 
     Indices all(points.size());
     std::iota(all.begin(), all.end(), 0u);
     const Scatter scatter = scatter_of(points, all, centroid);
-    // The same formula with σ = 1; a small ridge allows comparing the first touches, which determine no rotation.
+    // Mean squared TRE with σ = 1. A small ridge allows comparing the first touches, which determine no rotation.
     const Matrix3d S = second_moment(workspace_H, centroid);
     const double ridge = 1e-6 * eigen(workspace_H.high - workspace_H.low).squaredNorm();
     const Vector3d variance = ((scatter.values.sum() + ridge) * Vector3d::Ones() - scatter.values).cwiseInverse();

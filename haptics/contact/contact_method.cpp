@@ -1,4 +1,4 @@
-// The table of contact methods: those of this library, and those that programs register.
+// Table of contact methods: those of this library, and those that programs register.
 #include "haptics/contact_method.h"
 
 #include <fmt/format.h>
@@ -25,11 +25,11 @@ namespace {
 struct Entry {
   std::string name;
   ContactMethodReader read;
-  std::uint64_t models = 0, bodies = 0;  // made so far
+  std::uint64_t models = 0, bodies = 0;  // numbers of models and bodies made so far
 };
-std::mutex g_counts;  // of these two
+std::mutex g_counts;  // guards the two counters
 
-/// Set up before main() by registrations, read afterwards.
+/// Filled before main() by registrations, read afterwards.
 std::vector<Entry>& table() {
   static std::vector<Entry> entries{
       {std::string(offset::kName), offset::read},     {std::string(implant::kName), implant::read},
@@ -54,7 +54,7 @@ ContactMethodRegistration::ContactMethodRegistration(std::string name, ContactMe
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies) {
   const std::lock_guard lock(g_counts);
   Entry* const entry = find(name);
-  if (!entry) return;  // a method that a program made by itself, without a registration
+  if (!entry) return;  // a method that a program made without a registration
   entry->models += models, entry->bodies += bodies;
 }
 

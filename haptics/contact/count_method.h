@@ -1,4 +1,4 @@
-// Set-up code calls this where it makes a model or a body: method_counts() tells of it.
+// Counters behind method_counts(); set-up code that makes a model or a body calls count_method().
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace typodont::haptics {
 
-/// So many models and bodies more of that method. Any thread.
+/// Adds to the counters of one method. Any thread.
 void count_method(std::string_view name, std::uint64_t models, std::uint64_t bodies);
 
 }  // namespace typodont::haptics

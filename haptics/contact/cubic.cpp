@@ -7,7 +7,7 @@
 #include <immintrin.h>
 #endif
 
-// All of it is inlined: nothing is passed in registers that a plain processor has not got.
+// All vector functions are inlined, so no vector is passed in registers that the processor may lack.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace typodont::haptics {
@@ -16,14 +16,14 @@ namespace {
 
 typedef double D2 __attribute__((vector_size(16), aligned(8), may_alias));
 
-constexpr int kLead = 2;  // samples of a row before those that weigh anything
+constexpr int kLead = 2;  // leading samples of a row, which have no weight
 
-/// Of each of the eight samples of a row: its weight and that weight's derivative as polynomials of the fraction.
+/// For each of the eight samples of a row: its weight and that weight's derivative, as polynomials of the fraction.
 struct Polynomials {
   alignas(64) double value[4][8] = {}, slope[3][8] = {};
 };
 
-/// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, on samples i-2 .. i+3.
+/// The cubic B-spline convolved with its local prefilter (-1, 8, -1)/6, for the samples i-2 .. i+3.
 constexpr Polynomials weights() {
   constexpr double kSpline[4][4] = {{1, -3, 3, -1}, {4, 0, -6, 3}, {1, 3, 3, -3}, {0, 0, 0, 1}};  // sixths
   Polynomials p;
@@ -37,13 +37,13 @@ constexpr Polynomials weights() {
   return p;
 }
 
-// A float times a weight of no more than 29 binary digits is exact in doubles, so that it does not matter whether a
-// processor rounds between product and sum: with and without FMA the same bits. Added to this, numbers below 2 are
-// rounded to multiples of 2^-29.
+// A float times a weight of at most 29 binary digits is exact in doubles. Rounding between product and sum therefore
+// does not matter, and the bits are the same with and without FMA. Adding kGrid to a number below 2 rounds it to a
+// multiple of 2^-29.
 constexpr double kGrid = 1.5 * (1 << 23);
 
-/// The sum of the weights of a sample and all behind it, on the grid. Their differences are
-/// the weights, and add up to exactly 1, those of the slope to 0, however the sums were rounded.
+/// For each sample, the sum of its weight and of the weights of all later samples, rounded to the grid. The weights are
+/// differences of these sums. So the weights always add up to exactly 1, and the weights of the slope to exactly 0.
 constexpr Polynomials sums() {
   const Polynomials of_each = weights();
   Polynomials p;
@@ -96,7 +96,7 @@ void cubic(const float* f, std::size_t sx, std::size_t sy, const double* t, doub
 }  // namespace by_two
 
 #ifdef TYPODONT_WIDE_CUBIC
-/// Across four sums each: all four at once.
+/// Adds up each of four rows of four sums, all rows at once.
 #define TYPODONT_ADD_ACROSS                                                                                         \
   TYPODONT_KERNEL void add_across(const double(&sums)[4][4], double* out) {                                         \
     const D4* const s = reinterpret_cast<const D4*>(sums);                                                          \
@@ -145,7 +145,7 @@ namespace {
 using Lanes = D8;
 constexpr int kLanes = 8;
 
-// The masked form: GCC 12 takes the plain one's unused operand for one that was forgotten.
+// The masked form, because GCC 12 warns about the plain form's unused operand.
 TYPODONT_KERNEL Lanes widened(const float* p) {
   return (Lanes)_mm512_maskz_cvtps_pd(0xff, _mm256_loadu_ps(p));
 }

@@ -1,6 +1,6 @@
-// Text of a kernel, included once for each width of `Lanes` (cubic.cpp): the tricubic sum and its gradient.
+// Kernel text, included once per width of `Lanes` (cubic.cpp): the tricubic sum and its gradient.
 
-/// A polynomial of t, for as many samples of a row as there are lanes, from `at` on.
+/// Value of a polynomial in t for kLanes samples of a row, from `at` on.
 template <std::size_t powers>
 TYPODONT_KERNEL Lanes at_fraction(const double (&c)[powers][8], int at, double t, double t2) {
   Lanes p = *reinterpret_cast<const Lanes*>(c[1] + at) * t;
@@ -18,11 +18,11 @@ TYPODONT_KERNEL void weigh(const double (&c)[powers][8], double t, double* weigh
   const double t2 = t * t;
   for (int at = 0; at < 8; at += kLanes) *reinterpret_cast<Lanes*>(weights + at) = at_fraction(c, at, t, t2);
 }
-/// The same in multiples of kGrid that add up as exactly as they should.
+/// The weights in multiples of kGrid. Their sum is exactly 1; the sum of the derivatives is exactly 0.
 template <std::size_t powers>
 TYPODONT_KERNEL void weigh_on_grid(const double (&sums)[powers][8], double t, double* weights) {
   const double t2 = t * t;
-  Lanes after = Lanes{} + kGrid;  // behind the last sample is nothing
+  Lanes after = Lanes{} + kGrid;  // no sample follows the last one
   for (int at = 8 - kLanes; at >= 0; at -= kLanes) {
     const Lanes from = at_fraction(sums, at, t, t2);
     *reinterpret_cast<Lanes*>(weights + at) = from - one_on(from, after);
@@ -39,8 +39,9 @@ TYPODONT_KERNEL void sum_up(const float* f, std::size_t stride_x, std::size_t st
   weigh(kWeights.slope, fractions[0], x_slope);
   weigh(kWeights.value, fractions[2], z);
   weigh(kWeights.slope, fractions[2], z_slope);
-  asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));  // read from memory, each for all lanes
-  alignas(64) double sums[4][4] = {};  // sample k of a row goes into sum k mod 4, whatever the width
+  // Keep the weights in memory: each is loaded into all lanes.
+  asm("" : "+m"(x), "+m"(x_slope), "+m"(y), "+m"(y_slope));
+  alignas(64) double sums[4][4] = {};  // sample k of a row is added to sum k mod 4 at every width
   for (int at = 0; at < 8; at += kLanes) {
     Lanes value = {}, by_x = {}, by_y = {};
 #pragma GCC unroll 6

@@ -1,4 +1,4 @@
-// The last cuts of a servo, so that a fresh snapshot that lacks some of them is brought up to date.
+// The last cuts of a servo. A fresh snapshot that lacks some of them is brought up to date with them.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// What a contact model remembers of each cut, by the cut's index (1, 2, 3 …); the oldest is overwritten. Allocates at
+/// Data of each cut that a contact model keeps, by the cut's index (1, 2, 3 …); the oldest is overwritten. Allocates at
 /// construction only. Servo thread.
 template <class Made>
 class RecentCuts {
@@ -20,7 +20,7 @@ class RecentCuts {
 
   RecentCuts() : made_(kLength) {}
 
-  /// `index`: that of the cut before plus one.
+  /// `index`: the last cut's index plus one.
   void add(std::uint64_t index, const Made& made) noexcept {
     made_[index % kLength] = made;
     last_ = index;
@@ -29,7 +29,7 @@ class RecentCuts {
   Made& operator[](std::uint64_t index) noexcept { return made_[index % kLength]; }
   /// Index of the last cut; 0: none was made.
   std::uint64_t last() const noexcept { return last_; }
-  /// The oldest cut after `index` that is still known; last() + 1 where there is none.
+  /// Index of the oldest stored cut after `index`; last() + 1 if there is none.
   std::uint64_t first_after(std::uint64_t index) const noexcept {
     return std::max(index, last_ >= kLength ? last_ - kLength : 0) + 1;
   }
@@ -39,26 +39,26 @@ class RecentCuts {
   std::uint64_t last_ = 0;
 };
 
-/// A cut that is to be made once more in a snapshot that lacks it.
+/// A cut that must be repeated in a snapshot that lacks it.
 struct MadeCut {
   Pose X_WA, X_WB;
   std::uint32_t tool = 0;
   PerTissue removed{};  // m³
 };
 
-/// The cuts and fillings of a model that works in a SurfacePatch, with the voxels that each may have changed.
+/// The cuts and fillings of a model that works in a SurfacePatch, each with the box of voxels that it may have changed.
 class CutLog {
  public:
-  /// The cut itself, to be made once more in a patch that was edited.
+  /// The data needed to repeat a cut in a patch that was edited.
   struct Made {
     Pose X_WA, X_WB;
     std::uint32_t tool = 0;
     bool continues = false;
-    double fill_radius = 0;  // m, of a filling around X_WA, pressed by a head at X_WB
-    PerTissue removed{};     // voxels³; less than nothing by a filling
+    double fill_radius = 0;  // m, radius of a filling around X_WA, limited by a head at X_WB; 0: a cut
+    PerTissue removed{};     // voxels³, negative for a filling
   };
 
-  /// `lo`, `hi`: voxels that it may have changed.
+  /// `lo`, `hi`: the box of voxels that the cut may have changed.
   void add(std::uint64_t index, const glm::ivec3& lo, const glm::ivec3& hi, const Made& cut) noexcept {
     boxes_.add(index, {lo, hi, cut.fill_radius > 0});
     made_.add(index, cut);
@@ -66,8 +66,8 @@ class CutLog {
   const Made& made(std::uint64_t index) const noexcept { return made_[index]; }
   std::uint64_t last() const noexcept { return made_.last(); }
   std::uint64_t first_after(std::uint64_t index) const noexcept { return made_.first_after(index); }
-  /// Union of the boxes of cuts after `index`; everything when that reaches back too far. False when there is none.
-  /// `filled`: whether there was a filling among them.
+  /// Union of the boxes of all cuts after `index`; everything if some of these cuts are no longer stored. False if
+  /// there is no such cut. `filled`: true if one of these cuts may be a filling.
   bool since(std::uint64_t index, glm::ivec3& lo, glm::ivec3& hi, bool& filled) const noexcept {
     if (index >= last()) return false;
     const bool all_known = last() - index < RecentCuts<Made>::kLength;

@@ -13,12 +13,12 @@ PatchModel::PatchModel(const ServoSettings& settings)
 
 void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<SurfacePatch&>(snapshot);
-  // Another core has just written its members: all their cache lines are fetched at once.
+  // Another core has just written the members: prefetch all their cache lines at once.
   constexpr std::size_t kLine = 64;
   for (std::size_t at = 0; at < sizeof fresh; at += kLine) {
     __builtin_prefetch(reinterpret_cast<const char*>(&fresh) + at, 1);
   }
-  if (fresh.n != patch_.n) return;  // both were sized at set-up, so this does not happen
+  if (fresh.n != patch_.n) return;  // cannot happen: both were sized at set-up
   const bool strokes_edited = fresh.edits != patch_.edits, edited = strokes_edited || fresh.pieces != patch_.pieces;
   const bool first = patch_.number == 0;
   for (std::size_t i = 0; i < fresh.loose.size(); ++i) removed[i] += fresh.loose[i] - patch_.loose[i];
@@ -34,14 +34,16 @@ void PatchModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   adopted(strokes_edited, !edited && !first);
 }
 
-/// Undo, redo, or a piece that was removed: the old patch knows nothing of that, so the cuts made since are repeated,
-/// as the carver repeats them. What they had removed of such a piece before it was gone counts once.
+/// After undo, redo or the removal of a piece, the old patch lacks this edit. So the cuts that the fresh patch lacks
+/// are repeated in it, as the carver repeats them. Volume that such cuts had removed from the piece before is counted
+/// once.
 void PatchModel::repeat_cuts(SurfacePatch& fresh, PerTissue& all_removed) noexcept {
   const double h = voxel();
   for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
     const CutLog::Made& made = log_.made(i);
-    const PerTissue removed =
-        repeat(made, i, fresh);  // more than before where tissue came back, less where it was gone
+    // The volume differs from that of the first time: it is larger where undo returned tissue, smaller where tissue is
+    // missing now.
+    const PerTissue removed = repeat(made, i, fresh);
     for (std::size_t t = 0; t < removed.size(); ++t) all_removed[t] += (removed[t] - made.removed[t]) * h * h * h;
   }
   for (std::size_t i = 0; i < all_removed.size(); ++i) all_removed[i] -= fresh.taken_back[i] - patch_.taken_back[i];

@@ -1,4 +1,4 @@
-// What all contact models share that work in a SurfacePatch: how a fresh patch learns of the cuts that it lacks.
+// Base of all contact models that work in a SurfacePatch: brings a fresh patch up to date with the cuts that it lacks.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-/// Servo thread. The derived model makes the cuts, in patch_, and logs each of them.
+/// Servo thread. The derived model cuts in patch_ and logs each cut.
 class PatchModel : public ContactModel {
  public:
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept final;
@@ -21,22 +21,22 @@ class PatchModel : public ContactModel {
  protected:
   explicit PatchModel(const ServoSettings& settings);
   double voxel() const noexcept { return settings_.frame.voxel; }
-  /// J/m³ of the tissue at a place in the patch, voxels.
+  /// Specific energy in J/m³ at a point of the patch, in voxels.
   double specific_energy_at(const dvec3& p_V) const noexcept {
     const auto tissue = static_cast<std::size_t>(haptics::tissue_at(patch_, p_V));
     return settings_.materials[tissue].specific_energy * hardness_at(patch_, p_V);
   }
 
-  /// Makes a logged cut once more, in tissue that undo, redo or a loose piece has changed. The removed volume, voxels³;
-  /// less than nothing by a filling.
+  /// Repeats a logged cut in tissue that undo, redo or a loose piece has changed. Returns the removed volume in
+  /// voxels³, negative for a filling.
   virtual PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept = 0;
-  /// The coarse patch of `fresh` lacks the same cuts. `edited`: the old one knows nothing of an edit.
+  /// Applies the missing cuts to the coarse patch of `fresh`. `edited`: the old patch lacks an edit.
   virtual void update_coarse(SurfacePatch& /*fresh*/, bool /*edited*/) noexcept {}
-  /// patch_ is a fresh one. `strokes_edited`: by undo or redo. `known`: the old one told all that has changed.
+  /// Called after patch_ was replaced. `strokes_edited`: by undo or redo. `known`: the old patch contained all changes.
   virtual void adopted(bool strokes_edited, bool known) noexcept = 0;
 
   const ServoSettings& settings_;
-  double travel_;  // m
+  double travel_;  // m, distance that a tool may travel inside one patch
   SurfacePatch patch_;
   CutLog log_;
   std::uint64_t cut_count_ = 0;

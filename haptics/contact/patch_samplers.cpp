@@ -10,17 +10,17 @@ namespace typodont::haptics {
 
 namespace {
 
-// The model: in a shared library (libtypodont.so) the default one calls a function at each access.
+// TLS model: in a shared library (libtypodont.so) the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_queries = 0;
 const int kCubicLanes = widest_cubic();
 
 struct Cell {
   int x, y, z;
-  double u, v, w;  // 0..1 inside the cell
+  double u, v, w;  // 0..1, position inside the cell
 };
 
 Cell cell_at(const SurfacePatch& patch, const dvec3& p_V) {
-  const dvec3 q = p_V - dvec3(patch.lo);  // all positive: inside the patch
+  const dvec3 q = p_V - dvec3(patch.lo);  // all positive, since the point lies inside the patch
   const int x = static_cast<int>(q.x), y = static_cast<int>(q.y), z = static_cast<int>(q.z);
   return {x, y, z, q.x - x, q.y - y, q.z - z};
 }

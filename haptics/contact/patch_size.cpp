@@ -1,4 +1,4 @@
-// How large a patch must be, and how far a tool may move in it.
+// Edge length of a patch, and the distance that a tool may move in it.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +19,7 @@ double travel_for(const Tool& tool, double voxel) {
 int patch_edge_for(std::span<const Tool> tools, double voxel) {
   double half = 0;
   for (const Tool& tool : tools) {
-    // A portion of filling lies beyond the head's end, and is put down only where the patch holds all of it.
+    // A portion of filling lies beyond the head's end; it is added only where the patch contains all of it.
     const double reach = std::max(near_reach(tool), tool.fill == Tissue::kAir ? 0.0 : tool.half() + tool.fill_reach);
     half = std::max(half, reach / voxel + Sweep::kMargin + 3 + travel_for(tool, voxel));
   }

@@ -1,4 +1,4 @@
-// Which tools a contact model takes.
+// The tools that a contact model accepts.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace typodont::haptics {
 
-/// For a model whose tissue can only be taken away. Throws Error, which names the first tool that fills.
+/// For a model whose tissue can only be removed: throws an Error that names the first filling tool.
 void refuse_tools_that_fill(std::span<const Tool> tools, std::string_view model);
 
 }  // namespace typodont::haptics

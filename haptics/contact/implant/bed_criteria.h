@@ -12,8 +12,8 @@ struct BedCriteria {
 
 enum class BedDecision { kStayFree, kEnterBed, kBeginBed };
 
-/// If only (4) holds, a tool that can drill this bone begins a new bed. `can_begin`: the tool can drill it, and its tip
-/// is what touches the bone.
+/// `can_begin`: the tool can drill this bone and touches it with its tip. If only (4) holds, such a tool begins a new
+/// bed.
 constexpr BedDecision decide(const BedCriteria& c, bool can_begin) noexcept {
   if (!c.pushed) return BedDecision::kStayFree;
   if (c.at_centre && c.fits && c.aligned) return BedDecision::kEnterBed;

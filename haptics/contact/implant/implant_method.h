@@ -23,20 +23,21 @@ struct Bed {
 
 /// Parameters of a scene's model. SI. Values without a cited source are our own choice; README.md gives the reasons.
 struct Parameters {
-  double tool_voxel = 0.06e-3;  // m; five_methods S1: the tool of 4.2 × 12 mm at 0.06 mm
-  int layers = 2;               // number of voxel layers for the contact ("1~2", Zhao 2020)
+  // m, edge of a voxel of the tool; Zhao 2020 (S1) uses 0.06 mm for a tool of 4.2 × 12 mm
+  double tool_voxel = 0.06e-3;
+  int layers = 2;  // number of voxel layers for the contact ("1~2", Zhao 2020)
   // Criteria for entering a bed (Zhao 2020, "implant criteria").
   double centre_tolerance = 0.5e-3;  // m, largest distance of the tip from the bed's axis, and from its entry
   // m in front of the entry within which the tip counts as at the entry; a wide tool meets a sloping rim earlier
   double rim_above = 1.5e-3;
   double radius_tolerance = 0.1e-3;  // m by which the radius of a tool that does not widen the bed may exceed the bed's
   double widening = 0.6e-3;          // m by which a drill's radius may exceed the bed's
-  double loose = 0.75e-3;            // m; a tool that is narrower than the bed by more moves freely in it
-  double axis_tolerance = 0.175;     // rad (10 degrees), largest angle between tool and bed
-  double enter_force = 0.3;          // N along the axis, threshold for entering
-  double leave = 0.3e-3;             // m that the tip must be outside the bed to leave it (hysteresis)
-  double least_depth = 0.5e-3;       // m; a shallower hole is not a bed
-  // Motion in a bed.
+  double loose = 0.75e-3;         // m by which a tool may be narrower than the bed; a narrower tool moves freely in it
+  double axis_tolerance = 0.175;  // rad (10 degrees), largest angle between tool and bed
+  double enter_force = 0.3;       // N along the axis, threshold for entering
+  double leave = 0.3e-3;          // m that the tip must be outside the bed to leave it (hysteresis)
+  double least_depth = 0.5e-3;    // m; a shallower hole is not a bed
+  // Parameters of the motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool, eq. (5)
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
   double switch_slew = 8;       // N/s, limit of the change of force after a switch of the state

@@ -13,13 +13,13 @@ namespace {
 constexpr double kTurnsAtAll = 1e-3;     // rad/s; a slower spindle counts as stopped
 constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
 constexpr double kEnd = 0.5;             // cosine between force and axis above which the contact is at the tip
-constexpr double kThreadGrips = 0.2e-3;  // m in the bed from which a thread engages
+constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed from which a thread engages
 constexpr double kSeated = 0.05e-3;      // m that a seated implant may protrude, or be above the bed's bottom
 constexpr double kGivesWay = 0.1;        // fraction of the largest torque up to which an implant motor keeps its speed
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
-constexpr double kAhead = 1.5;           // voxels in front of the tool at which an obstacle must be deeper in bone …
-constexpr double kFalls = 0.5;           // … by at least this distance, in voxels
-constexpr double kAcross = 0.05e-3;      // m, step along a bed's axis at which the bed is examined
+constexpr double kAhead = 1.5;  // voxels in front of the tool over which the field is compared to detect an obstacle
+constexpr double kFalls = 0.5;  // voxels, least decrease of the field over kAhead voxels that shows an obstacle
+constexpr double kAcross = 0.05e-3;  // m, step along a bed's axis between two samples of its depth
 
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
@@ -116,8 +116,8 @@ ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double 
   const dvec3 center = settings_.frame.to_voxels(X_WT.p);
   const glm::dmat3 R = glm::mat3_cast(X_WT.R) * per_voxel;
   const dvec3 ahead = X_WT.R * dvec3(0, 0, -1);
-  // The wall of a bed of the tool's width is within a voxel of the tool's rim, so obstacles are searched only inside
-  // that.
+  // The wall of a bed of the tool's width lies within a voxel of the tool's rim. So obstacles are searched only inside
+  // this width.
   const double width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - h;
   const double share = 1 / voxels.ahead_share;
   double drag = 0, turning = 0;
@@ -341,7 +341,7 @@ void ImplantModel::constrain_in_bed(const ContactInput& in, Contact& out) noexce
 
 /// Displacement along the axis in this tick, in m, of a drill or a gauge.
 double ImplantModel::advance(const ContactInput& in, const Bed& bed, double wanted, Contact&) noexcept {
-  // The tool does not cut until it is on the bed's axis, because the entry would become oval.
+  // The tool does not cut until it is on the bed's axis; otherwise the entry would become oval.
   const bool cuts = tool_cuts(in) && glm::length(offset_) < kAtPlace && turn_ == dquat(1, 0, 0, 0);
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
   look_ = look_ahead(here, cuts, in.spindle);
@@ -362,8 +362,8 @@ double ImplantModel::advance(const ContactInput& in, const Bed& bed, double want
   return step;
 }
 
-/// A tool that has just entered a bed follows the hand at a limited speed, so that the force changes no faster than
-/// allowed after a switch, until it has caught up. (When a drill perforates the bone, it falls freely.)
+/// Limits the speed of a tool that has just entered a bed, until it has caught up with the hand. So the force changes
+/// no faster than allowed after a switch. (A drill that perforates the bone falls freely.)
 double ImplantModel::eased(const ContactInput& in, const Bed& bed, double wanted, double step) noexcept {
   if (!easing_) return step;
   const double own = glm::dot(in.moved, bed.axis_W), pace = parameters_.switch_slew * in.dt / stiffness(in);
@@ -401,8 +401,8 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
   const double drawn = implant.pitch * turn / (2 * kPi);
   const double step = std::clamp(std::min(drawn, look_.free), -most, most);
   axial_.speed = step / in.dt;
-  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle that drives the
-  // tool in rotates about the tool's +z, a hand about its -z.
+  // The bone opposes the rotation of the thread: fully while it rotates, not at all at rest. A spindle rotates a tool
+  // that it drives in about the tool's +z; a hand rotates it about -z.
   const double against = implant.by_hand ? 1 : -1;
   const double felt = turn == 0 ? 0 : against * (turn > 0 ? torque : -parameters_.tapped_share * torque);
   torque_ += (felt - torque_) * (1 - std::exp(-in.dt / kTorqueTime));
@@ -464,7 +464,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   return take_away(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
-/// For a placed implant: the carver adds it to the tissue, and a new snapshot contains it.
+/// A placed implant: the carver adds it to the tissue, and a new snapshot contains it.
 PerTissue ImplantModel::repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept {
   return made.fill_radius > 0 ? PerTissue{} : OffsetModel::repeat(made, index, fresh);
 }

@@ -53,7 +53,7 @@ class ImplantModel final : public offset::OffsetModel {
     CuttingWrench wrench;  // in T, per m/s of feed along -z
     double free = 1e9;     // m that the tool may advance before a non-cutting voxel touches bone
     double engaged = 0;    // m², area of the end in contact with bone
-    double collided = 0;   // m² of that area without room to advance: num_cd in the paper
+    double collided = 0;   // m², part of `engaged` at which an obstacle blocks the advance; num_cd in the paper
     double grey = 0;       // mean grey value of the bone in contact, Hounsfield units
     double greatest_grey = 0;
     PerTissue tissue{}, hardness{};
@@ -99,7 +99,7 @@ class ImplantModel final : public offset::OffsetModel {
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  Look look_;            // evaluation in this tick
+  Look look_;            // evaluation of the voxels ahead of the tool in this tick
   double torque_ = 0;    // N·m about the axis, smoothed
   bool seated_ = false;  // the implant has reached its final position and stays there
   bool spent_ = false;   // the tool was placed: the hand holds nothing

@@ -12,11 +12,12 @@ namespace {
 
 // cosine between a voxel's normal and the feed direction, above which the voxel belongs to the end
 constexpr double kFacingEnd = 0.5;
-constexpr int kNear = 4;            // voxels from the axis within which 1/r is averaged over the voxel …
-constexpr int kParts = 8;           // … in this many parts along each edge
+constexpr int kNear = 4;            // distance from the axis in voxels within which 1/r is averaged over the voxel
+constexpr int kParts = 8;           // number of parts per edge over which 1/r is averaged
 constexpr double kRounding = 1e-6;  // voxels
-constexpr double kWithin = 0.05;    // voxels below the surface at which the normal is compared …
-constexpr double kSmooth = 0.97;    // … by this cosine; a smaller cosine means a rim
+// Depth in voxels below the surface at which the normal is compared with that on the surface.
+constexpr double kWithin = 0.05;
+constexpr double kSmooth = 0.97;  // least cosine between the two normals; a smaller cosine shows a rim
 
 /// Mean of 1/r over the square cross-section of a voxel, perpendicular to the axis.
 double mean_inverse_r(double x, double y, double edge) {

@@ -17,11 +17,11 @@ namespace {
 constexpr double kSpeedTime = 20e-3;               // s, time constant of the smoothed hand speed
 constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around a free tool
 constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
-constexpr double kLeastStep = 1e-9;     // m, smallest advance of a cut
+constexpr double kLeastStep = 1e-9;     // m; a cut with a smaller advance is skipped
 constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
-constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of that ratio
+constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
 constexpr double kNoOffset = 1e-12;                           // m; a smaller offset counts as zero
-constexpr double kLeastStiffness = 1e-3;                      // lower limit of the stiffness, over that of the settings
+constexpr double kLeastStiffness = 1e-3;                      // ratio to the stiffness of the settings, lower limit
 constexpr double kEase = 15;  // N/s, change of a bur's force that is allowed while the hand rests
 
 SurfaceOptions options_for(const ServoSettings& settings, const Parameters& parameters, const Tool& tool) {
@@ -242,8 +242,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
   if (!at_wall) wall_normal_ = dvec3(0), wall_stiffness_ = 0;
 }
 
-/// A bur that becomes free far from the hand, or that a new snapshot moves, follows at a limited rate of change of the
-/// force.
+/// Limits the change of the force of a bur that becomes free far from the hand, or that a new snapshot moves.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
   const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());

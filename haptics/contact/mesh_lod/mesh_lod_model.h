@@ -13,7 +13,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Chooses the level of detail from the hand's speed. State in, state out.
+/// Chooses the level of detail from the hand's speed.
 class LevelBySpeed {
  public:
   LevelBySpeed(std::vector<double> speeds, double hysteresis) : speeds_(std::move(speeds)), hysteresis_(hysteresis) {}
@@ -85,21 +85,21 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;  // the contact point is at the tool
-  bool flew_ = false;    // otherwise the servo moved the tool in free space since the last tick
-  dvec3 hip_{0};         // m, hand position in the last tick
-  dvec3 offset_{0};     // m, from the contact point to the position that the last level or wall demanded; fades to zero
-  bool eases_ = false;  // the bur has cut since it was last free
-  dvec3 last_lag_{0};   // m, from the hand to the tool position that was returned in the last tick
+  bool placed_ = false;       // the contact point is at the tool
+  bool flew_ = false;         // true if the servo moved the free tool since the last tick; placed_ is then false
+  dvec3 hip_{0};              // m, hand position in the last tick
+  dvec3 offset_{0};           // m, from the contact point to the position of the last level or wall; fades to zero
+  bool eases_ = false;        // the bur has cut since it was last free
+  dvec3 last_lag_{0};         // m, from the hand to the tool position that was returned in the last tick
   dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
   // The wall that holds the tool, or that held it and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;
 
-  // State of cutting.
+  // State of the cutting.
   RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
   bool cutting_ = false;        // the last tick cut
-  Pose end_;                    // end pose of that cut
+  Pose end_;                    // pose of the tool at the end of the last tick's cut
   bool adopted_ = false;        // a snapshot was adopted since the last tick
   double measured_ = 1;         // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
 };

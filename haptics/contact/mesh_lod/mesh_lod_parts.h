@@ -23,10 +23,10 @@ struct Parameters {
 /// The levels, which never change, and, after the first cut, the present faces around the tool.
 struct MeshSnapshot : Snapshot {
   std::shared_ptr<const Levels> levels;
-  bool cut = false;                 // after the first cut: use `local` instead of `levels`
-  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi, for as many levels, finest first
+  bool cut = false;                 // true after the first cut: `local` is used instead of `levels`
+  std::vector<TriangleGrid> local;  // all faces that reach into the box lo .. hi; one grid per level, finest first
   dvec3 lo{0}, hi{0};               // m
-  PerTissue removed{};              // m³ removed by the cuts that it contains, minus undone ones
+  PerTissue removed{};              // m³ removed by the cuts that this snapshot contains, minus undone cuts
 };
 
 /// Parameters for sessions with a cutting tool.

@@ -6,11 +6,12 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-/// Displacements x from c, in metres.
+/// The planes of a set, as bounds on the displacement x from c, in metres.
 class FacePlanes {
  public:
   using Plane = mesh_lod::Plane;
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};  // nearly parallel faces
+  // limits low enough for nearly parallel faces
+  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-10, .least_rest = 1e-10};
 
   explicit FacePlanes(const PlaneSet& set) : set_(set) {}
 

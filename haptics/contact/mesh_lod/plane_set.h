@@ -13,7 +13,7 @@ struct Plane {
   dvec3 n{0};              // unit
   double room = 0;         // m
   dvec3 p{0};              // m, point on the surface
-  std::uint32_t face = 0;  // index of the face to which it belongs
+  std::uint32_t face = 0;  // index of the face to which the plane belongs
   std::int8_t wall = -1;   // index of the face's edge on which a wall stands; -1: the face itself
 };
 

@@ -52,7 +52,7 @@ class SurfaceContact {
   /// Follows the hand's centre (HIP). `give`: treats faces that overlap the head as removed to the depth of the
   /// overlap.
   virtual void follow(const TriangleGrid& grid, const dvec3& hip, bool give) noexcept = 0;
-  /// Moves into the tissue; follow() with `give` treats the overlap as removed.
+  /// Moves the centre into the tissue; follow() with `give` then treats the overlap as removed.
   void sink_to(const dvec3& c) noexcept { c_ = c; }
 
   /// Distance from the tool at p to the surface, at most `most`.

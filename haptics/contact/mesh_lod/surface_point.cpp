@@ -12,19 +12,21 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostLooks = 24;         // limit for the iterations of one follow()
-constexpr double kStays = 1e-11;       // m: a shorter step ends the iteration
-constexpr double kLeastReach = 5e-6;   // m around the ball within which faces are collected, lower limit …
-constexpr double kMostReach = 0.3e-3;  // … and upper limit: a longer displacement is divided into several steps
-constexpr double kAhead = 1.1;         // search distance over the expected displacement
-// m, longest displacement for which collected faces stay valid; otherwise a cell of the grid
+constexpr int kMostLooks = 24;        // limit for the iterations of one follow()
+constexpr double kStays = 1e-11;      // m: a shorter step ends the iteration
+constexpr double kLeastReach = 5e-6;  // m around the ball within which faces are collected, lower limit
+// m around the ball within which faces are collected, upper limit: a longer displacement is divided into several steps
+constexpr double kMostReach = 0.3e-3;
+constexpr double kAhead = 1.1;  // ratio of the search distance to the expected displacement
+// m, upper limit of the displacement for which collected faces stay valid; the width of a grid cell is another limit
 constexpr double kMostKept = 0.3e-3;
-constexpr double kReachInCut = 0.5;    // ratio to the radius: limit of both distances for a bur in its own cut …
-constexpr double kLeastInCut = 50e-6;  // m … but not less than this
+// Ratio to the radius, upper limit of the search distances of a bur in its own cut.
+constexpr double kReachInCut = 0.5;
+constexpr double kLeastInCut = 50e-6;  // m, lower limit of the search distances of a bur in its own cut
 // ratio of the next iteration's reach to the last step, because the next step is shorter
 constexpr double kNextReach = 0.25;
-constexpr double kBelow = 1e-11;    // m by which a face below a plane may protrude through rounding …
-constexpr float kClear = 2e-9f;     // … and in floats beside the ball
+constexpr double kBelow = 1e-11;    // m, rounding error by which a face may protrude from a plane that covers it
+constexpr float kClear = 2e-9f;     // m, rounding error by which a face may protrude from a plane, for tests in floats
 constexpr double kWallSkin = 1e-7;  // m, least distance from a wall
 constexpr double kMapReach = 2e-3;  // m, search distance for the surface when the mesh is exchanged
 constexpr int kMostLifts = 16;
@@ -100,7 +102,7 @@ bool SurfacePoint::put(const TriangleGrid& grid, const dvec3& p) noexcept {
   const TriangleGrid::Nearest near = grid.nearest(p, kMapReach);
   const bool inside = grid.inside(p);
   if (!inside && !(near.found && near.distance < radius())) return true;
-  if (!near.found) return false;  // deep inside: it does not move
+  if (!near.found) return false;  // deep inside: the point does not move
   const dvec3 out = unit_or(inside ? near.p - p : p - near.p, unit_or(grid.face(near.face).normal(), {0, 0, 1}));
   lift(grid, out);
   return false;
@@ -255,8 +257,8 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
     if (covered) continue;
     const dvec3 off = c_ - at.p;
     const double distance = glm::length(off);
-    // The ball is above the face beyond this edge, which does not bend away; so the plane of that face bounds the ball.
-    // With the plane of the edge the ball could only approach the edge by half in each iteration.
+    // The ball is above the face beyond this edge, and the surface does not bend away there; so the plane of this face
+    // bounds the ball. With the plane of the edge the ball would only halve its distance to the edge in each iteration.
     if (const dvec3 normal = face.normal(); !at.corner && normal != dvec3(0)) {
       const double size = glm::length(normal), height = glm::dot(normal, c_ - face.a) / size;
       const std::uint8_t hollow = height >= 0 ? face.hollow_front : face.hollow_back;
@@ -282,9 +284,9 @@ bool SurfacePoint::look(const TriangleGrid& grid, double reach, bool give) noexc
   return room;
 }
 
-/// If an edge or corner holds the ball, each iteration would move only part of the way around it. So the step continues
-/// along the plane to its intersection with the line from the hand's nearest point on the face through the hand; from
-/// there the next iteration sees the edge from the correct side.
+/// If an edge or corner holds the ball, each iteration would move it only part of the way around. So the step continues
+/// along the plane to the line from the hand's nearest point on the face through the hand. From there the next
+/// iteration approaches the edge from the correct side.
 void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const Plane& plane,
                               dvec3& step) const noexcept {
   if (plane.wall >= 0 || options_.radius <= kSkin) return;
@@ -294,7 +296,7 @@ void SurfacePoint::round_edge(const TriangleGrid& grid, const dvec3& hip, const 
   if (at.edge < 0 || !(along > kLeastAlong)) return;
   const double way = (glm::dot(plane.n, c_ - at.p) - plane.room) / along;
   const dvec3 other = at.p + way / size * off - c_;
-  if (glm::length(other - step) > glm::length(step)) return;  // another part of the face
+  if (glm::length(other - step) > glm::length(step)) return;  // the line lies on another part of the face
   for (int i = 0; i < planes_.count(); ++i) {
     if (glm::dot(planes_[i].n, other) < -planes_[i].room - kStays) return;
   }
@@ -354,7 +356,8 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
     holds_[static_cast<std::size_t>(count_++)] = {plane.p, plane.n, push, face.tissue, plane.wall >= 0};
     if (plane.wall < 0 && push > most) most = push, ground = face.tissue;
   }
-  // At a wall the face beyond the border is as near as the face in front of it.
+  // At a wall, the face beyond the border can be as near as the face in contact, so the tissue in contact does not
+  // change.
   const bool at_wall = std::any_of(holds_.begin(), holds_.begin() + count_, [](const Hold& h) { return h.wall; });
   if (!at_wall) ground_ = ground;
   if (behind_ && (ground_ == Tissue::kAir || stiffness_of(ground_) >= stiffness_of(beyond_))) behind_ = false;

@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::mesh_lod {
 
-/// Stiffness of every tissue, N/m; walls exist where it increases.
+/// Stiffness of every tissue, N/m. A wall exists where the stiffness increases.
 using Stiffness = PerTissue;
 
 struct SurfaceOptions {
@@ -20,10 +20,11 @@ struct SurfaceOptions {
 };
 
 /// After Wang et al. 2009, section 3.2. The paper moves from the active primitive to its neighbours while the distance
-/// to the HIP decreases. Here every face near the point bounds it by a plane through its nearest primitive (vertex,
-/// edge or face). The point moves to the position nearest to the HIP that satisfies these planes, and iterates until it
-/// does not move. The result is the same, but neighbour links are not needed, which cracks, duplicate and sliver
-/// triangles lack. Since the planes bound convex obstacles, no step can pass through a face of any mesh.
+/// to the HIP decreases. Here every face near the point bounds it by a plane through the face's nearest primitive
+/// (vertex, edge or interior). The point moves to the position nearest to the HIP that satisfies these planes, and
+/// iterates until it does not move. The result is the same, but no neighbour links are needed; at cracks, duplicate and
+/// sliver triangles they do not exist. Since the planes bound convex obstacles, no step can pass through a face of any
+/// mesh.
 /// The point is the centre of a ball with the tool's radius; a point tool is a ball of radius `kSkin`. Servo thread;
 /// never allocates.
 class SurfacePoint final : public SurfaceContact {
@@ -69,7 +70,7 @@ class SurfacePoint final : public SurfaceContact {
   std::array<std::uint32_t, kMostNear> near_{};
   int near_count_ = 0;
   Boxes boxes_{};
-  const TriangleGrid* collected_ = nullptr;  // the grid of these faces; null: they must be collected again
+  const TriangleGrid* collected_ = nullptr;  // grid of the collected faces; null: they must be collected again
   // The faces used in one iteration, as indices in near_.
   std::array<std::uint32_t, kMostNear + kBatch> close_{};
   dvec3 near_from_{0};
@@ -81,7 +82,8 @@ class SurfacePoint final : public SurfaceContact {
   };
   std::array<Edge, kMostNear> edges_;
   PlaneSet planes_;
-  // The first planes belong to faces whose nearest primitive is their interior: normals, and distances from the centre.
+  // Planes of the faces whose nearest primitive is their interior; they come first in the list. Normals, and distances
+  // from the centre.
   struct Inner {
     alignas(32) float x[PlaneSet::kMost], y[PlaneSet::kMost], z[PlaneSet::kMost], distance[PlaneSet::kMost];
   };

@@ -8,10 +8,10 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr double kCellEdges = 1.5;  // width of a cell in mean edge lengths
+constexpr double kCellEdges = 1.5;  // ratio of a cell's width to the mean edge length
 constexpr double kMostCells = 4e6;
-constexpr double kEntriesPerFace = 16;  // limit of list entries per face; above it the cells are made larger …
-constexpr double kFewEntries = 1e6;     // … if there are more entries than this
+constexpr double kEntriesPerFace = 16;  // limit of list entries per face; with more, the cells are made larger
+constexpr double kFewEntries = 1e6;     // number of list entries that is always allowed
 constexpr float kBoxMargin = 1e-7f;     // m, larger than the rounding of a box to floats
 constexpr double kSliver = 1e-12;       // squared sine of the angle below which only a face's edges are used
 
@@ -28,7 +28,7 @@ int side(double au, double av, double bu, double bv) noexcept {
 // m, distance of the vertex beyond an edge from the face's plane up to which the edge counts as flat
 constexpr double kFlat = 1e-10;
 
-/// `beyond`: the vertex of the face on the other side of the edge that is not on it.
+/// Marks an edge at which the surface does not bend away. `beyond`: the third vertex of the face across this edge.
 void note_bend(Face& face, int edge, const dvec3& beyond) {
   const dvec3 n = face.normal();
   const double size = glm::length(n);

@@ -15,7 +15,7 @@ namespace typodont::haptics::mesh_lod {
 struct Face {
   dvec3 a, b, c;
   Tissue tissue = Tissue::kAir;
-  // tissue of the face beyond the edges ab, bc, ca; kAir if it is the same or there is none
+  // tissue of the face beyond the edges ab, bc, ca; kAir if there is no other tissue
   std::array<Tissue, 3> across{};
   // The one face beyond each edge; ~0: none or several. Bit k of `hollow`: the surface at edge k does not bend away
   // from the front (or back) of this face, so that the plane of this face also bounds a ball beyond the edge.
@@ -32,7 +32,7 @@ struct Face {
 struct OnFace {
   dvec3 p{0};
   int edge = -1;        // 0, 1, 2: on ab, bc, ca; -1: in the interior
-  bool corner = false;  // at an end of that edge
+  bool corner = false;  // true if p is at an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
 /// The nearest point to p on the segment from a to b.
@@ -64,7 +64,7 @@ class TriangleGrid {
   };
   const Box& box(std::uint32_t i) const noexcept { return boxes_[i]; }
   const dvec3& origin() const noexcept { return origin_; }
-  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of these boxes
+  static constexpr float kBoxRounding = 1e-7f;  // m, larger than the rounding error of a face's box
   /// False if the face's box is farther than `most` metres from p.
   bool box_within(std::uint32_t i, const dvec3& p, double most) const noexcept {
     const glm::vec3 q(p - origin_), off = q - glm::clamp(q, boxes_[i].lo, boxes_[i].hi);
@@ -85,7 +85,7 @@ class TriangleGrid {
 
   /// Six times the generalised winding number, evaluated along the axis directions: 6 inside a closed mesh, 0 outside.
   int winding_sixths(const dvec3& p) const noexcept;
-  /// For a part of a mesh: decided by the side of the nearest face on which p lies.
+  /// True if p is inside. For a part of a mesh, the side of the nearest face decides.
   bool inside(const dvec3& p) const noexcept;
 
  private:

@@ -66,19 +66,19 @@ TissueVolume::Copied whole(SurfacePatch& patch) {
 
 }  // namespace
 
-/// Moves a patch to voxel `lo` and updates its samples. `known`: written_ contains all changes since the patch was last
-/// copied; then only these changes, the servo's own writes and the slabs that enter the patch are copied, else all
-/// samples. copy_part(box) copies a box of samples, copy_written() the changes in written_.
+/// Moves a patch to voxel `lo` and updates its samples. If `known`, written_ contains all changes since the last copy
+/// of the patch: only these changes, the servo's own writes and the slabs that enter the patch are copied. Otherwise
+/// all samples are copied. copy_part(box) copies a box of samples, copy_written() the changes in written_.
 template <class CopyPart, class CopyWritten>
 void FieldBody::renew(SurfacePatch& patch, const glm::ivec3& lo, bool known, CopyPart copy_part,
                       CopyWritten copy_written) {
-  VoxelBox left{lo, lo + patch.n - 1};  // to be copied
+  VoxelBox left{lo, lo + patch.n - 1};  // samples still to be copied
   const VoxelBox stays = common(left, {patch.lo, patch.lo + patch.n - 1});
   patch.move_to(lo);
   if (!known || stays.empty()) {
     copy_part(left);
   } else {
-    for (int axis = 0; axis < 3; ++axis) {  // a slab on either side, then the rest along the other axes
+    for (int axis = 0; axis < 3; ++axis) {  // one slab on each side; the remaining box shrinks along this axis
       VoxelBox slab = left;
       slab.hi[axis] = stays.lo[axis] - 1;
       if (slab.lo[axis] <= slab.hi[axis]) copy_part(slab);
@@ -125,7 +125,7 @@ void FieldBody::bring_up_to_date(Snapshot& snapshot) {
   cut_out(snapshot);
 }
 
-/// Tells the patch in which boxes anything was cut or filled.
+/// Stores in the patch the boxes in which anything was cut or filled.
 void FieldBody::mark_cut_boxes(SurfacePatch& patch) const {
   volume_.cut_box(patch.lo, patch.lo + patch.n - 1, patch.cut_lo, patch.cut_hi);
   volume_.filled_box(patch.lo, patch.lo + patch.n - 1, patch.filled_lo, patch.filled_hi);

@@ -1,4 +1,4 @@
-// The tissue as a distance field, for all contact models that work in a SurfacePatch. Carver's thread.
+// The tissue as a distance field, shared by all contact models that compute contact in a SurfacePatch. Carver's thread.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Owns the OpenVDB volume. Removes exactly what the swept head covers.
+/// Owns the OpenVDB volume. Removes exactly the samples that the head's sweep covers.
 class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
@@ -28,7 +28,7 @@ class FieldBody : public TissueBody {
   std::unique_ptr<Snapshot> make_snapshot() const override;
   double travel() const override { return travel_; }
   void cut_out(Snapshot& snapshot) override;
-  void remember_writes(bool) override {}  // the volume always does
+  void remember_writes(bool) override {}  // the volume always records its changes
   void bring_up_to_date(Snapshot& snapshot) override;
   TissueVolume& rasterize() override { return volume_; }
   std::uint64_t elements() const override;
@@ -36,7 +36,7 @@ class FieldBody : public TissueBody {
  protected:
   const Tool& tool(const Cut& cut) const { return tools_[cut.tool]; }
   void take_out_pieces(const Cut& cut, const TissueVolume::Carved& carved);
-  /// Tells what watches loose pieces that tissue was added there.
+  /// Reports to loose_pieces_ that tissue was added in the box `filled`.
   void after_fill(const VoxelBox& filled) {
     if (!filled.empty()) loose_pieces_.after_fill(volume_, filled.lo, filled.hi);
   }
@@ -48,11 +48,11 @@ class FieldBody : public TissueBody {
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
-  std::vector<LoosePiece> pieces_;  // removed, not yet taken
-  TissueVolume::Written written_;   // changes since the patch that is being renewed was last copied
-  double travel_ = 0;               // m
-  WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
+  LoosePieces loose_pieces_;        // finds the pieces that a cut separates from the tissue
+  std::vector<LoosePiece> pieces_;  // pieces removed from the volume that the caller has not taken yet
+  TissueVolume::Written written_;   // changes since the last copy of the patch that is being renewed
+  double travel_ = 0;               // m, distance that a head may travel inside one patch
+  WideGrid coarse_;                 // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
 };
 
 }  // namespace typodont::haptics::offset

@@ -1,4 +1,4 @@
-// What a filling instrument puts down: a dome that grows on the tissue nearest to its free end, up to the head.
+// Filling: a dome grows on the tissue nearest to the instrument's free end, up to the head.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ namespace {
 
 using P = FillingParameters;
 
-/// The radius of a ball that is larger by so much.
+/// Radius of a ball whose volume is larger by `volume`.
 double grown(double radius, double volume) {
   return std::cbrt(radius * radius * radius + volume * (3 / (4 * kPi)));
 }
@@ -34,7 +34,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Puts down what is owed, around one centre. True and a Cut when any of it found room.
+/// Puts down the owed volume around one centre. Returns true and a Cut if any of it found room.
 bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -48,8 +48,8 @@ bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& 
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
   if ((filling_.idle || !has_room) && !flow_on(ball(), reach)) return false;
 
-  // So much larger that the part of the dome's surface which is free makes up the volume that is owed: how much head
-  // and tissue hide is known from the last tick, and may be less by now.
+  // Grow the dome until the free part of its surface yields the owed volume. The free fraction is that of the last
+  // tick; it may have become smaller.
   const double before = filling_.radius, owed = filling_.owed / voxel;
   const double most =
       std::clamp(grown(before, owed + instrument.fill_rate * P::ahead / voxel) - before, P::step, P::most_step);
@@ -75,9 +75,9 @@ bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& 
   return true;
 }
 
-/// A dome in which nothing more finds room grows at once as far as the nearest open place that can be seen from where
-/// it was begun, through filling, or, where that is out of its reach, goes on with another there. Looks on in the next
-/// tick where it has looked enough in this one. False when no such place is found.
+/// Called when a dome has no room left. Searches from the root, through filling, for the nearest open place. If the
+/// dome can grow that far, it does so at once; otherwise a new dome begins there. The search stops at its cost limit
+/// and continues in the next tick. False if no open place was found.
 bool OffsetModel::flow_on(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::looking_cost; left > 0; left -= P::skip_cost, ++outlook_.way) {
@@ -99,12 +99,12 @@ bool OffsetModel::flow_on(const Fill& instrument, double reach) noexcept {
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
-    if (by_head > -P::open) {  // and so is as much of the way beyond
+    if (by_head > -P::open) {  // the instrument blocks at least this much of the ray beyond
       way.next = outlook_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
-    // There may be more room here: the next look is the same.
+    // This place may have more room, so the next search starts with the same sample.
     const double off = glm::length(place - filling_.center);
     const bool grows = filling_.center == filling_.root && off < reach && off > filling_.radius;
     filling_.radius = grows ? off : 0;
@@ -115,8 +115,7 @@ bool OffsetModel::flow_on(const Fill& instrument, double reach) noexcept {
   return false;
 }
 
-/// A new dome where there is none, or the instrument has moved on.
-/// False when nothing is in reach to put it on.
+/// Begins a new dome if there is none or the instrument has moved on. False if no tissue is in reach.
 bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   const Tool& instrument = tool();
   const double half = instrument.shape == HeadShape::kSphere ? instrument.radius() : instrument.length / 2;
@@ -131,7 +130,7 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
   dvec3 center = end;
   if (at.value > 0 && slope >= P::one_surface) {
     center -= at.value / slope * at.gradient / slope;
-  } else if (at.value > 0) {  // midway between walls: on what lies before the instrument
+  } else if (at.value > 0) {  // midway between walls: on the tissue in front of the instrument
     const dvec3 ahead = X_WH.R * dvec3(0, 0, -1);
     double way = 0;
     while (way <= reach && sample_linear(patch_, end + way * ahead) > 0) way += P::look_step;

@@ -1,4 +1,5 @@
-// "offset": god-object contact on the offset surface of a distance field, exact removal by swept heads. The default.
+// "offset": god-object contact on the offset surface of a distance field; removes exactly the sweep of the head. The
+// default.
 #pragma once
 
 #include "haptics/contact_method.h"

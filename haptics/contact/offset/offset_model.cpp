@@ -7,7 +7,7 @@ namespace typodont::haptics::offset {
 
 namespace {
 
-/// Unit vectors, a Fibonacci sphere.
+/// Unit vectors, spread evenly over all directions (Fibonacci sphere).
 std::vector<glm::vec3> evenly_around(std::size_t count) {
   std::vector<glm::vec3> all;
   for (std::size_t i = 0; i < count; ++i) {
@@ -80,9 +80,9 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   held_ = {};
 }
 
-/// The tissue under the head: below each contact, weighted by how much it pushes.
+/// The tissue under the head: samples below each contact, weighted by the contact's force.
 void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
-  constexpr double kFeltBelow = 0.5;  // voxels under the surface, where the tissue is that the head feels
+  constexpr double kFeltBelow = 0.5;  // voxels under the surface at which the tissue is sampled
   const Step& p = step_;
   const double h = voxel();
   out.turns_tool = tool().shape != HeadShape::kSphere || heads_[tool_].smooth.any();

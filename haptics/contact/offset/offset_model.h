@@ -1,4 +1,4 @@
-// The offset method, servo's half: a god-object kept outside the tissue by planes from a distance field (README.md).
+// The servo's half of the offset method: planes from a distance field keep a god-object outside the tissue (README.md).
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace typodont::haptics::offset {
 
-/// Servo thread. Lengths in voxels where nothing else is said; V is the voxel frame.
+/// Servo thread. Lengths are in voxels unless a unit is given; V is the voxel frame.
 class OffsetModel : public PatchModel {
  public:
   explicit OffsetModel(const ServoSettings& settings);
@@ -30,40 +30,41 @@ class OffsetModel : public PatchModel {
   void feel(const ContactInput& in, Contact& out) noexcept override;
 
  protected:
-  /// A tool, made ready at set-up.
+  /// A tool with the data that set-up prepares for it.
   struct Head {
     Tool tool;
     ContactFinder finder;
-    SmoothContacts smooth;  // shank and safe end
-    double reach;           // of head and safe end
+    SmoothContacts smooth;  // contacts of the shank and the safe end
+    double reach;           // voxels, distance from the head's centre to the farthest point of head and safe end
   };
 
-  /// The tick that is being computed.
+  /// State of the tick that is being computed.
   struct Step {
-    dvec3 start{0}, c{0};       // the head's centre, before and after
-    dvec3 target{0};            // the hand
+    dvec3 start{0}, c{0};       // the head's centre at the start of the tick, and now
+    dvec3 target{0};            // the head's centre where the hand holds it
     dvec3 shift{0};             // the hand's motion since the last tick
-    double slack = 0;           // depth that the head may sink to …
-    double slack_at_walls = 0;  // … and the fraction of it that a wall leaves
+    double slack = 0;           // voxels, depth that the head may sink in this tick, limited by the energy budget
+    double slack_at_walls = 0;  // fraction of slack that remains at a wall
     double overlap_before = 0;
-    double pace_per_slew = 0;  // motion of the proxy that changes the force by 1 N/s
-    bool paced = false;        // the proxy must keep a pace relative to the hand
-    dvec3 fall_normal{0};      // unit, against the hand's fall; zero where it does not fall
-    double fall_limit = 0;     // by which the head may go down
-    dvec3 held_off{0};         // from the hand to where contacts and debt alone hold the head; zero where they do not
-    ActivePlanes active{};     // which contacts hold the head
-    bool touching = false, lost = false, deep = false, bridging = false, late = false;  // see Contact
+    double pace_per_slew = 0;  // voxels, displacement of the proxy in a tick that changes the force at 1 N/s
+    bool paced = false;        // true if the proxy's speed relative to the hand is limited in this tick
+    dvec3 fall_normal{0};      // unit vector against the hand's fall; zero if the hand does not fall
+    double fall_limit = 0;     // voxels, largest distance that the falling head may go down in this tick
+    // vector from the hand to where contacts and energy debt alone hold the head; zero if nothing holds it
+    dvec3 held_off{0};
+    ActivePlanes active{};  // indices of the contacts that hold the head
+    bool touching = false, lost = false, deep = false, bridging = false, late = false;  // same fields as in Contact
   };
 
-  /// What one search carries from iteration to iteration.
+  /// State of one search, carried from iteration to iteration.
   struct Search {
-    dvec3 found_at{0};  // the head's centre when the contacts were found
+    dvec3 found_at{0};  // the head's centre when the contacts were last searched
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
-    int settled = 0;       // iterations that ended among contacts
-    bool at_pace = false;  // the pace, not a contact, limits the last step
-    dvec3 held_at{0};      // where contacts alone hold the head
-    dvec3 led_to{0};       // the target, or where the teeth's grip leads the head
+    int settled = 0;       // number of iterations that ended among contacts
+    bool at_pace = false;  // true if the speed limit, not a contact, limited the last step
+    dvec3 held_at{0};      // the head's centre as held by the contacts alone
+    dvec3 led_to{0};       // the hand's target, moved by the grip of the teeth if they hold the head
   };
   enum class Advance { kOn, kArrived, kNear };
   enum class Ending { kDone, kSeatRefused };
@@ -72,12 +73,12 @@ class OffsetModel : public PatchModel {
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
   SmoothContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
-  /// A lower bound of the head's distance to tissue; right only as far as it is positive.
+  /// Lower bound of the head's distance to tissue. Valid only if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
-  /// The same of the whole tool.
+  /// Lower bound of the whole tool's distance to tissue, from that of the head.
   double free_distance(const Pose& X_VT, double head_free) noexcept;
 
-  // proxy.cpp: where the tool may be.
+  // Functions for the pose of the proxy (proxy.cpp).
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
@@ -103,16 +104,16 @@ class OffsetModel : public PatchModel {
   void bridge_missing_patch(const ContactInput& in) noexcept;
   void report(const ContactInput& in, Contact& out) noexcept;
 
-  // removal.cpp: what a cut takes, and how a fresh patch is brought up to date.
+  // Functions for cuts, and for bringing a fresh patch up to date (removal.cpp).
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
-  /// Removes what the head sweeps from in.X_WG to X_WB, in all patches. True and a Cut when that changed something.
+  /// Removes the sweep of the head from in.X_WG to X_WB in all patches. Returns true and a Cut if any sample changed.
   bool take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
   void adopted(bool strokes_edited, bool known) noexcept override;
 
-  // filling.cpp: what an instrument puts down.
+  // Functions for filling instruments (filling.cpp).
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
   bool put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
@@ -122,57 +123,59 @@ class OffsetModel : public PatchModel {
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;
   Step step_;
-  ContactSet contacts_;  // of the last iteration
+  ContactSet contacts_;  // contacts of the last iteration
 
-  // The proxy, from tick to tick.
-  HeldBy held_;           // the normals that held it last
-  bool emptied_ = false;  // the last tick removed all that lay in the head
-  double overlap_ = 0;    // still being led out
+  // State of the proxy, kept from tick to tick.
+  HeldBy held_;           // normals of the contacts that held the head in the last tick
+  bool emptied_ = false;  // true if the last tick removed all tissue inside the head
+  double overlap_ = 0;    // voxels of overlap with tissue that are still to be removed by moving the head out
   double wall_ = 0;       // Contact::wall of the last tick
   bool breaking_through_ = false;
-  double lost_for_ = 0;     // s without a snapshot under the tool
-  double bridge_push_ = 0;  // N of the contact whose plane stands in for it; 0: none does
-  dvec3 bridge_from_{0};    // the head where the snapshot ended
-  double rejoining_ = 0;    // s left to find back from the bridge to the surface
+  double lost_for_ = 0;     // s since the patch last contained the tool
+  double bridge_push_ = 0;  // N, force of the last contact, whose plane replaces a late patch; 0: none does
+  dvec3 bridge_from_{0};    // the head's centre where the snapshot ended
+  double rejoining_ = 0;    // s left to return smoothly from a bridging plane to the surface
   struct Retreat {
     RetreatPath path;
-    dvec3 held_at{0};      // voxels, where the proxy has been …
-    double held_for = 0;   // … for so many s, with the hand far away
-    bool leading = false;  // the proxy is being led back, …
-    std::size_t to = 0;    // … to this point of the path
-    bool wedged = false;   // the hand has left, and no way back is known
+    dvec3 held_at{0};      // voxels, place at which the proxy has rested
+    double held_for = 0;   // s that the proxy has rested at held_at while the hand was far away
+    bool leading = false;  // true while the proxy is led back along the path
+    std::size_t to = 0;    // index of the point of the path to which the proxy is led
+    bool wedged = false;   // true if the hand has left and no way back was found
   } retreat_;
   struct Fall {
-    dvec3 push_mean{0};                 // N
-    dvec3 hand_speed{0}, hand_mean{0};  // m/s, now and of late
+    dvec3 push_mean{0};                 // N, mean push of the tissue on the head
+    dvec3 hand_speed{0}, hand_mean{0};  // m/s, short-term and long-term mean of the hand's velocity
   } fall_;
 
-  // Removal.
+  // State of the removal.
   CutFront front_;
-  Pose cut_end_;                  // where the last cut ended …
-  std::uint32_t cut_tool_ = 0;    // … and of which tool
-  Pose coarse_end_;               // where the last cut in the coarse patch ended …
-  std::uint64_t coarse_cut_ = 0;  // … and which cut that was
+  Pose cut_end_;                  // pose at the end of the last cut
+  std::uint32_t cut_tool_ = 0;    // tool of the last cut
+  Pose coarse_end_;               // pose at the end of the last cut in the coarse patch
+  std::uint64_t coarse_cut_ = 0;  // index of the last cut in the coarse patch
 
   struct Filling {
-    double owed = 0;           // m³
-    double radius = -1;        // of the dome that grows; negative: none
-    double free_fraction = 1;  // of its surface, as far as is known
-    dvec3 center{0}, end{0};   // of the dome; the instrument's end when the dome was begun
-    dvec3 root{0};             // where it was begun: what finds no room flows on from here
-    bool idle = false;         // the last tick found hardly any room in the dome
+    double owed = 0;           // m³, filling that is due but not yet placed
+    double radius = -1;        // voxels, radius of the growing dome; negative: there is none
+    double free_fraction = 1;  // fraction of the dome's surface that is free, estimated in the last tick
+    dvec3 center{0}, end{0};   // the dome's centre; the instrument's end when the dome was begun
+    dvec3 root{0};      // place where the first dome was begun; filling that finds no room flows on from this place
+    bool idle = false;  // true if the last tick found hardly any room in the dome
   } filling_;
-  struct Outlook {  // from the root along straight ways, all looked at equally far: nothing nearer is open
+  // Search for open places along straight rays from the root. All rays are searched to the same distance, so the
+  // nearest open place is found first.
+  struct Outlook {
     struct Way {
-      int next = 0;       // the look at which it is looked at again
-      int in_tissue = 0;  // looks since the last one outside tissue
+      int next = 0;       // number of the sample at which this ray is examined next
+      int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
-    int looks = 0;        // along each way, …
-    std::size_t way = 0;  // … and one more along those before this one
+    int looks = 0;        // number of samples that all rays have completed
+    std::size_t way = 0;  // index of the next ray; the rays before it have one more sample
     std::array<Way, FillingParameters::directions> ways{};
   } outlook_;
-  std::vector<glm::vec3> flow_directions_;  // unit; empty where nothing fills
+  std::vector<glm::vec3> flow_directions_;  // unit vectors; empty if no tool fills
 };
 
 }  // namespace typodont::haptics::offset

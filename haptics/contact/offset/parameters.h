@@ -1,125 +1,144 @@
-// The numbers of the offset method, each with its unit and its reason. Lengths in voxels unless a unit is given: they
-// are limits of what the field can tell, which grows with the voxel.
+// The constants of the offset method, each with its unit and its reason. Lengths are in voxels unless a unit is given:
+// the resolution of the field, which grows with the voxel, determines them.
 #pragma once
 
 #include <cstddef>
 
 namespace typodont::haptics::offset {
 
-/// The search for the proxy's place: iterations of "find contacts, project, move" (proxy.cpp).
+/// Search for the proxy's position: iterations of "find contacts, project, move" (proxy.cpp).
 struct SearchParameters {
-  static constexpr double contact_range =
-      0.8;  // a contact with a larger gap cannot matter before the next iteration, …
-  static constexpr double contact_step = 0.6;    // … because a step among several contacts is no longer than this
-  static constexpr double free_step = 1.5;       // longest step with one contact: the search skips nothing thicker
-  static constexpr double reuse_distance = 0.3;  // path length for which the contacts found still serve
-  static constexpr double converged = 1e-6;      // a step this short ends the search on one smooth wall
-  static constexpr double foreseen = 1e-7;  // so does a remaining path this short, extrapolated as a geometric series
-  static constexpr double settled = 2e-5;   // a step this short ends the search among several contacts, …
-  static constexpr double settled_cutting = 0.03;  // … and while they are cut: the error is the square of it
-  static constexpr int iterations = 48;            // limit per tick, free path included
-  static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;  // limits in contact
-  static constexpr int refining_rounds = 6;        // exact queries of the planes that hold a head which does not cut
-  static constexpr double still_converges = 0.95;  // ratio of successive steps up to which the secant method is used
-  static constexpr double most_gain = 10;          // limit of its gain on one contact, …
-  static constexpr double most_gain_of_many = 2;   // … and among several
-  static constexpr double most_slack = 1;  // a cut deeper than this in one tick says nothing about the next surface
-  static constexpr double deep = 0.6;      // overlap that neither cutting nor rounding leaves: it is led out slowly
+  static constexpr double contact_range = 0.8;  // voxels, largest gap of a contact that the search considers
+  // Voxels, longest step among several contacts; less than contact_range, so that no contact is missed.
+  static constexpr double contact_step = 0.6;
+  // Voxels, longest step with one contact; a step passes through no tissue that is thicker than this.
+  static constexpr double free_step = 1.5;
+  static constexpr double reuse_distance = 0.3;  // voxels, path length after which contacts are searched again
+  static constexpr double converged = 1e-6;      // voxels; a shorter step ends the search on one smooth wall
+  // Voxels; the search ends when the remaining path, extrapolated as a geometric series, is shorter than this.
+  static constexpr double foreseen = 1e-7;
+  static constexpr double settled = 2e-5;  // voxels; a shorter step among several contacts ends the search
+  // Voxels; a shorter step among several contacts ends the search of a cutting tool. The error is about the step's
+  // square.
+  static constexpr double settled_cutting = 0.03;
+  static constexpr int iterations = 48;  // limit of iterations per tick, free motion included
+  // Upper limits of the iterations in contact per tick.
+  static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
+  // Upper limit of the rounds of exact queries for the planes that hold a head which does not cut.
+  static constexpr int refining_rounds = 6;
+  // Ratio of successive steps up to which the secant method is used.
+  static constexpr double still_converges = 0.95;
+  static constexpr double most_gain = 10;         // upper limit of the secant method's gain with one contact
+  static constexpr double most_gain_of_many = 2;  // upper limit of the secant method's gain with several contacts
+  // Voxels, upper limit of the depth that one tick may cut; the contact planes do not describe a deeper surface.
+  static constexpr double most_slack = 1;
+  // Voxels; an overlap above this is no error of cutting or rounding, and the head is then led out of the tissue
+  // slowly.
+  static constexpr double deep = 0.6;
 };
 
-/// When a ball that slides along one smooth wall needs no search: the wall says where it lies (ContactFinder::seat).
+/// Limits for a ball that slides along one smooth wall. Its position follows from the wall alone (ContactFinder::seat),
+/// and the search is skipped.
 struct SeatParameters {
-  static constexpr double overlap = 0.1;      // a rough overlap above this refuses the seat
-  static constexpr double other_wall = 4e-3;  // overlap with another wall that refuses it, …
-  static constexpr double same_wall = 0.9;  // … where walls count as the same if their normals' cosine is above this
-  static constexpr double same_wall_overlap = 0.02;  // overlap with the same wall beside the seat that refuses it
-  static constexpr double alone = 2e-4;              // step by which one exact contact may still move the ball
+  static constexpr double overlap = 0.1;  // voxels, overlap of the rough planes above which the search is used instead
+  static constexpr double other_wall = 4e-3;  // voxels, overlap with another wall above which the search is used
+  static constexpr double same_wall = 0.9;    // cosine between normals above which two planes count as one wall
+  // voxels, overlap with the same wall, beside the contact point, above which the search is used
+  static constexpr double same_wall_overlap = 0.02;
+  static constexpr double alone = 2e-4;  // voxels, step below which the ball with one exact contact has converged
 };
 
-/// How fast the proxy may move relative to the hand while a bur cuts: the hand must feel no step above 0.02 N a tick.
+/// Limits of the proxy's speed relative to the hand while a bur cuts: the hand must feel no step above 0.02 N a tick.
 struct PaceParameters {
-  static constexpr double cut_slew = 6;       // N/s, change of a cutting contact's force by the proxy
-  static constexpr double free_slew = 14;     // N/s, of a force that ends because the bur broke through
-  static constexpr double grip_slew = 9;      // N/s, rise of the force when the teeth catch
-  static constexpr double tooth_grip = 0.15;  // engaged teeth resist being led sideways up to this fraction of the push
-  static constexpr double tolerance = 1.02;   // ratio to the limit at which the pace counts as kept, …
-  static constexpr int rounds = 4;            // … or this many steps toward it
-  static constexpr double free_debt =
-      3e-3;  // s of the motor's work that a bur may remove in advance; beyond, it slows …
-  static constexpr double standing_debt = 12e-3;  // … and stands at this
+  static constexpr double cut_slew = 6;  // N/s, limit of the change of a cutting contact's force by the proxy
+  // N/s, limit of the change of a force that ends because the bur broke through
+  static constexpr double free_slew = 14;
+  static constexpr double grip_slew = 9;      // N/s, limit of the force's rise when the teeth catch
+  static constexpr double tooth_grip = 0.15;  // friction coefficient of engaged teeth: sideways resistance over push
+  static constexpr double tolerance = 1.02;   // ratio to the speed limit up to which the limit counts as kept
+  static constexpr int rounds = 4;            // limit of iterations toward the speed limit
+  static constexpr double free_debt = 3e-3;   // s of the motor's work, energy debt above which a bur slows down
+  static constexpr double standing_debt = 12e-3;  // s of the motor's work, energy debt at which the bur stops
 };
 
-/// When a hand falls because the tissue gives way, it may land no faster than it would feel (follow_fall).
+/// Limits for a hand that falls because the tissue under it is gone: the bur lands no faster than these (follow_fall).
 struct FallParameters {
-  static constexpr double rough_time = 2e-3;  // s, mean of the hand's velocity now, …
-  static constexpr double speed_time = 0.1;   // s, … of its velocity of late, …
-  static constexpr double push_time = 0.05;   // s, … and of the push that held it up
-  static constexpr double gain = 5;           // N/s, gained speed × stiffness that makes a fall
-  static constexpr double along = 0.3;        // cosine to the mean push above which a fall is one
-  static constexpr double landing_slew = 12;  // N/s at which a bur may land anyway, …
-  static constexpr double growth = 1.2;       // … or this ratio to the hand's speed of late, …
-  static constexpr double brake = 12;         // N/s … or slower than it falls by this much
+  static constexpr double rough_time = 2e-3;  // s, time constant of the hand's short-term mean velocity
+  static constexpr double speed_time = 0.1;   // s, time constant of the hand's long-term mean velocity
+  static constexpr double push_time = 0.05;   // s, time constant of the mean push that held the hand up
+  static constexpr double gain = 5;           // N/s, gained speed × stiffness above which a motion is a fall
+  static constexpr double along = 0.3;        // least cosine between the mean push and the direction against the fall
+  static constexpr double landing_slew = 12;  // N/s, landing speed × stiffness that is always allowed
+  // ratio of landing speed to the hand's long-term mean speed that is always allowed
+  static constexpr double growth = 1.2;
+  static constexpr double brake = 12;  // N/s, largest required reduction of fall speed × stiffness
 };
 
 /// One-sided walls from soft to hard tissue (Wang 2009, "boundary walls").
 struct WallParameters {
-  static constexpr double felt_depth = 0.1e-3;  // m that a head may have got into harder tissue and still meet the wall
-  static constexpr double border = 0.5;         // voxels on each side of a border that show either tissue
-  static constexpr double least_power = 0.1;    // fraction of the power that a wall always leaves
+  static constexpr double felt_depth = 0.1e-3;  // m, depth up to which a head in harder tissue still meets the wall
+  static constexpr double border = 0.5;         // voxels on each side of a border whose samples may show either tissue
+  static constexpr double least_power = 0.1;    // lower limit of the fraction of the power at a wall
   static constexpr double from_ratio = 0.2;     // softer over harder specific energy below which a border is a wall
-  static constexpr int rounds = 4;              // projections in which planes may take the place of such as give way
+  static constexpr int rounds = 4;              // limit of projections while planes at walls are made harder to cut
 };
 
-/// A tool inside tissue, and a tool without a snapshot.
+/// Recovery of a tool inside tissue, and of a tool outside its patch.
 struct RecoveryParameters {
-  static constexpr double recovery_time = 6e-3;  // s, time constant of leading the tool out of tissue
-  static constexpr double least_overlap = 0.01;  // voxels that count as out
+  static constexpr double recovery_time = 6e-3;  // s, time constant with which the tool is led out of tissue
+  static constexpr double least_overlap = 0.01;  // voxels of overlap below which the tool counts as outside
   static constexpr double patch_wait =
-      0.01;  // s that the tool waits where its patch ends before the patch counts as late
-  static constexpr double bridge_reach = 5e-3;  // m from there that the last contact's plane stands in for a late patch
-  static constexpr double bridge_yield = 0.5;   // N beyond the push of that contact, at which the plane gives way
-  static constexpr double bridge_time_of_laws_1 =
-      0.5;                                    // s for which the plane stood in for the snapshot, by the first laws
-  static constexpr double rejoin_time = 0.3;  // s for finding back from there to the surface without a step
+      0.01;  // s that the tool waits at the end of its patch before the patch counts as late
+  // m from the patch's end over which the last contact's plane replaces a late patch
+  static constexpr double bridge_reach = 5e-3;
+  // N above the last contact's push, limit of the push of a plane that replaces a late patch.
+  static constexpr double bridge_yield = 0.5;
+  // s, limit for a plane that replaces a missing patch; only with version 1 of the force laws
+  static constexpr double bridge_time_of_laws_1 = 0.5;
+  static constexpr double rejoin_time = 0.3;  // s, duration of the return from a bridging plane to the surface
 };
 
-/// When a proxy that its contacts hold is led back the way it came, because the hand has left.
+/// A proxy held by its contacts is led back along its path if the hand has left. These are the conditions.
 struct RetreatParameters {
-  static constexpr double far = 2e-3;      // m from the proxy to a hand that may have left
-  static constexpr double still = 0.3e-3;  // m that a proxy may move which counts as held
-  static constexpr double too_far = 5e-3;  // m: nobody presses so far into tissue, at 1 N/mm
-  static constexpr double patience = 0.3;  // s that it must be held before it is led back, …
-  static constexpr double told = 1;        // s … and before the user is told that no way back is known
-  static constexpr double gain = 0.1e-3;   // m by which a place on the way back must be nearer to the hand
-  static constexpr double slew = 14;       // N/s, change of the force by being led
-  static constexpr double outside = 1e-3;  // m between head and tissue from which on the head is outside
-  static constexpr double look_step = 1;   // voxels between two looks along the way to the hand
+  static constexpr double far = 2e-3;      // m from proxy to hand above which the hand may have left
+  static constexpr double still = 0.3e-3;  // m of motion below which the proxy counts as held
+  // m from proxy to hand above which the hand has left: nobody presses so far at 1 N/mm
+  static constexpr double too_far = 5e-3;
+  static constexpr double patience = 0.3;  // s that the proxy must be held before it is led back
+  static constexpr double told = 1;  // s that the proxy must be held before a fault reports that no way back was found
+  // m by which a point on the path must be nearer to the hand than the proxy
+  static constexpr double gain = 0.1e-3;
+  static constexpr double slew = 14;       // N/s, limit of the force's change while the proxy is led back
+  static constexpr double outside = 1e-3;  // m between head and tissue above which the path starts anew
+  static constexpr double look_step = 1;   // voxels between two samples along the line to the hand
 };
 
-/// Upkeep of the coarse patch in which shanks are felt.
+/// Updates of the coarse patch, which the shank touches.
 struct CoarseParameters {
-  static constexpr double cut_step = 0.2;  // coarse samples that a head moves between two cuts in that patch
+  static constexpr double cut_step = 0.2;  // coarse voxels that the head moves between two cuts in the coarse patch
 };
 
-/// What a filling instrument puts down (filling.cpp).
+/// Limits for a filling instrument (filling.cpp).
 struct FillingParameters {
-  static constexpr double waits = 0.05;       // s of filling that may wait for room
+  // s, filling time; the volume of this time may wait for room, and a larger volume is lost
+  static constexpr double waits = 0.05;
   static constexpr double one_surface = 0.5;  // slope of the field below which a point lies midway between surfaces
-  static constexpr double look_step = 0.25;   // between two looks for something to fill on
-  static constexpr double step = 0.25;        // growth of a dome in a tick, whatever part of its surface is free, …
-  static constexpr double most_step = 1;      // … limit of a small dome's growth, …
-  static constexpr double ahead = 0.01;       // s of filling … that set this growth
+  static constexpr double look_step = 0.25;   // voxels between two samples in the search for tissue to fill on
+  static constexpr double step = 0.25;        // voxels, growth of a dome per tick that is always allowed
+  static constexpr double most_step = 1;      // voxels, upper limit of a small dome's growth per tick
+  static constexpr double ahead = 0.01;       // s, filling time; a dome may grow in one tick by the volume of this time
   static constexpr double least_step = 1e-3;
-  static constexpr double buried = 0.01;    // fraction of its surface that a dome must have free to go on
-  static constexpr double open = 0.5;       // of air, beyond what the instrument keeps free, that count as room
-  static constexpr double flows_on = 3;     // ratio to the reach: as far does filling flow through filling
-  static constexpr double flow_step = 0.5;  // between two looks along a way
-  static constexpr int thin = 3;  // looks into tissue that do not part two places: a filled wall shares voxels
-  static constexpr int looking_cost =
-      60000;  // limit per tick of the search for room, in units of about 1 ns; the cost of …
-  static constexpr int skip_cost = 1, look_cost = 5,
-                       room_cost = 60;             // … a skipped way, a look, a test of the room there
-  static constexpr std::size_t directions = 2048;  // of the ways along which filling looks for room
+  static constexpr double buried = 0.01;  // fraction of the dome's surface that must be free for it to grow on
+  // Voxels, least distance to tissue, head and limit at a place that counts as open.
+  static constexpr double open = 0.5;
+  static constexpr double flows_on = 3;     // ratio of the search distance through filling to the instrument's reach
+  static constexpr double flow_step = 0.5;  // voxels between two samples along a ray
+  // limit of consecutive samples inside tissue on a ray; the voxels of a filled wall of this thickness are shared
+  static constexpr int thin = 3;
+  static constexpr int looking_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
+  // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether a sample has room.
+  static constexpr int skip_cost = 1, look_cost = 5, room_cost = 60;
+  static constexpr std::size_t directions = 2048;  // number of rays along which filling searches for an open place
 };
 
 }  // namespace typodont::haptics::offset

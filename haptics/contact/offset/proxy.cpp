@@ -1,4 +1,4 @@
-// The proxy: where the tool is held, outside the tissue, as near to the hand as its contacts allow.
+// The proxy: the tool's position outside the tissue, as near to the hand as its contacts allow.
 #include <algorithm>
 #include <cmath>
 
@@ -11,10 +11,10 @@ namespace {
 using P = PaceParameters;
 using Q = SearchParameters;
 
-/// A turning head that is pressed into tissue stays where it is until the hand leads it sideways by more than the teeth
-/// grip (a friction cone on the god-object). So the roughness of the cut surface does not shake the hand. Returns the
-/// target as if that grip held back its tangential part. `moved` is the hand's motion since the last tick. The lag
-/// sideways grows by `most` at most, so that teeth which catch do not stop the head dead.
+/// Friction cone on the god-object: a turning head that is pressed into tissue stays until the hand leads it sideways
+/// by more than the teeth grip. So the roughness of the cut surface does not shake the hand. Returns the target with
+/// the tangential part of the lag limited to the grip. `moved` is the hand's motion since the last tick. The tangential
+/// lag grows by `most` per tick at most, so that catching teeth do not stop the head abruptly.
 dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const dvec3& moved, double most) {
   const dvec3 pull = from - target;
   const double pushed = glm::dot(pull, n);
@@ -22,14 +22,16 @@ dvec3 held_target(const dvec3& from, const dvec3& target, const dvec3& n, const 
   const dvec3 sideways = pull - pushed * n;
   const double length = glm::length(sideways);
   const dvec3 lag = sideways * (length > P::tooth_grip * pushed ? P::tooth_grip * pushed / length : 1.0);
-  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);  // since the last tick
+  // change of the tangential lag since the last tick
+  const dvec3 change = lag - (sideways + moved - glm::dot(moved, n) * n);
   const double size = glm::length(change);
   if (size > most && glm::dot(change, lag) > 0) return target + lag - change * (1 - most / size);
   return target + lag;
 }
 
-/// How far from where the hand would have carried it by `shift` a proxy may end that would make `step`: `pace`, or
-/// hardly more than it must. So a fast hand beside a head that is stuck in its hole does not keep it from sinking.
+/// Largest allowed distance between the proxy's new position and start + `shift`, the position to which the hand would
+/// have carried the proxy. The result is `pace`, or slightly more than the least distance that `step` permits. So a
+/// fast sideways motion of the hand does not stop a head stuck in its hole from sinking.
 double farthest(const dvec3& step, const dvec3& shift, double pace) {
   const double length2 = glm::dot(step, step);
   const double nearest = length2 > 0 ? std::clamp(glm::dot(step, shift) / length2, 0.0, 1.0) : 0.0;
@@ -51,12 +53,12 @@ void OffsetModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!in.cuts) emptied_ = false;
 }
 
-/// Any overlap is led out of the tissue, as fast as the hand may feel it.
+/// Starts the tick. The overlap decays; the head leaves the tissue as fast as the hand may feel it.
 void OffsetModel::begin_step(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& s = step_;
   s.slack = s.slack_at_walls = s.fall_limit = 0;
-  s.fall_normal = dvec3(0);  // not in one assignment with the next: that would wait for its own store
+  s.fall_normal = dvec3(0);  // two separate assignments, because a common one would wait for its own store
   s.held_off = dvec3(0);
   s.active.count = 0;
   s.touching = s.lost = s.deep = s.bridging = s.late = false;
@@ -72,10 +74,10 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.paced = (in.cuts || tool().fill != Tissue::kAir || rejoining_ > 0) && in.normal_force > 0;
 }
 
-/// Where its support gives way, a hand falls, and lands at the speed that it has gained: its way in one tick is then
-/// felt as a step. So a bur that holds the hand up less than of late, while the hand goes against that push ever
-/// faster, sinks no faster than it may land. A hand that draws the bur on at a steady speed does not fall, however
-/// steep its way.
+/// If the tissue under the bur is gone, the hand falls and lands at the speed that it has gained, which is felt as a
+/// step. A fall is detected if the bur holds the hand up less than before while the hand moves ever faster against that
+/// push. The bur then sinks no faster than the allowed landing speed. A hand that draws the bur at a steady speed does
+/// not fall, however steep its path.
 void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   using F = FallParameters;
   if (!(step_.paced && in.cuts && !in.scrapes)) {
@@ -92,7 +94,7 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   smooth(fall_.hand_mean, v, F::speed_time);
   const dvec3 gained = fall_.hand_speed - fall_.hand_mean;
   const double gain = glm::length(gained);
-  // One count of a device's encoder is no fall.
+  // A speed error of one encoder count is no fall.
   if (gain < F::gain / settings_.stiffness + settings_.position_step / F::rough_time) return;
   const dvec3 n = -gained / gain;
   const double held_up = glm::dot(fall_.push_mean, n);
@@ -103,8 +105,8 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   step_.fall_limit = fastest * in.dt / voxel();
 }
 
-/// Moves the proxy toward the hand: along the one wall on which a ball slides, freely while nothing is near, along the
-/// contacts otherwise.
+/// Moves the proxy toward the hand. seat_ball() places a ball on one smooth wall. Otherwise a search moves the proxy:
+/// freely while no tissue is near, along the contacts near tissue.
 void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   Step& p = step_;
   contacts_.clear();
@@ -131,8 +133,8 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   wall_ = in.cuts && settings_.boundary_walls && p.touching ? strongest_wall(p.active) : 0;
 }
 
-/// A ball that slides along one smooth wall needs no search: the wall says where it will lie. Where more of the tissue
-/// is near, one iteration of the search shows whether that is in the way. `alone`: nothing else is near.
+/// Computes the position of a ball on one smooth wall without a search. If other tissue is near, one iteration of the
+/// search then tests whether that tissue is in the way. `alone`: no other tissue is near.
 bool OffsetModel::seat_ball(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -155,7 +157,8 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
 
     find_contacts(in, s, head_free);
     if (seated && contacts_.deepest() > SeatParameters::overlap) return Ending::kSeatRefused;
-    if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {  // wholly inside: no surface in reach
+    // The head is completely inside tissue, and no surface is in reach.
+    if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {
       p.deep = true;
       p.c = p.target;
       p.touching = false;
@@ -187,18 +190,18 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       continue;
     }
     p.c = next;
-    if (s.at_pace) {  // the next tick searches on from here
+    if (s.at_pace) {  // the next tick continues from here
       p.touching = !comes_free;
       break;
     }
     const double settled = contacts_.count() > 1 ? in.cuts ? Q::settled_cutting : Q::settled : Q::converged;
-    // The steps that are still to come, if each is at most the fraction of the one before that this one was.
+    // Sum of the steps still to come, if each is at most the same fraction of its predecessor.
     const bool foreseen =
         contacts_.count() == 1 && length < s.last_length && length * length < Q::foreseen * (s.last_length - length);
     s.last_length = length;
     const int most_settled = in.cuts ? Q::settling_iterations_cutting : Q::settling_iterations;
     if (length < settled || foreseen || ++s.settled >= most_settled) break;
-    // On a smooth surface each iteration squares the error. If nothing pushes, the target was reached.
+    // On a smooth surface each iteration squares the error. If no contact pushes, the target was reached.
     if (p.active.count == 0) {
       p.touching = false;
       break;
@@ -211,7 +214,7 @@ double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
   return smooth().any() ? std::min(head_free, smooth().room(patch_, X_VT)) : head_free;
 }
 
-/// Sphere tracing: as far as the tool cannot meet anything.
+/// Sphere tracing: moves the head as far as the tool cannot touch tissue.
 OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
   Step& p = step_;
   if (!patch_.holds(p.c, reach() + 1)) {
@@ -238,8 +241,9 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   return Advance::kOn;
 }
 
-/// The contacts at p.c. Those found before serve as long as the head has hardly moved. A single exact one is always
-/// found anew, and so are those around a rim, whose exact planes come from the rough ones by queries.
+/// Finds the contacts at p.c. Existing contacts are reused while the head has hardly moved. Two kinds are always
+/// searched again: a single exact contact, and contacts around a rim, whose exact planes are refined from the rough
+/// ones.
 void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_free) noexcept {
   const dvec3& c = step_.c;
   const bool ball = tool().shape == HeadShape::kSphere;
@@ -254,7 +258,7 @@ void OffsetModel::find_contacts(const ContactInput& in, Search& s, double head_f
   }
 }
 
-/// Finds all that the head, the shank and the safe end touch at c.
+/// Finds all contacts of the head, the shank and the safe end at c.
 void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool center_inside) noexcept {
   const Pose X_VT{c, in.X_WT.R};
   finder().find(patch_, X_VT, Q::contact_range, contacts_);
@@ -263,7 +267,8 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   } else if (in.cuts && emptied_ && !in.must_earn) {
     finder().forgive({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
-  // Tissue harder than what is being cut gives way by that much less; softer tissue never holds anything back.
+  // Tissue harder than the tissue being cut yields less, in the ratio of specific energies. Softer tissue never holds
+  // the head back.
   if (settings_.boundary_walls && in.specific_energy > 0 && in.specific_energy < hardest_) {
     for (int i = 0; i < contacts_.count(); ++i) {
       const double under = specific_energy_at(contacts_.below(i));
@@ -274,7 +279,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   step_.active = guess_active(contacts_, held_);
 }
 
-/// The place nearest to the hand that the contacts allow, at the pace that the hand may feel.
+/// Returns the position nearest to the hand that the contacts and the speed limit allow.
 dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) noexcept {
   Step& p = step_;
   s.led_to = p.target;
@@ -284,7 +289,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   dvec3 next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   s.held_at = next;
   comes_free = p.active.count == 0;
-  // A hand that falls is let down as on a floor that sinks.
+  // If the hand falls, the head goes down with a plane that sinks at the allowed speed.
   const bool falls = p.fall_normal != dvec3(0) && glm::dot(next - p.start, p.fall_normal) < -p.fall_limit &&
                      contacts_.add({p.c, p.fall_normal, glm::dot(p.c - p.start, p.fall_normal) + p.fall_limit});
   if (falls) next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
@@ -295,7 +300,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   return next;
 }
 
-/// Rough planes chose which of them hold the head. Exact ones tell how far, and others may hold then.
+/// The rough planes selected the contacts that hold the head. Exact planes correct their distance, and other contacts
+/// may then hold the head.
 dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept {
   Step& p = step_;
   const int rounds = in.cuts ? 1 : Q::refining_rounds;
@@ -307,8 +313,8 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
     if (!refined) break;
     next = nearest_allowed(contacts_, p.c, overlap_, p.slack, s.led_to, p.active);
   }
-  // One-sided wall (Wang 2009): coming from softer tissue a bur gets through the boundary of harder tissue only as
-  // slowly as if it had the softer one's fraction of its power.
+  // One-sided wall (Wang 2009): a bur that comes from softer tissue cuts the boundary of harder tissue with only a
+  // fraction of its power, the ratio of the specific energies.
   const bool walled = in.cuts && settings_.boundary_walls;
   for (int round = 0;
        walled && p.slack > 0 && round < WallParameters::rounds && hold_at_walls(p.active, p.slack_at_walls); ++round) {
@@ -317,9 +323,9 @@ dvec3 OffsetModel::refine_and_project(const ContactInput& in, Search& s, dvec3 n
   return next;
 }
 
-/// Along a smooth curved surface each step is the same fraction of the one before, a negative one in a hollow. So all
-/// that are still to come are made at once (secant method). Two planes of one hollow only hold back. Toward the tissue
-/// each step stays as it is.
+/// Along a smooth curved surface each step is a constant fraction of its predecessor, negative in a hollow. The sum of
+/// the remaining steps is therefore made at once (secant method). With two active planes in one hollow the gain only
+/// shortens the step. The part of the step toward the tissue is not changed.
 dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   const Step& p = step_;
   const double before2 = glm::dot(s.last_step, s.last_step);
@@ -333,7 +339,8 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
   return step + (s.last_gain - 1) * (step - glm::dot(step, n) * n);
 }
 
-/// How far the head may sink in this tick: the budget buys area × depth + the cap of a first touch.
+/// Computes the depth that the head may sink in this tick: the energy budget pays for area × depth plus the cap of a
+/// first touch.
 void OffsetModel::find_room_to_sink(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
@@ -347,15 +354,16 @@ void OffsetModel::find_room_to_sink(const ContactInput& in) noexcept {
   step_.slack_at_walls = bought_by(std::min(in.wall_budget, in.budget)) / step_.slack;
 }
 
-/// The fraction of its way, 0..1, that a bur may go which has removed more than its motor has worked for: it waits
-/// until that is paid, as long as it is pushed. So does a sharp rim in a pit too shallow for its wall to be felt.
+/// The fraction 0..1 of its step that a bur may make. If its cuts needed more energy than its motor has delivered, a
+/// pushed bur waits until this debt is paid. A sharp rim in a pit too shallow for its wall to be felt also waits.
 double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
   const Step& p = step_;
   if (!(emptied_ && in.budget < 0 && in.cuts && !in.scrapes && glm::dot(p.target - p.start, in.normal) < 0)) return 1;
   return std::clamp((P::standing_debt + in.budget / in.power) / (P::standing_debt - P::free_debt), 0.0, 1.0);
 }
 
-/// Whether none of the planes that hold a seated ball is another wall in its way.
+/// True if the seated ball overlaps no holding plane by more than a tolerance; the tolerance is smaller for a plane of
+/// another wall.
 bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
   using S = SeatParameters;
   for (int i = 0; i < step_.active.count; ++i) {
@@ -367,10 +375,11 @@ bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
   return true;
 }
 
-/// A bur that must let the hand feel no step goes to the place nearest to the hand among those no farther than `most`
-/// from `carried`, where the hand would carry it. That is where contacts hold it when it is led to a point on the way
-/// from there to the hand: its lag shrinks along itself, so that a bur which comes out over a rim lands, and then
-/// catches up. Moves `next` there, from where contacts alone would hold it, and returns the point that it is led to.
+/// Moves a bur whose force must change without a step. Of the positions at most `most` away from `carried`, where the
+/// hand would carry the bur, it takes the one nearest to the hand. Leading the bur to a point between `carried` and the
+/// hand yields this position: the lag only becomes shorter, so a bur that comes over a rim first lands and then catches
+/// up. `next` contains on entry the position where the contacts alone hold the bur, and on return the new position.
+/// Returns the point to which the bur is led.
 dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept {
   double fraction = 1;
   dvec3 led_to = pulled_to;
@@ -384,8 +393,8 @@ dvec3 OffsetModel::ease(const dvec3& carried, double most, const dvec3& pulled_t
   return led_to;
 }
 
-/// Where the head comes from softer tissue and stands before much harder tissue, the fraction of its power that it cuts
-/// with: softer over harder specific energy. Elsewhere 1.
+/// The fraction of its power with which the head cuts at this plane: softer over harder specific energy if the head
+/// comes from softer tissue and touches much harder tissue, otherwise 1.
 double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   using W = WallParameters;
   const dvec3 before = plane.x + (W::felt_depth / voxel() + W::border) * plane.n, behind = plane.x - 0.5 * plane.n;
@@ -394,7 +403,7 @@ double OffsetModel::wall_at(const ContactPlane& plane) const noexcept {
   return softer > 0 && softer < W::from_ratio * harder ? std::max(softer / harder, W::least_power) : 1;
 }
 
-/// The least such fraction of all planes that hold the head; 0 where no wall does.
+/// The smallest fraction wall_at() of all planes that hold the head; 0 if none lies at a wall.
 double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   double least = 1;
   for (int i = 0; i < active.count; ++i) {
@@ -403,8 +412,7 @@ double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   return least < 1 ? least : 0;
 }
 
-/// Lets those of the holding planes that lie in a wall give way by `yields` at most. True if any gave way by more
-/// before.
+/// Limits `yields` of the holding planes at walls. True if any of them had a larger value.
 bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
   bool changed = false;
   for (int i = 0; i < active.count; ++i) {
@@ -417,9 +425,9 @@ bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexc
   return changed;
 }
 
-/// A bur that comes free, over the rim of its own cut or through the last of the tissue, follows the hand at a pace,
-/// and so does one whose contacts turned out to lie elsewhere: the force on the hand then changes by so much at most,
-/// where the proxy can see to that. The proxy only lags behind, so this takes energy and never gives any.
+/// Limits the proxy's speed relative to the hand for a bur that comes free (over the rim of its own cut or through the
+/// last tissue), and for a bur whose contacts have shifted. This limits the change of the force on the hand. The proxy
+/// only lags behind, so this dissipates energy and never supplies any.
 void OffsetModel::follow_hand() noexcept {
   Step& p = step_;
   const bool at_pace = p.paced && !p.deep;
@@ -431,9 +439,10 @@ void OffsetModel::follow_hand() noexcept {
   p.lost = p.lost && !patch_.holds(p.c, reach() + 1);
 }
 
-/// A head that has got under an overhang, or behind a ledge that it left when it cut, is nearest to the hand where it
-/// is held, however far the hand goes. It is led back the way it came, which was free, at a pace that the hand may feel
-/// and without cutting, to the place on it that is nearest to the hand. True where it is led in this tick.
+/// A head under an overhang, or behind a ledge that its own cut left, stays held at any distance of the hand, because
+/// its position is the allowed one nearest to the hand. The head is led back along its own path, which was free, to the
+/// point of the path nearest to the hand, with limited force change and without cutting. True if it is led in this
+/// tick.
 bool OffsetModel::lead_back() noexcept {
   using R = RetreatParameters;
   if (!retreat_.leading) return false;
@@ -460,12 +469,12 @@ bool OffsetModel::lead_back() noexcept {
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
-  rejoining_ = RecoveryParameters::rejoin_time;  // so that it follows the hand at a pace afterwards, too
+  rejoining_ = RecoveryParameters::rejoin_time;  // the proxy then follows the hand with limited speed, too
   breaking_through_ = true;
   return true;
 }
 
-/// Notes the path of a tool that cuts, and whether the hand has left it where it does not follow.
+/// Records the path of a cutting tool and detects that the hand has left a proxy that does not follow.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   using R = RetreatParameters;
   retreat_.wedged = false;
@@ -487,8 +496,8 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
 }
 
-/// Whether there is room for the head on the straight way to the hand, as far as the patch shows: a hand that presses
-/// into tissue has none. A hand that is too far away to press has left.
+/// True if the head has room on the straight line to the hand, as far as the patch extends; a hand that presses into
+/// tissue leaves no room there. Also true if the hand is too far away to be pressing.
 bool OffsetModel::hand_has_left() const noexcept {
   using R = RetreatParameters;
   const Step& p = step_;
@@ -503,16 +512,16 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Beyond the patch the plane of the last contact goes on (the intermediate surface of Adachi 1995; Mark 1996) until a
-/// patch arrives, without cutting. If that patch is late, the plane gives way where the hand pushes harder than the
-/// contact did, so that it traps no hand, and between one and two times bridge_reach it yields altogether. A tool that
-/// touched nothing then follows the hand. docs/safety.md has the figures behind this.
+/// Outside the patch the plane of the last contact replaces the surface (the intermediate surface of Adachi 1995; Mark
+/// 1996) until a patch arrives; nothing is cut. If the patch is late, the plane yields where the hand pushes harder
+/// than on that contact, so the plane never traps the hand. Between one and two times bridge_reach the plane's force
+/// falls to zero. A tool that touched nothing follows the hand. docs/safety.md has the measurements.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   using R = RecoveryParameters;
   Step& p = step_;
   lost_for_ = p.lost ? lost_for_ + in.dt : 0;
   p.late = settings_.laws >= 2 && lost_for_ > R::patch_wait && patch_.number != 0;
-  // By the first laws the plane held for a while, and did not give way.
+  // Replay of recordings with version 1 of the force laws: the plane holds for a fixed time and does not yield.
   p.bridging = p.lost && in.normal_force > 0 && (settings_.laws >= 2 || lost_for_ < R::bridge_time_of_laws_1);
   if (!(p.bridging && p.late)) bridge_push_ = 0;
   if (p.bridging) {
@@ -552,7 +561,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
   out.held_off_direction = p.held_off;
   out.wall = wall_;
-  // From the samples, or, where one query sufficed, of the cap under the tangent plane.
+  // The area comes from the samples; after a single query it is the area of the cap under the tangent plane.
   if (p.touching && contacts_.own() > 0) {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;

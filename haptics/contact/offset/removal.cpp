@@ -1,4 +1,4 @@
-// What the bur takes away in the servo's own patch, and how a fresh patch learns of the cuts that it lacks.
+// Removal in the servo's own patch, and the update of a fresh patch with the cuts that it lacks.
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   return changed;
 }
 
-/// Removes all that the head sweeps on the proxy's way. True and a Cut when that changed something.
+/// Removes the sweep of the head along the proxy's motion. Returns true and a Cut if any sample changed.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
   return emptied_ && take_away(in, {contact.p_WG, in.X_WT.R}, cut, energy);
@@ -23,12 +23,12 @@ bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut
 
 bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
-  // After undo or redo the head may stand in tissue that has come back: the sweep starts from its whole shape again.
+  // After undo or redo the head may lie in restored tissue: the sweep then starts with the head's whole shape.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
   const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
   bool changed;
-  PerTissue hardened;  // voxels³ times hardness: what is paid for
+  PerTissue hardened;  // voxels³ × hardness, the volume to which the specific energy applies
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.spindle};
@@ -43,7 +43,7 @@ bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, 
   return true;
 }
 
-/// The same cut in the coarse patch: in longer steps, which its samples cannot tell apart.
+/// Repeats the cut in the coarse patch, in longer steps, because the patch's samples do not resolve shorter steps.
 void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept {
   if (patch_.wide.empty()) return;
   const VoxelFrame frame{settings_.frame.origin, voxel() * patch_.wide.front().every};

@@ -15,7 +15,8 @@ double square(const dvec3& v) {
 void RetreatPath::add(const dvec3& c) noexcept {
   if (points_.empty() || square(c - points_.back()) > kLeap * kLeap) return begin(c);
   if (square(c - points_.back()) < kSpacing * kSpacing) return;
-  // From a point that is farther away than this place, so many of the next ones are as well.
+  // A point at this distance from c rules out its next neighbours as well, since consecutive points are at most
+  // longest_ apart.
   std::size_t visited = 0;
   while (visited < points_.size()) {
     const double off = glm::length(c - points_[visited]) - kSamePlace;

@@ -1,4 +1,5 @@
-// The three passes on a GPU: the same sums in the same order as on the CPU, so that the results have the same bits.
+// The packing method's three passes on a GPU. They compute the same sums in the same order as on the CPU, so the
+// results have the same bits.
 #pragma once
 
 #include <memory>
@@ -26,16 +27,16 @@ class ComputePasses {
   bool ready() const noexcept { return ready_; }
   void load(const SphereTissue& tissue) noexcept;
 
-  /// Pass 1.
+  /// Pass 1: the first contact of the moving balls.
   bool first_contact(std::span<const SweptBall> balls, FirstContact& first) noexcept;
-  /// Pass 2, as estimate_surface() on the CPU.
+  /// Pass 2, with the same result as estimate_surface() on the CPU.
   bool estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
                         double epsilon, const PerTissue& density, SurfaceEstimate& estimate) noexcept;
   /// Pass 3 without removal: the energy in J that the head's motion from `from` to `to` costs; `near_to`: end of the
   /// longest motion that will be evaluated.
   bool cost(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& from, const Pose& to, const Pose& near_to,
             const PerTissue& energy, double& joules) noexcept;
-  /// Pass 3, as carve().
+  /// Pass 3, with the same result as packing::carve() on the CPU.
   bool carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, Removed& removed,
              bool& changed) noexcept;
 
@@ -58,7 +59,7 @@ struct PassTimes {
   /// True if the GPU is faster and gives the same bits.
   bool gpu_is_better() const { return same && gpu < processor; }
 };
-/// Measures both. `tissue` must be loaded. Set-up time: takes as long as some ticks.
+/// Measures the passes on the CPU and on the GPU. `tissue` must be loaded. Set-up time: takes as long as some ticks.
 PassTimes compare_passes(const SphereTissue& tissue, const ToolSpheres& tool, ComputePasses& passes,
                          CutBuffers& buffers, int looks);
 

@@ -82,7 +82,7 @@ void DepthField::settle_labels() {
 // Finds the closest point on the surface or border for every voxel by propagation from voxel to voxel (Danielsson 1980,
 // with points between the voxels). The field's own distances are correct only in its band, and not near cuts.
 void DepthField::find_closest_points(double band) {
-  std::vector<glm::vec3> way(depth_.size());  // from the voxel to its closest point
+  std::vector<glm::vec3> way(depth_.size());  // vector from each voxel to its closest point
   std::vector<float> far2(depth_.size(), kUnknown);
   const auto take = [&](std::ptrdiff_t i, const glm::vec3& to) {
     const float d2 = glm::dot(to, to);
@@ -128,7 +128,7 @@ void DepthField::find_closest_points(double band) {
   }
   // Scan forward and backward alternately until a scan changes nothing. A neighbour is evaluated again only if it
   // changed in this scan or the previous one, because the last scan in the same direction has used all older changes.
-  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the scan; 0: a seed
+  std::vector<std::uint16_t> changed_in(depth_.size(), 0);  // number of the last scan that changed a voxel; 0: a seed
   const auto scan = [&](std::ptrdiff_t i, int sign, std::uint16_t number) {
     const std::uint16_t since = static_cast<std::uint16_t>(number <= 2 ? 0 : number - 1);
     bool changed = false;

@@ -21,7 +21,7 @@ class DepthField {
 
   /// The tissue of the nearest sample that has one; kAir if none of the eight samples around the point has one.
   Tissue tissue_at(const dvec3& p_V) const;
-  /// Depth in the tissue at p; -1 if there is none.
+  /// Depth in the tissue at p; -1 if p is not in tissue.
   double at(const dvec3& p_V) const { return in(tissue_at(p_V), p_V); }
   /// Depth in the given tissue, trilinear; negative outside it. -1 for kAir and outside the samples.
   double in(Tissue tissue, const dvec3& p_V) const;
@@ -38,7 +38,7 @@ class DepthField {
   VoxelFrame frame_;
   glm::ivec3 size_;
   std::ptrdiff_t stride_x_ = 0, stride_y_ = 0;
-  std::vector<float> depth_;           // voxels; outside the tissue the negative distance to it
+  std::vector<float> depth_;           // voxels, depth in the tissue; outside tissue the negative distance to tissue
   std::vector<Tissue> label_;          // kAir outside the tissue
   std::vector<std::ptrdiff_t> solid_;  // indices of the voxels in tissue, in the order of the arrays
   PerTissue volume_{};

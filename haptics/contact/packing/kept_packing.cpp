@@ -34,7 +34,7 @@ void write(const fs::path& path, const SpherePacking& packing) {
   if (!written || !out.flush()) throw Error(path.string(), "", "not written", "a writable place");
 }
 
-/// False if the file does not contain such a packing.
+/// False if the file does not contain a packing with this number of spheres.
 bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
   std::ifstream in(path, std::ios::binary);
   packing.center.resize(spheres), packing.radius.resize(spheres), packing.tissue.resize(spheres);

@@ -24,7 +24,7 @@ bool holds(double ri, double rj, double distance, double gap_at_start) {
 
 struct Flood {
   std::vector<int> reached;  // all spheres of the flood fill
-  std::size_t done = 0;      // number of these whose neighbours were already visited
+  std::size_t done = 0;      // number of reached spheres whose neighbours were visited
 };
 
 }  // namespace

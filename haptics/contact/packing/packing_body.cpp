@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kBlock = 8;             // voxels along the edge of a block of the field
 constexpr double kNoteEvery = 0.03;   // voxels that the tool's ball moves between two notes about a sphere
-constexpr double kAround = 1.8;       // voxels around a sphere and its gaps that interpolation reads
+constexpr double kAround = 1.8;       // voxels around a sphere and the gaps beside it that interpolation reads
 constexpr double kGapsAround = 2;     // in radii of the largest hole: extent of the gaps beside a sphere
 constexpr std::size_t kMost = 50000;  // limit of waiting notes; above it the field is updated without a request
 

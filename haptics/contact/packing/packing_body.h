@@ -12,10 +12,10 @@
 namespace typodont::haptics::packing {
 
 /// Carver thread. Cuts change only the spheres; the field is updated on request.
-/// How the field follows: each cut sphere stores the position of the tool's ball at its deepest overlap. Around the
+/// Update of the field: each cut sphere stores the position of the tool's ball at its deepest overlap. Around the
 /// sphere, including the gaps beside it, the field is raised to the depth of that ball. A sphere adds a note about the
 /// ball's position whenever the ball has moved by 0.03 voxel. So the field depends only on the cuts, not on the times
-/// of the requests, and has that accuracy.
+/// of the requests, and its error is 0.03 voxel at most.
 class PackingBody final : public TissueBody {
  public:
   /// `packing` must have been made from `tissue`. Throws Error otherwise.

@@ -16,7 +16,8 @@ inline constexpr std::string_view kName = "packing";
 /// "HEAD.stl", "unit_mm": 1}}. Throws Error.
 SharedContactMethod read(const std::optional<Json>& parameters);
 
-/// The packing of a tissue as this method makes or reads it, and the method's parameters; nothing for another method.
+/// The packing of a tissue as this method makes or reads it, and the method's parameters. packed_by() returns nothing
+/// for another method.
 struct Packed {
   SpherePacking packing;
   Parameters parameters;

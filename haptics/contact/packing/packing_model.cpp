@@ -16,7 +16,7 @@ namespace {
 constexpr double kLook = 10e-3;        // m, upper limit of the searched clearance
 constexpr double kNearby = 0.2e-3;     // m, distance within which a point gets the tissue of the nearest sphere
 constexpr int kTrials = 8;             // cost evaluations to find the length of one step
-constexpr double kWellSpent = 0.85;    // a step that uses this fraction of the budget is accepted
+constexpr double kWellSpent = 0.85;    // fraction of the budget; a step that uses at least this much is accepted
 constexpr double kPathUnit = 0.1e-3;   // m, unit of the stored path of the tool
 constexpr int kLooks = 16;             // tool positions at which GPU and CPU are compared
 constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord deviates from the arc by 5e-5 of the head's reach
@@ -283,9 +283,9 @@ double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to)
   return sum;
 }
 
-/// The largest fraction of the motion, at most `most`, whose cost is within the budget. It may use up to 15 % less; the
-/// rest of the budget remains for the next tick. The first guess uses the cost per metre of the last step; then the
-/// secant method improves it from below.
+/// The largest fraction of the motion, at most `most`, whose cost is within the budget. Its cost may be up to 15 %
+/// below the budget; the rest of the budget remains for the next tick. The first guess uses the cost per metre of the
+/// last step; then the secant method improves it from below.
 double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most,
                                 double budget) noexcept {
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;

@@ -28,7 +28,7 @@ class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument or a tool with parts that never cut, because spheres only shrink.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// With these passes on a GPU, even if it is slower. For tests.
+  /// Uses the given passes on a GPU, even if they are slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
@@ -62,7 +62,7 @@ class PackingModel final : public ContactModel {
   const ServoSettings& settings_;
   Parameters parameters_;
   PerTissue density_{};  // relative to dentin
-  PerTissue energy_{};   // J/m³, specific cutting energy for these densities
+  PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, from density_
   PackingSnapshot snapshot_;
   std::vector<SphereProxy> proxies_;    // one per tool
   std::unique_ptr<ComputePasses> gpu_;  // null: CPU only
@@ -74,15 +74,15 @@ class PackingModel final : public ContactModel {
   struct Retreat {
     offset::RetreatPath path;  // in units of kPathUnit
     dvec3 held_at{0};          // m, position near which the blocked proxy has stayed
-    double held_for = 0;       // s, time for which it has stayed there with the hand far away
+    double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
     bool leading = false;      // true while the proxy is led back along `path`
-    std::size_t to = 0;        // index of the point of `path` to which it is led
+    std::size_t to = 0;        // index of the point of `path` to which the proxy is led
     bool wedged = false;       // the hand is far away, and there is no path back
   } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;
   std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
-  std::vector<std::size_t> near_end_;  // the end of each list in near_
+  std::vector<std::size_t> near_end_;  // for each list in near_ the index after its last entry
   double price_ = 0;                   // J for the whole motion at the last step's cost per metre; 0: unknown
   double last_way_ = 0;                // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;

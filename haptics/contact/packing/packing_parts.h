@@ -82,7 +82,7 @@ Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, c
   }
   return removed;
 }
-/// The same using the tissue's own tree.
+/// carve() with a search in the tissue's own tree.
 template <class Keep>
 Removed carve(SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WA, const Pose& X_WB, CutBuffers& buffers,
               Keep&& keep) noexcept(noexcept(keep(0, CutSphere{}))) {

@@ -51,8 +51,8 @@ struct Placed {
   double r;
 };
 
-/// Reduces the free radii of a block's nodes to what a sphere leaves; `to`: from its centre to the first node. True if
-/// any decreased.
+/// Limits the free radii of a block's nodes by a placed sphere. `to`: vector from the sphere's centre to the first
+/// node. True if any radius decreased.
 TYPODONT_DISPATCH("avx2", "default")
 bool lower_free(float* free, const glm::vec3& to, float step, float radius) {
   int lowered = 0;
@@ -116,7 +116,8 @@ class Packer {
         renew_key(b);
         continue;
       }
-      if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {  // others may be larger
+      // a sphere at another node may be larger
+      if (found.r < kAsExpected * std::min(static_cast<double>(free), limit_)) {
         free = static_cast<float>(found.r);
         renew_key(b);
         continue;
@@ -200,7 +201,7 @@ class Packer {
     if (raised) queue_.push({key, b});
   }
 
-  /// Calls use(i) for every sphere that reaches into the ball; for some more than once.
+  /// Calls use(i) for every sphere that reaches into the ball, for some spheres more than once.
   template <class F>
   void for_spheres_near(const dvec3& p, double reach, F&& use) const {
     const glm::ivec3 lo = cell_of(p - reach), hi = cell_of(p + reach);
@@ -346,7 +347,7 @@ class Packer {
     }
     return {at, best};
   }
-  /// Free radius at a point, at most the limit. If it is not above `enough`, any such value may be returned.
+  /// Free radius at a point, at most the limit. If it is not above `enough`, any value up to `enough` may be returned.
   double free_at(const dvec3& p, Tissue tissue, double enough = -1e30) const {
     double free = limit_;
     for (const Placed& s : near_) {
@@ -375,7 +376,7 @@ class Packer {
   double spacing_ = 0;
   dvec3 origin_{0};
   glm::ivec3 cells_{0};
-  std::vector<int> block_at_, first_link_;  // for each cell; a cell is the position of a block
+  std::vector<int> block_at_, first_link_;  // for each cell (the position of a block) its block and its first link
   struct Link {
     int sphere, next;
   };
@@ -433,7 +434,7 @@ SpherePacking pack_spheres(const DenseTissue& tissue, const PackOptions& options
 SpherePacking pack_spheres(const TissueVolume& volume, const PackOptions& options) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
-  constexpr int kAir = 2;  // voxels of air around it
+  constexpr int kAir = 2;  // voxels of air around the tissue
   DenseTissue dense;
   dense.frame = {volume.frame().to_world(dvec3(lo - kAir)), volume.frame().voxel};
   dense.size = glm::max(hi - lo + 1 + 2 * kAir, glm::ivec3(1));

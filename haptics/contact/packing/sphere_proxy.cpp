@@ -14,16 +14,17 @@ constexpr int kStuck = 8;    // consecutive sweeps without progress that end a t
 constexpr int kSlides = 6;   // limit of contacts of the non-cutting parts that one cut may find
 constexpr int kRounds = 60;  // iterations of the projection
 constexpr double kSettled = 1e-12;     // m, convergence tolerance of the projection
-constexpr double kArrived = 1e-10;     // m
+constexpr double kArrived = 1e-10;     // m, remaining displacement below which the proxy has reached its goal
 constexpr double kLargestTurn = 0.02;  // rad in one step: its chord deviates from the arc by 5e-5 of the reach
 constexpr double kMargin = 60e-6;      // m, mean margin of the near lists
 constexpr double kLook = 2e-3;         // m, search distance if nothing is within the margin
 constexpr double kRounding = 1e-12;    // m by which bounds of distances are enlarged or reduced for rounding
-// m; if a sphere protrudes by at most this, the margins of all lists are reduced instead
+// m; a cut sphere that protrudes by at most this from its earlier state reduces the margins of all lists and
+// invalidates none
 constexpr double kStickOut = 1e-6;
 constexpr double kPastTheEnd = 1.0000001;  // ratio to a motion: contacts exactly at its end are included
-constexpr std::size_t kListed = 64;        // minimum length of a list, in spheres …
-constexpr std::size_t kAllListed = 16384;  // … and minimum room for all lists together
+constexpr std::size_t kListed = 64;        // least number of entries of a list
+constexpr std::size_t kAllListed = 16384;  // least number of entries of all lists together
 constexpr int kNotAgain = 64;              // searches after which a list that was too long is tried again
 
 }  // namespace
@@ -239,8 +240,9 @@ double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, 
       move = by, turn = turned;
       return first.ball < 0 ? 1 : part;
     }
-    // The next try goes along this contact. follow() does not find it while a contact of the head stops the proxy
-    // first. Where a try along it still comes nearer, a turn bent the way: the constraint takes that much more.
+    // Repeat with this contact as a constraint; follow() does not find it while a contact of the head stops the proxy
+    // first. If a motion along a known contact still approaches it, the rotation has curved the path: the constraint's
+    // gap is then reduced by this approach.
     const auto ball = static_cast<std::size_t>(first.ball);
     const std::size_t listed = contact_of(first.ball, first.sphere);
     const dvec3 moved = goal * tool_.center_T[ball] - X_W_ * tool_.center_T[ball];
@@ -258,8 +260,8 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   allowed_move = move, allowed_turn = turn;
   struct Step {
     Constraint* constraint;
-    dvec3 turned;   // rotation for a push of 1
-    double yields;  // change of the gap for a push of 1
+    dvec3 turned;   // rad, rotation caused by a push of 1 m
+    double yields;  // change of the gap caused by a push of 1 m
   };
   std::array<Step, kMostContacts> steps;
   std::size_t count = 0;
@@ -286,7 +288,7 @@ void SphereProxy::project(const dvec3& move, const dvec3& turn, dvec3& allowed_m
   }
 }
 
-/// The place of this contact in contacts_; count_ where it is not listed.
+/// Index of this contact in contacts_; count_ if it is not listed.
 std::size_t SphereProxy::contact_of(int tool_sphere, int sphere) const noexcept {
   std::size_t at = 0;
   while (at < count_ && !(contacts_[at].tool_sphere == tool_sphere && contacts_[at].sphere == sphere)) ++at;
@@ -350,7 +352,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
       }
     }
 
-    // One part of the motion, swept.
+    // Make one part of the motion with a collision test.
     const double angle = glm::length(turned), share = std::min(1.0, kLargestTurn / std::max(angle, 1e-300));
     by *= share, turned *= share;
     if (glm::length(by) + lever_ * glm::length(turned) < kArrived) break;

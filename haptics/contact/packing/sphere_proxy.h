@@ -39,7 +39,7 @@ class SphereProxy {
 
   /// Sets the proxy's pose without collision test. Overlapping spheres let it move out but not deeper.
   void place(const Pose& X_W) noexcept;
-  /// Moves the proxy without collision test, after a cut has made room.
+  /// Moves the proxy without collision test, after a cut has removed the tissue there.
   void move_to(const Pose& X_W) noexcept;
   /// Sets μ_s and μ_d of eq. 13, which depend on the touched tissue.
   void set_friction(double static_friction, double dynamic_friction) noexcept {
@@ -59,7 +59,7 @@ class SphereProxy {
   /// ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
-  /// As SphereTree::near_segment(), for the motion of one of the tool's spheres from the proxy's pose to another one.
+  /// SphereTree::near_segment() for the motion of one of the tool's spheres from the proxy's pose to another one.
   std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
                        std::span<int> found) const noexcept;
 
@@ -73,9 +73,9 @@ class SphereProxy {
 
   /// Eq. 7: force on the hand, N; v_WH in m/s.
   dvec3 force(const dvec3& v_WH) const noexcept;
-  /// Eq. 8: torque of that force about the tool's centre of mass, N m.
+  /// Torque of this force about the tool's centre of mass, N m (eq. 8).
   dvec3 torque(const dvec3& force) const noexcept;
-  /// Point at which that force acts: the contacts' positions weighted by their push; m.
+  /// Point at which the force acts: the mean of the contacts' positions, weighted by their push; m.
   dvec3 contact_point() const noexcept;
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
@@ -97,8 +97,8 @@ class SphereProxy {
   /// The tissue's spheres near one of the tool's, nearest first. Valid until the tool's sphere has moved by the list's
   /// margin (a Verlet list, Verlet 1967). In a cavity the tree is then searched only once in many ticks.
   struct NearList {
-    double margin = 0;  // m: spheres that are not in the list were at least this far away
-    double moved = 0;   // m, upper bound of the displacement of the tool's sphere since
+    double margin = 0;  // m: spheres outside the list were at least this far away when it was made
+    double moved = 0;   // m, upper bound of the displacement of the tool's sphere since the list was made
     double free = 0;    // m, distance of the nearest sphere; negative if it overlaps
     std::size_t count = 0;
     int refused = 0;  // searches after which the list is tried again, because it was too long
@@ -108,8 +108,9 @@ class SphereProxy {
     int sphere;
   };
   struct Constraint {
-    dvec3 n{0}, turn{0};  // per metre of translation along it, and per metre of rotation × lever
-    double gap = 0;       // m
+    // Change of the gap per metre of translation along each axis; m, its change per radian of rotation.
+    dvec3 n{0}, turn{0};
+    double gap = 0;  // m
     double multiplier = 0;
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
@@ -134,12 +135,12 @@ class SphereProxy {
   std::size_t count_ = 0;
   std::vector<double> arm_;         // m, distance of each of the tool's spheres from the frame's origin
   std::vector<NearList> lists_;     // one for each of the tool's spheres
-  std::size_t room_;                // room in each list
-  std::vector<Near> near_;          // the entries, list by list
+  std::size_t room_;                // number of entries that each list can hold
+  std::vector<Near> near_;          // entries of all lists, one list after the other
   std::vector<int> found_;          // result of one search
   std::vector<Near> found_gaps_;    // distances of the found spheres
   std::vector<SweptBall> swept_;    // balls of one search on the GPU
-  std::vector<std::size_t> asked_;  // index of the tool's sphere for each of these balls
+  std::vector<std::size_t> asked_;  // for each ball in swept_ the index of the tool's sphere
   double pushed_ = 0;               // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;

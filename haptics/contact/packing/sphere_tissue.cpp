@@ -40,7 +40,7 @@ void SphereTissue::set_material(int i, Tissue tissue, double hardness) noexcept 
   graded_ = graded_ || hardness != 1;
 }
 
-/// Volume in m³ that a sphere represents, including its part of the gaps.
+/// Volume in m³ that a sphere represents, including its part of the gaps around it.
 double SphereTissue::counted(const CutSphere& s) const noexcept {
   if (!(s.radius() > kLeast * s.base_radius)) return 0;
   if (!(s.overlap > 0)) return s.base_volume;
@@ -57,7 +57,7 @@ PerTissue SphereTissue::volumes() const noexcept {
   return sum;
 }
 
-/// Sets `s` to what a ball of radius `r` leaves of it on its path from a to b; false if nothing remains.
+/// Cuts `s` with a ball of radius `r` that moves from a to b. False if the ball does not overlap `s` further.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r) const noexcept {
   dvec3 away;
   const auto overlap_of = [&](const dvec3& center, double radius) {

@@ -44,21 +44,22 @@ class SphereTissue {
   void set_material(int i, Tissue tissue, double hardness) noexcept;
   /// m³ that a sphere represents: its own volume and its part of the gaps around it.
   double volume(int i) const noexcept { return counted(sphere(i)); }
-  /// The same for a sphere of this tissue in an earlier state.
+  /// m³ that a sphere of this tissue represented in an earlier state.
   double volume_of(const CutSphere& s) const noexcept { return counted(s); }
   /// Remaining volumes, m³.
   PerTissue volumes() const noexcept;
 
-  /// Removes what a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the changed
-  /// spheres to the front of `changed`, their previous states to that of `before` (which may be empty), and adds the
-  /// removed volume to `removed`. Returns the number of changed spheres. `changed` must have room for all spheres that
-  /// the ball can touch; those that do not fit are not changed.
+  /// Removes the tissue that a ball of radius `r` covers on its path from a to b (S2, eq. 6). Writes the indices of the
+  /// changed spheres to the front of `changed`, writes their previous states to the front of `before` (which may be
+  /// empty), and adds the removed volume to `removed`. Returns the number of changed spheres. `changed` must have room
+  /// for all spheres that the ball can touch; those that do not fit are not changed.
   std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<int> changed, std::span<CutSphere> before,
                   Removed& removed) noexcept;
-  /// The same if the spheres that the ball can touch are known: the first `found` of `changed`.
+  /// cut() with known neighbours: the spheres that the ball can touch are the first `found` entries of `changed`.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, std::span<int> changed,
                        std::span<CutSphere> before, Removed& removed) noexcept;
-  /// Sum over `near` of what cut() would remove from each, m³ times hardness times the `weight` of its tissue.
+  /// Cost of a cut: sum over `near` of the volume that cut() would remove, m³, times hardness times the tissue's
+  /// `weight`.
   double cost(std::span<const int> near, const dvec3& a, const dvec3& b, double r,
               const PerTissue& weight) const noexcept;
   /// Restores a sphere to an earlier state.

@@ -117,7 +117,8 @@ SphereTree::SphereTree(std::span<const dvec3> center, std::span<const double> ra
   for (std::size_t leaf = 0; leaf < leaves; ++leaf) mend(leaf);
 }
 
-/// Orders id_of_[from .. to) so that every run of `chunk`, of an eighth of it and so on is spatially compact.
+/// Orders id_of_[from .. to) so that each run of `chunk` spheres is spatially compact, and likewise each eighth of a
+/// run.
 void SphereTree::order(std::span<const dvec3> center, std::size_t from, std::size_t to, std::size_t chunk) {
   while (chunk > kWide && to - from <= chunk) chunk /= kWide;
   if (to - from <= kWide) return;
@@ -215,7 +216,7 @@ SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) 
     ray.origin[a] = F8{} + static_cast<float>(from[a]);
     ray.inverse[a] = F8{} + (std::abs(m[a]) > slow ? static_cast<float>(1 / m[a]) : 1e25f);
   }
-  // Allowance for single precision: of positions, and of the time of contact.
+  // Allowance for single-precision errors of positions and of the time of contact.
   ray.reach = static_cast<float>(r + slack_ + kRounding * (glm::length(m) + glm::length(from)));
 
   const Around around(from, m, static_cast<double>(ray.reach));

@@ -16,7 +16,7 @@ namespace typodont::haptics::packing {
 class SphereTree {
  public:
   struct Hit {
-    double t = kNever;  // 0 to 1 of the motion; kNever: no contact
+    double t = kNever;  // fraction 0..1 of the motion; kNever: no contact
     int sphere = -1;
     explicit operator bool() const { return sphere >= 0; }
   };
@@ -43,7 +43,7 @@ class SphereTree {
   /// with the lowest index. The same bits as brute_force().
   Hit first_hit(const dvec3& p, double r, const dvec3& m) const noexcept;
   Hit brute_force(const dvec3& p, double r, const dvec3& m) const noexcept;
-  /// The first of these spheres (at most kWide) that it touches, with the same bits.
+  /// first_hit() among these spheres only (at most kWide), with the same bits.
   Hit first_of(std::span<const int> spheres, const dvec3& p, double r, const dvec3& m) const noexcept;
 
   /// Indices of the spheres nearer than `reach` to the segment from a to b, in an order that depends only on the tree.
@@ -60,7 +60,7 @@ class SphereTree {
     return (last - slot / kLanes) * kLanes + slot % kLanes;
   }
 
-  /// Distance in m that a point may move before it can be in a sphere: at most `most`, negative inside.
+  /// Distance in m that a point may move before it can be in a sphere: at most `most`, negative inside a sphere.
   double room(const dvec3& p, double most) const noexcept;
 
   /// The sphere whose surface is nearest to a point, -1 if all have disappeared; among equal ones the first in the

@@ -34,9 +34,9 @@ class OverlapSum {
   double weighted_ = 0;  // m³
 };
 
-/// Sums over the head's spheres that reach within `epsilon` of the contact, enlarged by `epsilon`, and the tissue that
-/// they then overlap (eq. 2, 3). `density` per tissue, 0 for no resistance; it is multiplied by a sphere's hardness.
-/// `scratch`: room for the indices of the spheres near one tool sphere.
+/// Sums the overlaps (eq. 2, 3) between the tissue and the head's spheres that reach within `epsilon` of the contact.
+/// These spheres are enlarged by `epsilon`. `density`: per tissue, 0 for no resistance; it is multiplied by a sphere's
+/// hardness. `scratch`: room for the indices of the spheres near one tool sphere.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
                                  const dvec3& p_WC, double epsilon, const PerTissue& density,
                                  std::span<int> scratch) noexcept;

@@ -22,7 +22,7 @@ struct ToolSpheres {
   std::size_t head = 0;   // number of head spheres, which come first; the others belong to the shank and the safe end
   dvec3 com_T{0};         // m, the head's centre of mass by eq. 9, for uniform density
   double reach = 0;       // m, from T's origin to the farthest point of all spheres
-  double head_reach = 0;  // m, the same for the head's spheres
+  double head_reach = 0;  // m, from T's origin to the farthest point of the head's spheres
 
   std::size_t size() const { return radius.size(); }
 };

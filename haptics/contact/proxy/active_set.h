@@ -1,5 +1,6 @@
 // The point nearest to a goal that a set of planes allows, in three dimensions: dual active-set method (Goldfarb &
-// Idnani 1983). It starts at the goal and adds the most violated plane until none is left; at most three are active.
+// Idnani 1983). The method starts at the goal and adds the most violated plane until no plane is violated. At most
+// three planes are active.
 #pragma once
 
 #include <algorithm>
@@ -8,18 +9,19 @@
 
 namespace typodont::haptics {
 
-/// The planes that hold the point: at most three, each with the length of its push, in the planes' unit of length.
+/// The planes that hold the point: at most three, each with its push (Lagrange multiplier) as a length.
 struct ActivePlanes {
   int count = 0;
   int index[3] = {};
   double push[3] = {};
 };
 
-/// When normals count as linearly dependent. No unit: both are squared sines of an angle between normals.
+/// Limits for linearly dependent normals. No unit: both are squared sines of an angle between normals.
 struct ActiveSetLimits {
-  double least_pivot = 0;  // of the Gram matrix of the active normals; below it the projection fails
-  double least_rest = 0;   // of the part of a new normal that is perpendicular to the active ones; below it the plane
-                           // can't become active beside them
+  // Lowest pivot of the Gram matrix of the active normals; with a lower one the projection fails.
+  double least_pivot = 0;
+  // Squared length of a new normal's part perpendicular to the active ones, below which its plane cannot become active.
+  double least_rest = 0;
 };
 
 /// One projection. `Planes` describes the planes, which allow the points x with excess(plane, x) >= 0:
@@ -29,20 +31,20 @@ struct ActiveSetLimits {
 ///     static constexpr ActiveSetLimits kLimits = {…};
 ///     Plane plane(int i) const noexcept;                    // or a reference
 ///     double excess(const Plane& plane, const dvec3& x) const noexcept;
-///     // The most violated plane, -1 where none is. `active`: `count` planes that hold already, but for rounding.
+///     // Index of the most violated plane; -1: none. The `count` planes in `active` hold, apart from rounding.
 ///     int worst(const dvec3& x, const int* active, int count) const noexcept;
 ///   };
 ///
-/// Everything depends on `Planes`, so files with different floating-point options may each have their own. Never
+/// Everything depends on `Planes`, so each file can have its own instance with its own floating-point options. Never
 /// allocates.
 template <class Planes>
 class ActiveSet {
  public:
   explicit ActiveSet(const Planes& planes) : planes_(planes) {}
 
-  /// The point nearest to `goal` that all planes allow. `active` holds a guess of the planes that will be active, or
-  /// none; then those that are. False where no such point was found: then `x` means nothing, and `active` are the
-  /// planes that were active when the search failed.
+  /// Computes the point nearest to `goal` that all planes allow. `active` holds a guess of the active planes (or none)
+  /// on entry and the active planes on return. False if no such point was found: `x` is then undefined, and `active`
+  /// holds the planes at the failure.
   bool solve(const dvec3& goal, dvec3& x, ActivePlanes& active) noexcept {
     count_ = 0;
     x = goal;
@@ -54,13 +56,13 @@ class ActiveSet {
   }
 
  private:
-  static constexpr int kMostRounds = 64;   // planes that are added before the projection fails
-  static constexpr int kMostLeaving = 8;   // active planes that leave for one that is added
-  static constexpr double kNever = 1e300;  // a length that no step has
+  static constexpr int kMostRounds = 64;   // limit of planes added before the projection fails
+  static constexpr int kMostLeaving = 8;   // limit of active planes that one added plane may remove
+  static constexpr double kNever = 1e300;  // larger than any step
 
-  /// Solves gram · r = the column behind it. False where the normals depend on each other.
+  /// Solves gram · r = b, with b in the last column of `gram`. False if the normals are linearly dependent.
   bool solve_gram(double (&gram)[3][4], double (&r)[3]) const noexcept {
-    for (int i = 0; i < count_; ++i) {  // Gauss without pivoting: the Gram matrix of independent normals
+    for (int i = 0; i < count_; ++i) {  // Gaussian elimination without pivoting
       if (gram[i][i] < Planes::kLimits.least_pivot) return false;
       for (int row = i + 1; row < count_; ++row) {
         const double f = gram[row][i] / gram[i][i];
@@ -75,7 +77,7 @@ class ActiveSet {
     return true;
   }
 
-  /// r: coordinates of v in the active normals, least squares. False where these depend on each other.
+  /// Computes r, the coordinates of v in the active normals (least squares). False if these are linearly dependent.
   bool coordinates(const dvec3& v, double (&r)[3]) const noexcept {
     double gram[3][4];
     for (int i = 0; i < count_; ++i) {
@@ -85,7 +87,7 @@ class ActiveSet {
     return solve_gram(gram, r);
   }
 
-  /// The answer with just the guessed planes, if each of them pushes there.
+  /// Starts with the guessed planes if each of them pushes at the solution; otherwise with none.
   void start_with(const ActivePlanes& guess, dvec3& x) noexcept {
     count_ = guess.count;
     double gram[3][4], u[3] = {};
@@ -115,12 +117,12 @@ class ActiveSet {
     return false;
   }
 
-  /// Moves x onto the plane. Active planes that would pull leave. False where no point is allowed.
+  /// Moves x onto the plane and removes active planes that would pull. False if no point satisfies all planes.
   bool add(int next, dvec3& x) noexcept {
     const typename Planes::Plane& added = planes_.plane(next);
     double pushed = 0;
     for (int turn = 0; turn < kMostLeaving; ++turn) {
-      // rest: the part of the new normal perpendicular to the active ones; r: its coordinates in them.
+      // rest: part of the new normal perpendicular to the active ones. r: coordinates of the other part in them.
       double r[3] = {};
       dvec3 rest = added.n;
       if (count_ > 0) {
@@ -152,10 +154,10 @@ class ActiveSet {
   }
 
   const Planes& planes_;
-  int count_ = 0;  // active planes
+  int count_ = 0;  // number of active planes
   int index_[3];
   dvec3 n_[3];
-  double push_[3];  // in the unit of x
+  double push_[3];  // push of each active plane, in the unit of x
 };
 
 }  // namespace typodont::haptics

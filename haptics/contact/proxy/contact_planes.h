@@ -1,4 +1,4 @@
-// Where the head touches the tissue.
+// The search for contacts between head and tissue.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 struct HeadSamples;
 
-/// Finds the contacts of one head. Built at set-up; find() is servo-safe.
+/// Finds the contacts of one head. Built at set-up; the other functions are servo-safe.
 class ContactFinder {
  public:
   ContactFinder(const Tool& tool, double voxel);
@@ -21,39 +21,39 @@ class ContactFinder {
 
   double reach() const { return reach_; }  // voxels, farthest point of the head
 
-  /// Contacts of the head at X_VT (translation in voxels) whose gap is below `near` (voxels, at most about one), one
-  /// per sample of the head that has tissue near, or a single exact one where the offset surface is smooth. The patch
-  /// must hold the head.
+  /// Finds the contacts of the head at X_VT (translation in voxels) whose gap is below `near` (voxels, at most about
+  /// one). There is one contact per surface sample of the head near tissue, or a single exact contact where the offset
+  /// surface is smooth. The patch must contain the head.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) const noexcept;
 
-  /// Where a ball that is pulled from `c` to `target` (voxels) comes to rest if one smooth wall holds it. Walls that
-  /// are parallel have their normals in common, so the wall is looked up where the hand is, however narrow the hollow
-  /// that the ball itself lies in. False, and `seated` untouched, where that is not known. `alone`: nothing else of the
-  /// tissue is near, and `set` holds that contact.
+  /// Computes where a ball that is pulled from `c` to `target` (voxels) comes to rest if one smooth wall holds it.
+  /// Parallel surfaces share their normals, so the wall is sampled at the hand's position; this works in narrow
+  /// hollows, too. False if the position is unknown; `seated` is then unchanged. `alone`: no other tissue is near, and
+  /// `set` holds this contact.
   bool seat(const SurfacePatch& patch, const dvec3& target, const dvec3& c, dvec3& seated, ContactSet& set,
             bool& alone) const noexcept;
-  static constexpr double kMostSeated = 1.5;  // voxels from where the ball was
+  static constexpr double kMostSeated = 1.5;  // voxels, largest distance of the new position from `c`
 
-  /// Of a head that overlaps tissue by more than `kSunk`, put there by no hand: from each of its samples inside, and
-  /// from its centre, the nearest way out of the tissue, as far in as the field is a distance. No contact when even
-  /// that is not known.
+  /// For a head that overlaps tissue by more than `kSunk`, which no hand can cause. From the head's centre and from
+  /// each of its samples inside, finds the nearest way out of the tissue, as deep as the field stores distances. No
+  /// contact if no way out is found.
   void find_way_out(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set) const noexcept;
   static constexpr double kSunk = 1.5;  // voxels
 
-  /// The same surface points seen from a head that has moved a little: new normals and gaps, no query.
+  /// Updates normals and gaps of the same surface points for a head that has moved a little; no query.
   void relinearize(const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// For a head that has emptied its place at `X_VE`, and is now at `X_VT`: surface points that seem to lie in that
-  /// place do so by interpolation only, however narrow the cut, and come out to where the head touched them. So do
-  /// those of contacts that are made exact later.
+  /// For a head that removed all tissue at pose `X_VE` and is now at `X_VT`. Surface points inside the head at `X_VE`
+  /// are interpolation errors. This function moves them to the head's surface at `X_VE`. Contacts refined later are
+  /// corrected, too.
   void forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
-  /// Makes one contact exact on a smooth surface: slides it, by cubic queries, to where head and surface are closest.
-  /// Returns whether it had to: a contact stays exact for a little way. `fine`: to a hundredth of a degree, for a head
-  /// that only touches.
+  /// Makes one contact exact on a smooth surface: cubic queries move it to where head and surface are closest. False if
+  /// nothing changed, for example because the contact is still exact. `fine`: accurate to a hundredth of a degree, for
+  /// a head that does not cut.
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
-  /// A contact known from before as it is for the head at X_VT: normal and gap anew, no query.
+  /// Updates normal and gap of a known contact for the head at X_VT; no query.
   void see_again(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:

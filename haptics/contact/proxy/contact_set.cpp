@@ -24,7 +24,7 @@ void ContactSet::set_yields(int i, double yields) noexcept {
   if (Exact* known = exact(i)) known->plane.yields = yields;
 }
 
-/// Keeps a contact that was made exact; where there is no more room, in place of the first.
+/// Stores a refined contact; if all places are taken, it replaces the oldest.
 void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept {
   Exact* slot = exact(i);
   if (!slot) {
@@ -39,7 +39,7 @@ void ContactSet::put(int i, const dvec3& c, const ContactPlane& plane) noexcept 
   rough_.yields[i] = static_cast<float>(plane.yields);
 }
 
-/// What was found roughly around a rim says the same as the rim.
+/// Replaces the rough contacts around a rim by the rim's contact.
 void ContactSet::put_beside(const ContactPlane& rim, double within) noexcept {
   const glm::vec3 x(rim.x - origin_), n(rim.n);
   const auto near = static_cast<float>(within);

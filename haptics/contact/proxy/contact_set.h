@@ -1,4 +1,4 @@
-// The contacts of a head: a few planes that bound how it may move.
+// The contacts of a head: planes that limit its motion.
 #pragma once
 
 #include <array>
@@ -8,53 +8,54 @@
 
 namespace typodont::haptics {
 
-/// A contact at surface point x: the head must keep n·Δp ≥ -gap. Voxels.
+/// A contact at surface point x: the head's displacement Δp must satisfy n·Δp ≥ -gap. Lengths in voxels.
 struct ContactPlane {
-  dvec3 x{0};         // on the tissue's surface
-  dvec3 n{0, 0, 1};   // unit, the way the head is pushed
-  double gap = 0;     // distance between head and tissue here, negative where they overlap
-  double yields = 1;  // share of the slack that this one gives: less where the tissue is harder than around
-  bool rim = false;   // a sharp rim of the head touches here: n is the tissue's, whatever the head's sides are
+  dvec3 x{0};        // point on the tissue's surface
+  dvec3 n{0, 0, 1};  // unit vector, direction in which the contact pushes the head
+  double gap = 0;    // distance between head and tissue at x, negative if they overlap
+  // Fraction of the slack that applies here; below 1 if the tissue is harder than the tissue being cut.
+  double yields = 1;
+  bool rim = false;  // true if a sharp rim of the head touches: n is then the tissue's normal
 };
 
-/// Planes side by side in floats; surface points from where the head's centre was when they were found.
+/// Planes as arrays of floats, for SIMD. Points are relative to the head's centre at the time of the search.
 struct RoughPlanes {
-  static constexpr int kMax = 256, kBatch = 8;  // so many are looked at side by side
-  static constexpr int kRoom = kMax + kBatch;   // the last batch may not be full
+  static constexpr int kMax = 256, kBatch = 8;  // kBatch: number of planes per SIMD operation
+  static constexpr int kRoom = kMax + kBatch;   // the last batch may be incomplete
   alignas(32) float x[kRoom], y[kRoom], z[kRoom], nx[kRoom], ny[kRoom], nz[kRoom], gap[kRoom], yields[kRoom];
 };
 
-/// The contacts of one look. All of them roughly, side by side in floats; the few that hold the head exactly.
+/// The contacts of one search: all of them roughly, as arrays of floats; the few that hold the head exactly, too.
 class ContactSet {
  public:
   static constexpr int kMax = RoughPlanes::kMax;
 
   int count() const { return count_; }
-  /// Of these the first so many are the head's own; the others were added.
+  /// Number of the head's own contacts, which come first. The others were added by add().
   int own() const { return count_ - added_; }
-  /// A contact of another part of the tool, or a plane that leads the head, which never yields. False when there is no
-  /// more room.
+  /// Adds a contact of another part of the tool, or a plane that leads the head; it never yields. False if the set is
+  /// full.
   bool add(const ContactPlane& plane) noexcept;
   void drop_added() noexcept { count_ -= std::exchange(added_, 0); }
-  /// Voxels² of the head within a voxel of tissue, by how near it is; and the sum of area × outward normal of the
-  /// tissue of what lies on it now.
+  /// engaged_area(): voxels², area of the head within a voxel of tissue, weighted by nearness. engaged_normal():
+  /// voxels², sum of area × outward normal of the tissue, over the part of the head that touches now.
   double engaged_area() const { return engaged_area_; }
   const dvec3& engaged_normal() const { return engaged_normal_; }
-  /// The deepest overlap, voxels; 0 where there is none.
+  /// Deepest overlap in voxels; 0 if nothing overlaps.
   double deepest() const { return deepest_; }
 
-  /// One of them: exact where it was refined, else as found.
+  /// One contact: exact if it was refined, otherwise as found.
   ContactPlane plane(int i) const noexcept;
-  /// A voxel deep in the tissue at one of them, as found.
+  /// A point one voxel below the tissue's surface at contact i.
   dvec3 below(int i) const noexcept {
     return origin_ + dvec3(rough_.x[i] - rough_.nx[i], rough_.y[i] - rough_.ny[i], rough_.z[i] - rough_.nz[i]);
   }
   void set_yields(int i, double yields) noexcept;
   void clear() noexcept;
   const RoughPlanes& rough() const { return rough_; }
-  /// The head lies so deep that its own shape says nothing about the way out: see find_way_out().
+  /// True if the head lies so deep that its shape does not show the way out: see find_way_out().
   bool sunk() const { return sunk_; }
-  /// The planes are the flat walls of a groove themselves: exact, from where they were found.
+  /// True if the planes are the flat walls of a groove: they are exact as found.
   bool flat() const { return flat_; }
 
  private:
@@ -62,7 +63,7 @@ class ContactSet {
 
   struct Exact {
     int index;
-    dvec3 c;  // the head's centre when it was made exact
+    dvec3 c;  // the head's centre when the contact was refined
     ContactPlane plane;
   };
   static constexpr int kExact = 12;
@@ -75,9 +76,9 @@ class ContactSet {
   bool sunk_ = false, flat_ = false;
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
-  dvec3 origin_{0};  // of the rough planes' points
+  dvec3 origin_{0};  // origin of the rough planes' points
   bool forgiving_ = false;
-  Pose emptied_;  // where the head is known to have emptied its place; voxels
+  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if forgiving_
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };

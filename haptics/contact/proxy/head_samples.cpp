@@ -18,17 +18,17 @@ namespace {
 using P = HeadSampleParameters;
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// The head where it is looked at, from some voxel near it.
+/// The head at one pose, relative to a voxel near it.
 struct FlatHead {
   const FlatPiece* pieces;
   int count;
-  float cx, cy, cz;  // its centre
-  float R[9];        // from T to V, by columns
-  float radius;      // of a ball; else 0
-  float thickness;   // half its width
+  float cx, cy, cz;  // the head's centre
+  float R[9];        // rotation from T to V, by columns
+  float radius;      // radius of a ball; otherwise 0
+  float thickness;   // half the head's width
 };
 
-/// Signed distance of points from the head, with the direction in which it grows; points from the head's centre, in V.
+/// Signed distance of points from the head and its gradient. Points are relative to the head's centre, in V.
 TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const F8& y, const F8& z, F8& distance,
                                         F8& mx, F8& my, F8& mz) {
   if (head.radius > 0) {
@@ -78,7 +78,7 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
     const F8 f2 = fx * fx + fz * fz;
     const I8 nearer = f2 < best2;
     best2 = nearer ? f2 : best2;
-    // Beside an end the direction is that to the end, where it is far enough away to have one.
+    // The nearest point is an end of the piece: the gradient points from that end, unless it is too close.
     const I8 smooth = between | (f2 < 1e-8f);
     n_rho = nearer ? (smooth ? nx : fx) : n_rho;
     n_z = nearer ? (smooth ? nz : fz) : n_z;
@@ -95,15 +95,15 @@ TYPODONT_KERNEL void distance_from_head(const FlatHead& head, const F8& x, const
   mz = R[2] * ux + R[5] * uy + R[8] * uz;
 }
 
-/// The field around the head, from the same voxel as the head.
+/// The field around the head, relative to the same voxel as the head.
 struct FlatField {
-  const float* samples;  // at that voxel, which need not be one of the patch
+  const float* samples;  // the sample at the origin of coordinates, which may lie outside the patch
   int sx, sy;
-  float lo[3], hi[3];  // between these a point may be sampled
+  float lo[3], hi[3];  // bounds of the region that may be sampled
 };
 
 TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t offset, F8& first, F8& second) {
-  double pair[8];  // two floats move as one double
+  double pair[8];  // a double moves two floats at once
   for (int i = 0; i < 8; ++i) std::memcpy(&pair[i], samples + at[i] + offset, sizeof(double));
   const D4 one = {pair[0], pair[1], pair[2], pair[3]}, two = {pair[4], pair[5], pair[6], pair[7]};
   const F8 low = (F8)one, high = (F8)two;
@@ -111,7 +111,7 @@ TYPODONT_KERNEL void pairs_at(const float* samples, const I8& at, std::ptrdiff_t
   second = __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15);
 }
 
-/// Trilinear value with its own gradient at eight points, all positive.
+/// Trilinear value and its gradient at eight points. All coordinates must be positive.
 TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8& y, const F8& z, F8& value, F8& gx,
                                   F8& gy, F8& gz) {
   const I8 ix = __builtin_convertvector(x, I8), iy = __builtin_convertvector(y, I8),
@@ -140,22 +140,21 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
   gz = gz0 + u * (gz1 - gz0);
 }
 
-/// Batches of samples on their way to the surface.
+/// Batches of samples while they are moved to the surface.
 struct OnTheWay {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
-  int from[kBatches];                                            // of the head's samples
-  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // those
-  F8 x[kBatches], y[kBatches], z[kBatches];                      // where they have come to
-  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field there
-  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // the field's direction there
-  I8 steep[kBatches], again[kBatches];                           // it has one
+  int from[kBatches];                                            // index of the batch's first sample
+  F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // positions of the samples
+  F8 x[kBatches], y[kBatches], z[kBatches];                      // current positions
+  F8 value[kBatches], gx[kBatches], gy[kBatches], gz[kBatches];  // the field and its gradient at the current positions
+  F8 nx[kBatches], ny[kBatches], nz[kBatches];                   // direction of the gradient
+  I8 steep[kBatches], again[kBatches];  // steep: the gradient is long enough; again: the point is still moved
   F8 best[kBatches], best_x[kBatches], best_y[kBatches], best_z[kBatches];
   F8 best_mx[kBatches], best_my[kBatches], best_mz[kBatches];
 };
 
-/// Looks around with the samples of the head: those that are near tissue are slid to where head and surface are
-/// closest. Each step waits long for what it reads, its roots and its quotients, so every one is taken by all batches
-/// before the next.
+/// Searches contacts: samples of the head near tissue are moved to where head and surface are closest. Loads, square
+/// roots and divisions have a long latency, so all batches take one step before any takes the next one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const FlatField* field_at, float near,
                       RoughPlanes* planes, Found* found) {
@@ -176,7 +175,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
       pz = R[2] * tx + R[5] * ty + R[8] * tz;
     }
     const F8 qx = head.cx + px, qy = head.cy + py, qz = head.cz + pz;
-    // A coarse look at the nearest voxel: the field grows by at most one per voxel.
+    // Skip distant batches by the sample at the nearest voxel: the field grows by at most one per voxel.
     const I8 jx = __builtin_convertvector(qx + 0.5f, I8), jy = __builtin_convertvector(qy + 0.5f, I8),
              jz = __builtin_convertvector(qz + 0.5f, I8);
     F8 coarse;
@@ -187,7 +186,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     batches += any_of(coarse < P::examined + 0.87f);
   }
 
-  // Onto the surface …
+  // Step 1: move each sample onto the surface.
   for (int b = 0; b < batches; ++b)
     sample_eight(field, w.qx[b], w.qy[b], w.qz[b], w.value[b], w.gx[b], w.gy[b], w.gz[b]);
   F8 area = {}, area_x = {}, area_y = {}, area_z = {}, least = {};
@@ -202,8 +201,9 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     std::memcpy(&nx, samples->nx + k, sizeof nx);
     std::memcpy(&ny, samples->ny + k, sizeof ny);
     std::memcpy(&nz, samples->nz + k, sizeof nz);
-    // Fades over one voxel, so that it changes smoothly; less twice what it would be if it faded over half of one: what
-    // lies on tissue now, without what would if the head sank, whose area grows with the depth.
+    // The weight of the area fades linearly over one voxel, so it changes smoothly. The weight of the normal also
+    // subtracts the area that would touch only if the head sank, which grows with the depth: twice the fade over half a
+    // voxel minus the fade over one.
     F8 share = 1.0f - value, half = share - value;
     share = share < 0.0f ? F8{} : share;
     share = share > 1.0f ? F8{} + 1.0f : share;
@@ -225,12 +225,12 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     w.x[to] = qx - value * nx, w.y[to] = qy - value * ny, w.z[to] = qz - value * nz;
     w.nx[to] = nx, w.ny[to] = ny, w.nz[to] = nz;
     w.steep[to] = steep;
-    // Only a point that was already nearly on the surface counts: across a ridge the step may end anywhere.
+    // Only points that were already nearly on the surface count: across a ridge the step may end anywhere.
     w.again[to] = steep & (value < P::on_surface) & (value > -P::on_surface);
     close_batches += any_of(close);
   }
 
-  // … then along it toward the head, as long as that brings them closer: twice.
+  // Step 2, twice: move each point along the surface toward the head while the gap shrinks.
   for (int b = 0; b < close_batches; ++b) {
     F8 x = w.x[b], y = w.y[b], z = w.z[b];
     const F8 nx = w.nx[b], ny = w.ny[b], nz = w.nz[b];
@@ -271,7 +271,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
     const unsigned keep = bits_of(kept);
     best = kept ? best : F8{} + 1e30f;
     least = best < least ? best : least;
-    // Without a branch: which are kept is not foreseeable.
+    // Compact without a branch: which lanes are kept is not predictable.
     const I8& order = kCompaction.order[keep];
     const auto put = [&](const F8& v, float* to) __attribute__((always_inline)) {
       F8 first;
@@ -297,7 +297,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   found->deepest = deepest;
 }
 
-/// New normals and gaps of known points. `d`: how far the head has moved since they were found.
+/// Updates normals and gaps of known points. `d`: displacement of the head since the search.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = *head_at;
@@ -321,8 +321,8 @@ float see_anew(const FlatHead* head_at, RoughPlanes* planes, int count, const fl
   return deepest;
 }
 
-/// Points that lie in the head come out of it, and touch it if it is still there. `d`: where it is, from where they are
-/// counted. No head: it is where they were found, and how far in it they lie is known.
+/// Moves points inside the head to its surface; the gap becomes 0. `d`: the head's centre, relative to the points'
+/// origin. Without a head: the head has not moved since the search, and the known gaps are used.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const float* d) {
   const FlatHead head = head_at ? *head_at : FlatHead{};
@@ -355,7 +355,7 @@ void push_out(const FlatHead* head_at, RoughPlanes* planes, int count, const flo
   }
 }
 
-/// The head as it stands; `c` its centre, from some voxel near it.
+/// The head at one pose. `c`: its centre, relative to a voxel near it.
 FlatHead flat_head(const HeadSamples& samples, const dquat& R, const glm::vec3& c) {
   FlatHead head{samples.pieces, samples.piece_count, c.x, c.y, c.z, {}, samples.ball_radius, samples.thickness};
   const glm::mat3 columns{glm::dmat3(R)};
@@ -371,7 +371,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
       thickness(static_cast<float>(tool.radius() / voxel)),
       reach(static_cast<float>(tool.reach() / voxel)) {
   std::vector<HeadSample> list = sample_head(tool, ContactSet::kMax, P::near_free_end);
-  // Neighbours into one batch: halved across the longest side until eight are left.
+  // Put neighbours into one batch: halve along the longest side until eight are left.
   const auto halve = [&](auto&& self, std::size_t from, std::size_t count) -> void {
     if (count <= kBatch) return;
     dvec3 lo(1e300), hi(-1e300);
@@ -419,7 +419,7 @@ HeadSamples::HeadSamples(const Tool& tool, const HeadField& head, double voxel)
 
 Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, float near,
                                RoughPlanes& planes) const noexcept {
-  // Floats keep their digits when counted from a voxel nearby.
+  // Coordinates relative to a voxel nearby keep more digits in floats.
   const glm::ivec3 base = glm::ivec3(X_VT.p) - (static_cast<int>(reach) + 8), from = base - patch.lo;
   const FlatHead head = flat_head(*this, X_VT.R, glm::vec3(X_VT.p - dvec3(base)));
   const std::ptrdiff_t sy = patch.n, sx = sy * sy;

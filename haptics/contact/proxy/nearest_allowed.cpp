@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBatch = RoughPlanes::kBatch;
 
-/// The plane whose normal is closest to `n`, the first of equal ones.
+/// Index of the plane whose normal is closest to `n`; the first if several are equal.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_along(const RoughPlanes* planes, int count, const float* n) {
   F8 most = F8{} - 2.0f;
@@ -34,7 +34,7 @@ int most_along(const RoughPlanes* planes, int count, const float* n) {
   return index[best];
 }
 
-/// The plane of least n·d + room if that is below -slip, the first of equal ones; else -1.
+/// Index of the plane with the least n·d + room if that is below -slip, the first if several are equal; otherwise -1.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 int most_violated(const RoughPlanes* planes, int count, const float* d, float overlap, float slack, bool only_no_deeper,
                   float slip) {
@@ -61,12 +61,13 @@ int most_violated(const RoughPlanes* planes, int count, const float* d, float ov
   return index[worst];
 }
 
-/// The contacts of a head as planes for its centre p, voxels. `only_no_deeper`: overlapping planes only keep it from
-/// going deeper.
+/// The contacts of a head as planes for its centre p, in voxels. `only_no_deeper`: overlapping planes only keep the
+/// head from going deeper.
 class HeadPlanes {
  public:
   using Plane = ContactPlane;
-  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};  // normals come from floats
+  // Float normals limit the accuracy.
+  static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-8, .least_rest = 1e-8};
 
   HeadPlanes(const ContactSet& set, const dvec3& c, double overlap, double slack, bool only_no_deeper)
       : set_(set), c_(c), overlap_(overlap), slack_(slack), only_no_deeper_(only_no_deeper) {}

@@ -1,4 +1,5 @@
-// The god-object's step: as near to the hand as the contact planes allow, and which of them hold it there.
+// The god-object's step: the position nearest to the hand that the contact planes allow, and the planes that hold it
+// there.
 #pragma once
 
 #include "haptics/contact/proxy/active_set.h"
@@ -6,19 +7,19 @@
 
 namespace typodont::haptics {
 
-/// The normals of the planes that held the head in the last look: most likely their like do so in the next.
+/// Normals of the planes that held the head in the last search; similar planes probably hold it in the next one.
 struct HeldBy {
   int count = 0;
   dvec3 n[3];
 };
-/// Sets `held` to the active planes' normals. In place: a copy would wait for its own stores.
+/// Sets `held` to the active planes' normals. Works in place, because a copy would wait for its own stores.
 void held_by(const ContactSet& set, const ActivePlanes& active, HeldBy& held) noexcept;
-/// The planes of a new look that are most like those; a guess for nearest_allowed().
+/// Selects the planes of a new search most similar to `before`: a guess for nearest_allowed().
 ActivePlanes guess_active(const ContactSet& set, const HeldBy& before) noexcept;
 
-/// The point nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes: the
-/// god-object's step. Where no such point exists (a head wedged in its own slot), overlapping planes only keep it from
-/// going deeper. `active` holds a guess of the answer's planes, of the same look, or none.
+/// Computes the point p nearest to `target` with n_i·(p - c) ≥ -(gap_i + overlap + slack yields_i) for all planes. If
+/// none exists (a head wedged in its own slot), overlapping planes only keep the head from going deeper. `active`: a
+/// guess of the active planes of the same search, or none, on entry; the active planes on return.
 dvec3 nearest_allowed(const ContactSet& set, const dvec3& c, double overlap, double slack, const dvec3& target,
                       ActivePlanes& active) noexcept;
 

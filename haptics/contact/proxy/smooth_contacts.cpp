@@ -21,7 +21,8 @@ WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel)
   }
   if (reach == 0) return {};
   const int every = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
-  const double half = (reach / voxel + travel) / every + 6;  // a stencil, and the room that samples slide in
+  // The last term covers the stencil and the distance by which samples are moved.
+  const double half = (reach / voxel + travel) / every + 6;
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
 
@@ -47,12 +48,12 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
-    // An angle of 2 acos |q·q'| is no more than 2.3 √(2 - 2 |q·q'|).
+    // The angle 2 acos |q·q'| is at most 2.3 √(2 - 2 |q·q'|).
     const double turned = 2.3 * std::sqrt(std::max(0.0, 2 - 2 * std::abs(glm::dot(X_VT.R, at_.R))));
     const double left = free_ - glm::length(X_VT.p - at_.p) - turned * (shank.z + shank.half);
     if (left > std::max(P::close_room, std::min(P::enough_room, free_ / 2))) return left;
   }
-  // Along its axis as far as the field says that nothing is near.
+  // Step along the shank's axis, as far as the field shows free space.
   const SurfacePatch& wide = patch.wide.front();
   const dvec3 axis = X_VT.R * dvec3(0, 0, 1), from = X_VT.p + (shank.z - shank.half) * axis;
   const double slope = (shank.radius - shank.neck) / shank.taper;
@@ -66,11 +67,12 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     }
     const double radius = shank.radius_at(u);
     const double around = sample_linear(wide, p);
-    // Among samples that are all beyond the band nothing is nearer than that, but for what a sphere bulges between
-    // them.
+    // If all samples of the cell lie at the band's limit, tissue can be nearer only by the sagitta of a sphere between
+    // the samples.
     const double blurred = around > wide.band - P::at_band ? 3 / (8 * wide.band) : P::overestimate;
     const double clear = (around - blurred) * every_ - radius;
-    // What lies within s of here along the axis is clear by clear - s (1 + slope), so a third of that way loses little.
+    // A point at distance s along the axis has at least clear - s (1 + slope) of free space. A step of a third of the
+    // clear distance therefore loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
     if (let_by(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
@@ -90,7 +92,7 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
     part.finder.find_way_out(patch, X, set_);
   }
   if (shank) look_from_axis(part, patch, X, near);
-  // The closest, and others only where they push another way or lie elsewhere.
+  // Take the closest contact, and others only if they push in another direction or lie elsewhere.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
@@ -114,9 +116,9 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
   }
 }
 
-/// Where something was cut, the wide field is too coarse to tell a neck from the wall of the hole that its own head
-/// made: what is hardly wider than the head goes where that went, what is wider meets the wall the sooner the wider it
-/// is. Voxels that the part at radius may overlap the tissue at x by, `every_` or more where it meets nothing.
+/// In cut tissue the coarse field cannot separate a neck from the wall of the hole that its own head made. A part
+/// hardly wider than the head follows it without contact; a wider part meets the wall earlier the wider it is. Returns
+/// the voxels by which the part with `radius` may overlap the tissue at x; from `every_` on it has no contact.
 double SmoothContacts::let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
@@ -129,8 +131,8 @@ double SmoothContacts::let_by(const Part& part, const SurfacePatch& patch, const
   return let_by(part.radius_at(u), patch, plane.x);
 }
 
-/// On an edge the samples of the field are too far apart to show it where it is; from the axis, where the field is
-/// smooth, its nearest point is known well.
+/// At an edge the field's samples are too far apart to locate the surface. At the axis, where the field is smooth, the
+/// nearest point is known accurately.
 void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);
   const double half = part.half / every_, first = part.neck / every_, widest = part.radius / every_;

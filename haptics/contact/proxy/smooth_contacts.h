@@ -1,6 +1,6 @@
-// Contacts of what of a tool never cuts: its shank, felt in the wide patch (flat tissue and edges that nobody cut as
-// they are, what was cut only where the shank is wider than the head by more than that field tells), and its safe end,
-// felt beside the head.
+// Contacts of the parts of a tool that never cut. The shank's contacts are computed in the coarse patch: exactly at
+// uncut tissue; at cut tissue only where the shank is wider than the head by more than the patch resolves. The safe
+// end's contacts are computed in the same patch as the head's.
 #pragma once
 
 #include <algorithm>
@@ -12,43 +12,43 @@
 
 namespace typodont::haptics {
 
-/// Of the wide patch that shanks are felt in: every so many voxels one sample, so many samples an edge; none: 0, 0.
+/// Size of the coarse patch: one sample every `every` voxels, `edge` samples per edge; 0, 0: there is no such patch.
 struct WideGrid {
   int every = 0, edge = 0;
 };
 WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
-/// One tool's. Far from tissue the shank costs one comparison a look: how far it may still move is known from the last
-/// time it was looked at. All lengths in voxels. Never allocates after construction.
+/// The non-cutting parts of one tool. Far from tissue the shank costs one comparison per search: the distance that it
+/// may still move is known from the last search. All lengths in voxels. Never allocates after construction.
 class SmoothContacts {
  public:
   SmoothContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
-  /// How far the tool may move or turn from X_VT before its shank can touch; right as far as it is positive.
+  /// Distance that the tool may move or turn from X_VT before its shank can touch tissue. Valid only if it is positive.
   double room(const SurfacePatch& patch, const Pose& X_VT) noexcept;
-  /// Adds what shank and safe end touch, with gaps below `near`, to the head's contacts; what does not yield holds.
+  /// Adds the contacts of shank and safe end with gaps below `near` to the head's contacts. They do not yield.
   void find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept;
-  /// The same contacts seen from a tool that has moved a little.
+  /// Adds the contacts of the last find(), updated for a tool that has moved a little.
   void relinearize(const Pose& X_VT, ContactSet& set) noexcept;
-  /// The tissue may have come closer.
+  /// Tissue may have been added: the known free distance is no longer valid.
   void forget() noexcept { known_ = false; }
 
  private:
   struct Part {
     Part(const SmoothPart& part, double voxel, double patch_voxel);
-    ContactFinder finder;  // in voxels of the patch that it is felt in
+    ContactFinder finder;  // finder in voxels of the patch in which this part's contacts are computed
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
-    }  // u from its lower end
+    }  // u: distance from the part's lower end
     double z, half, neck, radius, taper;
   };
   struct Known {
-    ContactPlane plane;  // in voxels of that patch
+    ContactPlane plane;  // in voxels of the part's patch
     bool shank;
-    double let;  // overlap that does not count, in the same
+    double let;  // overlap that is tolerated, in voxels of the part's patch
   };
-  static constexpr int kMost = 5, kRoom = 8;  // of one part; of all
+  static constexpr int kMost = 5, kRoom = 8;  // limits of the contacts of one part and of all parts
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
   double let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
@@ -59,7 +59,7 @@ class SmoothContacts {
 
   std::optional<Part> shank_, safe_end_;
   int every_ = 1;
-  double head_ = 0;  // radius of the head, voxels
+  double head_ = 0;  // voxels, radius of the head
   ContactSet set_;
   std::array<Known, kRoom> contacts_;
   int count_ = 0;

@@ -18,7 +18,8 @@ struct FollowParameters {
   static constexpr int rounds = 16;  // limit of lists per tick: the head moves by at most 4.8 radii
   // ratio to `step`: after a shorter displacement no further iteration is needed
   static constexpr double settled = 0.2;
-  static constexpr double led_out = 0.05;  // overlap above which the head counts as inside tissue
+  // Ratio of the overlap to the head's radius above which the head counts as inside tissue.
+  static constexpr double led_out = 0.05;
   /// Displacement of the head after which the points must be listed again, as a ratio to the head's radius.
   static constexpr double kept = 0.15;
   /// Distance from the head up to which points must be listed, as a ratio to the head's radius.
@@ -45,7 +46,7 @@ class HeadFollower {
  public:
   /// A point that holds the head at its final position.
   struct Hold {
-    std::uint32_t point;  // its index
+    std::uint32_t point;  // index of the point
     dvec3 n;              // unit, direction in which the point pushes the head
     double push;          // m
   };
@@ -84,8 +85,8 @@ class HeadFollower {
   bool approach(const VertexHead& head, mesh::NearPoints& points, dvec3& at, const Pose& X_WT, double slack,
                 bool give) noexcept;
 
-  std::vector<StepBound> bounds_;      // of the last iteration
-  std::vector<std::uint32_t> points_;  // the points to which they belong
+  std::vector<StepBound> bounds_;      // bounds of the last iteration
+  std::vector<std::uint32_t> points_;  // index of the point to which each bound belongs
   ActivePlanes active_;
   bool led_out_ = false;
 };

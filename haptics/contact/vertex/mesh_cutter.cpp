@@ -15,7 +15,7 @@ using P = CutParameters;
 
 namespace {
 
-constexpr double kRounding = 1e-6;  // m, because balls around faces are stored as floats
+constexpr double kRounding = 1e-6;  // m, rounding error, because balls around faces are stored as floats
 constexpr int kMostRounds = 8;      // rounds of holding vertices back; after them the whole step is cancelled
 // cosine between a face's normal and the direction from the head's centre; above it, the face may lie behind another
 // one
@@ -72,7 +72,7 @@ void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double mar
   std::sort(near_.begin(), near_.end());
 }
 
-/// Splits edges that are too long in faces that the head may reach. Splitting does not change the shape.
+/// Splits long edges of the faces that the head may reach. Splitting does not change the shape.
 void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double longest2 = P::longest * P::longest * edge * edge;
   for (std::size_t k = 0; k < near_.size();) {
@@ -102,7 +102,7 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const Index g = mesh.face(f).n[longest];
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
-    if (m == kNone) return;  // no more room
+    if (m == kNone) return;  // the mesh's buffers are full
     done.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
@@ -444,7 +444,7 @@ bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, doubl
     bool keeps_first = false;
     double nearest2 = 1e300;
     mesh.around(v, [&](Index f, int c) {
-      for (const bool before : {false, true}) {  // the edge that ends in v, then the one that begins there
+      for (const bool before : {false, true}) {  // first the edge that begins in v, then the one that ends in v
         const int i = before ? (c + 2) % 3 : c;
         const Index other = mesh.face(f).v[before ? i : (c + 1) % 3];
         const double far2 = edge2(mesh, f, i);

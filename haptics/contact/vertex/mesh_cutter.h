@@ -15,18 +15,22 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of a cut with their reasons. Lengths are multiples of the edge length that the head requires.
 struct CutParameters {
-  static constexpr double longest = 4.0 / 3;  // a longer edge is split (Botsch & Kobbelt 2004) …
-  static constexpr double shortest = 0.35;    // … and a shorter one is collapsed
-  static constexpr double step = 0.5;         // length of a step of the head, so that no face rotates far in one step
-  static constexpr double farthest = 3;       // a vertex that would move farther in a step belongs to another wall
-  static constexpr double least_turn = 0.2;   // smallest cosine between a face's normals before and after a step
-  static constexpr double faces_head = 0.3;   // cosine to the head's normal above which a face may rotate farther
+  // Upper limit of an edge's length; a longer edge is split (Botsch & Kobbelt 2004).
+  static constexpr double longest = 4.0 / 3;
+  static constexpr double shortest = 0.35;  // lower limit of an edge's length; a shorter edge is collapsed
+  static constexpr double step = 0.5;       // length of a step of the head; with it no face rotates far in one step
+  // Limit of a vertex's displacement in a step; a vertex that would move farther belongs to another wall.
+  static constexpr double farthest = 3;
+  static constexpr double least_turn = 0.2;  // smallest cosine between a face's normals before and after a step
+  // Cosine between a face's normal and the head's above which the face may rotate farther.
+  static constexpr double faces_head = 0.3;
   // cosine between faces at one vertex above which they are not tested for intersection
   static constexpr double same_way = 0.6;
   static constexpr double flattest = 0.12;   // height of a triangle over its longest edge; a flatter one is a sliver
-  static constexpr double overlap = 1e-10;   // m: a vertex that is not deeper lies on the head's surface
+  static constexpr double overlap = 1e-10;   // m, overlap up to which a vertex lies on the head's surface
   static constexpr double same_plane = 0.9;  // cosine between two faces whose common edge may be flipped
-  static constexpr double least_turn_in_mending = 0.5;  // the same limit as least_turn for repairing a sliver
+  // Smallest cosine between a face's normals before and after the repair of a sliver.
+  static constexpr double least_turn_in_mending = 0.5;
   // ratio to edge³: volume that may change when a vertex that folds the surface is removed
   static constexpr double most_given = 0.2;
   static constexpr double most_volume = 0.02;  // ratio to edge³: volume that may change when a sliver is repaired
@@ -52,8 +56,8 @@ class MeshCutter {
   /// surface.
   CutDone cut(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
               double edge) noexcept;
-  /// The printed algorithm: vertices inside the head at B move away from its centre or axis. Without splitting and
-  /// repair.
+  /// The printed algorithm: vertices inside the head at B move away from its centre or axis. It neither splits nor
+  /// repairs.
   CutDone cut_as_printed(mesh::EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept;
 
  private:
@@ -121,10 +125,11 @@ class MeshCutter {
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, suspects_;
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
+  // m, bounding balls of the faces in near_; apart_ > 0: a ball does not overlap that of the tested face
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
-  bool thin_ = false;  // a face near the head faces away from it
+  bool thin_ = false;  // true if a face near the head faces away from the head
 };
 
 /// Six times the signed volume between a triangle and a point.

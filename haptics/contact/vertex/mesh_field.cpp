@@ -14,7 +14,7 @@ using mesh::kNone;
 namespace {
 
 constexpr int kEdge = 8, kApron = kEdge + 2;
-constexpr double kNear = 2.5;  // voxels to a face within which a sample's distance is computed from it
+constexpr double kNear = 2.5;  // voxels, distance to a face below which a sample's value is computed from this face
 
 /// The nearest point of a face to p, and its feature: 0 to 2 a corner, 3 to 5 an edge, 6 the interior (Ericson 2005,
 /// section 5.1.5).
@@ -78,7 +78,7 @@ std::size_t at(int x, int y, int z) {
 }
 using Blocks = std::map<glm::ivec3, Block, KeyLess>;
 
-/// Computes the samples near a face.
+/// Computes the block's samples that lie near a face.
 void measure(const EditableMesh& mesh, const VoxelFrame& frame, const glm::ivec3& key, Block& block) {
   struct Nearest {
     double distance2 = 1e300;
@@ -142,7 +142,7 @@ void spread_sides(Blocks& blocks) {
   for (auto& [key, block] : blocks) {
     each([&](const glm::ivec3& v) {
       std::int8_t& side = block.side[at(v.x, v.y, v.z)];
-      // Outside the blocks nothing has changed.
+      // No sample outside the blocks has changed.
       for (const glm::ivec3& step : kSteps) {
         const glm::ivec3 n = v + step;
         if (side != 0 ||
@@ -168,7 +168,7 @@ void spread_sides(Blocks& blocks) {
       if (other != 0) continue;
       other = side;
       float& value = found->second.value[at(to.v.x, to.v.y, to.v.z)];
-      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // it was tissue before
+      if (side > 0 && value < 0) value = static_cast<float>(kNear);  // the sample was tissue before
       queue.push_back(to);
     }
   }

@@ -6,11 +6,11 @@ namespace typodont::haptics::vertex {
 
 namespace {
 
-/// Steps of the head, metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
+/// Bounds on steps of the head, in metres. `only_no_deeper`: bounds that overlap only prevent deeper overlap.
 class StepBounds {
  public:
   using Plane = StepBound;
-  // for neighbours on a fine mesh
+  // limits for neighbouring vertices on a fine mesh
   static constexpr ActiveSetLimits kLimits = {.least_pivot = 1e-9, .least_rest = 1e-8};
 
   StepBounds(std::span<const StepBound> bounds, bool only_no_deeper)

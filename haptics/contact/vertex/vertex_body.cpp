@@ -95,7 +95,7 @@ void VertexBody::count_painted() {
     undone_.clear();
     for (; known < kept; ++known) done_.emplace_back().painted = true;
   }
-  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // it met no tissue
+  while (known > kept && done_.back().painted) done_.pop_back(), --known;  // the brush stroke met no tissue
 }
 
 void VertexBody::begin_stroke() {
@@ -180,7 +180,7 @@ void VertexBody::remember_writes(bool wanted) {
   written_.clear();
 }
 
-/// Applies the same cuts in the same order, which gives the same bits.
+/// Applies the recorded cuts to the snapshot in their order, which gives the same bits.
 void VertexBody::bring_up_to_date(Snapshot& snapshot) {
   auto& copy = static_cast<VertexSnapshot&>(snapshot);
   for (const Cut& cut : written_) make(copy.mesh, copy.cutter, cut);

@@ -70,7 +70,7 @@ class VertexBody final : public TissueBody {
   void count_painted();
 
   TissueVolume volume_;
-  std::size_t strokes_before_;  // strokes that the volume already had; the mesh does not know them
+  std::size_t strokes_before_;  // number of strokes that the volume already had; the mesh does not contain them
   TissueVolume untouched_;
   Parameters parameters_;
   std::vector<VertexHead> heads_;

@@ -17,7 +17,7 @@ using P = FeelParameters;
 namespace {
 
 constexpr std::size_t kMostFaces = 1 << 17;  // limit of faces near the head
-constexpr double kNextShell = 4;             // width of a search shell over the previous one
+constexpr double kNextShell = 4;             // ratio of a search shell's width to the previous shell's width
 constexpr int kMostParts = 64;               // largest number of parts of a face's edge
 
 /// The normal times twice the area.
@@ -62,7 +62,8 @@ void VertexModel::forget() noexcept {
 
 void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<VertexSnapshot&>(snapshot);
-  // The new mesh lacks the cuts made since. After an undo these may remove more or less than before.
+  // The new mesh lacks the cuts made since it was taken. After an undo these may remove more or less than the first
+  // time.
   const bool first = snapshot_.number == 0;
   for (std::uint64_t i = made_.first_after(fresh.cuts); !first && i <= made_.last(); ++i) {
     MadeCut& made = made_[i];
@@ -245,8 +246,8 @@ dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   return eased_;
 }
 
-/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: of the
-/// springs.
+/// Spring and damper (S4, 4.1, 4.4, 4.5). The damper acts along the force and never pulls. `force`, `torque`: force and
+/// torque of the springs.
 void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& torque, Contact& out) noexcept {
   out.gives_force = true;
   out.area = springs_.area;
@@ -277,8 +278,8 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   const double probe = P::probe * head().radius();
-  // Without slack a rim could not re-enter the hole that it has cut. And tissue that a bur overlaps because the mesh
-  // could not yield only prevents deeper overlap.
+  // Without slack a rim could not re-enter the hole that it has cut. Tissue that a bur overlaps because the mesh could
+  // not yield only prevents deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
   out.p_WG = follower_.follow(head(), points_, in.X_WG.p, in.X_WT, slack, in.cuts, [&](const dvec3& p) {
     list_where_needed({p, in.X_WT.R});

@@ -14,16 +14,18 @@ namespace typodont::haptics::vertex {
 
 /// Parameters of contact and force; most are fractions of the head's radius.
 struct FeelParameters {
-  // depth at which the springs are counted: deep enough for many vertices, none behind the centre
+  // depth at which the springs are evaluated: many vertices lie inside the head there, but none behind its centre
   static constexpr double probe = 0.2;
-  static constexpr double slack = 0.01;       // allowed overlap of a head that is not a ball
+  static constexpr double slack = 0.01;  // ratio to the head's radius, allowed overlap of a head that is not a ball
   static constexpr double most_aside = 0.25;  // largest transverse force of the springs over the force along the pull
   static constexpr double ease = 15;          // N/s, change of a bur's force that is allowed while the hand rests
   // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
   static constexpr double sweep = 0.04;
-  static constexpr double scrape = 2e-4;        // the same for an edge that the hand drags, which stores little energy
-  static constexpr double stride = 0.5;         // ratio to the edge: longest displacement that is cut at once
-  static constexpr double touches = 0.01;       // a head that is closer to a point has no room to move freely
+  // Ratio to the edge: shortest displacement that a dragged edge cuts at once; an edge stores little energy.
+  static constexpr double scrape = 2e-4;
+  static constexpr double stride = 0.5;  // ratio to the edge: longest displacement that is cut at once
+  // Ratio to the radius: a head closer to a point than this has no room to move freely.
+  static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
 
@@ -51,7 +53,7 @@ class VertexModel final : public ContactModel {
   static constexpr std::size_t kMostSamples = 1 << 16;
   /// A contact point near the head: a vertex, or a point that refining a large face would add.
   struct Sample {
-    double area;    // m² that it represents: a third of the triangles around it
+    double area;    // m² that the point represents: a third of the triangles around it
     mesh::Index v;  // kNone: not a vertex of the mesh
     Tissue tissue;
   };
@@ -95,10 +97,10 @@ class VertexModel final : public ContactModel {
   dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
   std::vector<mesh::Index> near_;
   mesh::NearPoints points_{kMostSamples};
-  std::vector<Sample> samples_;  // one for each of these points
-  bool found_ = false;           // the list belongs to found_at_, and the mesh has not changed since
+  std::vector<Sample> samples_;  // one for each point in points_
+  bool found_ = false;           // true if the list belongs to found_at_ and the mesh has not changed since
   Pose found_at_;
-  bool touching_ = false;  // contact in the last constrain(), at touching_at_
+  bool touching_ = false;  // true if there was contact in the last constrain(), at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
   RecentCuts<MadeCut> made_;

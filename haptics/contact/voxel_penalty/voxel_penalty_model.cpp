@@ -13,23 +13,24 @@ namespace typodont::haptics::voxel_penalty {
 
 namespace {
 
-/// The mean of the samples' depths is less than the head's depth: half of it for a ball, nearly all of it for a flat
-/// end. So the samples' springs are scaled such that a head pressed on a flat wall has the scene's stiffness on average
-/// over all sides of it, pressed in by a quarter of its width. `reach`: of the head, in the samples' unit.
+/// Factor on the springs of the samples. The mean depth of the samples is less than the head's depth: half of it for a
+/// ball, nearly all of it for a flat end. With this factor, a head pressed into a flat wall by a quarter of its width
+/// has the scene's stiffness, as a mean over all directions. `reach`: distance of the head's farthest point, in the
+/// samples' unit.
 double spring_scale(const std::vector<HeadSample>& samples, double reach, int shared_load) {
-  constexpr double kPressed = 0.5;  // of the least distance from the head's centre to a sample
+  constexpr double kPressed = 0.5;  // ratio of the depth to the least distance from the head's centre to a sample
   double width = reach;
   for (const HeadSample& s : samples) width = std::min(width, glm::length(s.p_TQ));
   const double depth = kPressed * width;
   double sum = 0;
   for (const HeadSample& side : samples) {
-    const dvec3 in = side.n_T;  // into the wall
+    const dvec3 in = side.n_T;  // direction into the wall
     double lowest = -reach;
     for (const HeadSample& s : samples) lowest = std::max(lowest, glm::dot(in, s.p_TQ));
     double below = 0;
     int count = 0;
     for (const HeadSample& s : samples) {
-      // The depth along the sample's normal, projected onto the wall's: the depth below the wall.
+      // The depth along the sample's normal times its projection onto the wall's normal is the depth below the wall.
       const double h = depth - (lowest - glm::dot(in, s.p_TQ));
       if (h > 0) below += h, ++count;
     }
@@ -53,7 +54,7 @@ VoxelPenaltyModel::VoxelPenaltyModel(const ServoSettings& settings, const Parame
 }
 
 double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
-  constexpr double kCorner = 0.9;  // a full voxel reaches as far beyond its centre: √3/2
+  constexpr double kCorner = 0.9;  // distance that a full voxel extends beyond its centre, at least √3/2
   const dvec3 c = settings_.frame.to_voxels(X_WG.p);
   if (!patch_.holds(c, head().reach + 1)) return 0;
   const double room = std::min(sample_linear(patch_, c) - kCorner, patch_.reach_around(c) - 1) - head().reach - 1;
@@ -79,7 +80,7 @@ bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
   return patch_.distance[patch_.at(at.x, at.y, at.z)] < 0;
 }
 
-/// How far x lies in full voxels, along a unit vector: from face to face (Amanatides & Woo 1987), at most `most`.
+/// Depth of x inside full voxels along a unit vector, at most `most`. Steps from face to face (Amanatides & Woo 1987).
 double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double most) const noexcept {
   glm::ivec3 at = glm::ivec3(glm::round(x));
   dvec3 next, step;
@@ -100,7 +101,7 @@ double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& way, double m
   return std::min(depth, most);
 }
 
-/// The samples of a head at X_VT (voxels) that lie in full voxels.
+/// Finds the samples of a head at X_VT (voxels) that lie in full voxels.
 void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
   count_ = 0;
   c_ = X_VT.p;
@@ -132,9 +133,9 @@ void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept
   sum_springs(in, out);
 }
 
-/// Each sample pushes with its depth along its own normal. From `shared_load` samples on the mean counts, so that the
-/// stiffness does not grow with the number of samples (McNeely, Puterbaugh & Troy 1999, sec. 5.2). The damper acts
-/// against the hand's approach only.
+/// Each sample pushes along its own normal, in proportion to its depth. With more than `shared_load` samples in contact
+/// their forces are averaged, so the stiffness does not grow with the number of samples (McNeely, Puterbaugh & Troy
+/// 1999, sec. 5.2). The damper acts only against the hand's approach.
 void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const noexcept {
   const double h = voxel();
   const double per_sample =
@@ -156,8 +157,8 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
   if (approach > 0) out.force += settings_.damping * approach * n;
 }
 
-/// The head is moved out of the tissue along the force until it only just touches, and from there in as far as the
-/// energy pays for; all voxels whose centres it then covers are cleared.
+/// Moves the head out of the tissue along the force until it just touches, then back in as far as the energy pays for.
+/// Clears all voxels whose centres the head then covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.force);
   if (!(in.cuts && !in.must_earn && count_ > 0 && size > 0 && in.budget > 0 && in.specific_energy > 0)) return false;
@@ -166,7 +167,7 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   const Pose X_WB{in.X_WT.p + std::max(0.0, contact.depth - bought) * out_of, in.X_WT.R};
   const VoxelStamp stamp(head().tool, X_WB, settings_.frame);
   bool changed;
-  PerTissue hardened;  // voxels³ times hardness: what is paid for
+  PerTissue hardened;  // voxels³ × hardness, the volume to which the specific energy applies
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
   cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.spindle};

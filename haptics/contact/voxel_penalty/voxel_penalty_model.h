@@ -1,4 +1,4 @@
-// The servo's half of "voxel_penalty": no proxy, only springs (README.md).
+// The servo's half of "voxel_penalty": there is no proxy, the force comes from springs (README.md).
 #pragma once
 
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace typodont::haptics::voxel_penalty {
 
-/// Servo thread. Lengths in voxels where nothing else is said. A voxel is full if its centre lies inside the surface.
+/// Servo thread. Lengths are in voxels unless a unit is given. A voxel is full if its centre lies inside the surface.
 class VoxelPenaltyModel final : public PatchModel {
  public:
-  /// Throws Error for a tool that fills: voxels only know removal.
+  /// Throws Error for a tool that fills: this model can only remove voxels.
   VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
 
   double clearance(const Pose& X_WG) noexcept override;
@@ -26,16 +26,16 @@ class VoxelPenaltyModel final : public PatchModel {
  private:
   struct Head {
     Tool tool;
-    std::vector<HeadSample> samples;  // p_TQ in voxels
+    std::vector<HeadSample> samples;  // p_TQ is in voxels
     double reach;
-    double spring_scale = 1;  // of the samples' springs, for the whole head to have the scene's stiffness
+    double spring_scale = 1;  // factor on the samples' springs, with which the whole head has the scene's stiffness
   };
   struct Touching {
-    dvec3 x, n;       // where the sample is; unit, out of the head
-    double depth;     // of the sample in the full voxels around it
+    dvec3 x, n;       // position of the sample; outward unit normal of the head there
+    double depth;     // voxels, depth of the sample inside full voxels
     double area;      // m²
-    Tissue tissue;    // of the voxel that it lies in
-    double hardness;  // of that voxel, 0..1
+    Tissue tissue;    // tissue of the voxel that contains the sample
+    double hardness;  // 0..1, hardness of the voxel that contains the sample
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }
@@ -50,7 +50,7 @@ class VoxelPenaltyModel final : public PatchModel {
   Parameters parameters_;
   std::vector<Head> heads_;
   std::uint32_t tool_ = 0;
-  std::vector<Touching> touching_;  // of this tick; sized at set-up
+  std::vector<Touching> touching_;  // contacts of this tick; sized at set-up
   std::size_t count_ = 0;
   dvec3 c_{0};  // the head's centre in this tick
 };
