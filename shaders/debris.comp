@@ -1,6 +1,6 @@
 #version 460
 // One step of all particles that are stored on the GPU, by the physics of engine/debris (motion.h,
-// Debris::State::attend). Every particle gets a full update in every step. The shader also writes the instances for
+// Debris::State::update_fully). Every particle gets a full update in every step. The shader also writes the instances for
 // drawing.
 layout(local_size_x = 64) in;
 
@@ -56,7 +56,7 @@ float passes(vec3 a, vec3 b, vec3 c) {
 }
 
 // Mean velocity of the air in one step. The air stops at the nozzle (engine/debris/motion).
-vec3 drawn_air(vec3 p) {
+vec3 suction_velocity(vec3 p) {
   vec3 d = sink.xyz - p;
   float near = inversesqrt(dot(d, d) + 1e-12), pull = sink.w * near * near * near, dt = gravity.w;
   return (pull * dt < 1.0 / 3.0 ? pull * (1.0 + 2.0 * dt * pull) : 1.0 / dt) * d;
@@ -89,7 +89,7 @@ void main() {
   if (!resting) {
     float keep = 1.0 / (1.0 + rate * dt);
     if (sink.w != 0.0) {
-      v += (1.0 - keep) / keep * drawn_air(p);
+      v += (1.0 - keep) / keep * suction_velocity(p);
     }
     v = (v + gravity.xyz * dt) * keep;
     p += v * dt;
@@ -113,7 +113,7 @@ void main() {
     }
     if (stays) v = vec3(0.0);
     // Drag depends on the speed relative to the air, and suction moves the air.
-    vec3 slip = sink.w != 0.0 ? v - drawn_air(p) : v;
+    vec3 slip = sink.w != 0.0 ? v - suction_velocity(p) : v;
     rate = stays ? kStuck : drag_rate(length(slip), diameter, own.chip.y);
   }
   own.place.xyz = p;

@@ -57,7 +57,7 @@ void write_pictures(PictureStage& stage, const ServoTick& tick, std::span<const 
 }
 
 /// Describes the result of the work from the remaining tissue.
-std::string what_is_left(const haptics::TissueVolume& tissue, const PerTissue& before) {
+std::string result_text(const haptics::TissueVolume& tissue, const PerTissue& before) {
   constexpr auto kCaries = static_cast<std::size_t>(Tissue::kCaries);
   return fmt::format("done: {:.1f} % of the caries left", 100 * tissue.volumes()[kCaries] / before[kCaries]);
 }
@@ -155,7 +155,7 @@ void run_demo(const DemoOptions& options) {
     stage.show(view.update(loop.carver()), volume.frame().origin);
     (void)loop.carver().volume();  // updates the distance field, which the student and the hints read
     using Phase = Student::Phase;
-    if (student.phase() == Phase::kAway && end.empty()) end = what_is_left(volume, header.volumes_before);
+    if (student.phase() == Phase::kAway && end.empty()) end = result_text(volume, header.volumes_before);
     const std::string hint = student.phase() == Phase::kExplore ? "exploring, drill at rest"
                              : student.phase() == Phase::kDrill ? "removing caries"
                                                                 : end;
@@ -180,7 +180,7 @@ void run_demo(const DemoOptions& options) {
   }
   stage.show(view.update(loop.carver()), volume.frame().origin);
   (void)loop.carver().volume();
-  write_pictures(stage, tick, {}, what_is_left(volume, header.volumes_before), options.out, "after", pictures, "After");
+  write_pictures(stage, tick, {}, result_text(volume, header.volumes_before), options.out, "after", pictures, "After");
   sound.stop(tick.t);
 
   session::SessionResult result = session_result(volume);

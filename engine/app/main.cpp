@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
   open_standard_streams();
   // A file that reaches its size limit then causes a write error, like a full disk, instead of ending a live session.
   std::signal(SIGXFSZ, SIG_IGN);
-  end_in_order_on_interrupt();
+  end_cleanly_on_interrupt();
   if (argc > 1) remember_inputs();
   cli::Command program(
       "typodont", "Typodont: a co-located visual, haptic and audio workbench for hand-eye training on hard tissue");

@@ -116,7 +116,7 @@ MouthMirror read_mouth_mirror(const Json& json) {
     if (std::abs(glm::length(R) - 1) > 1e-3) rotation->fail("a unit quaternion");
     mirror.X_WM.R = glm::normalize(R);
   }
-  mirror.diameter = json.number_or("diameter_mm", kUsualMirrorDiameter / kMillimetre, 1, 60) * kMillimetre;
+  mirror.diameter = json.number_or("diameter_mm", kDefaultMirrorDiameter / kMillimetre, 1, 60) * kMillimetre;
   mirror.fog = json.number_or("fog", 0, 0, 1);
   return mirror;
 }

@@ -51,8 +51,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kCaughtAway = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
-constexpr Nanos kCaughtFor = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
+constexpr double kStuckDistance = 3e-3;  // m, distance between tool and hand from which the tool counts as caught
+constexpr Nanos kStuckTime = 1 * kNanosPerSecond;  // ns; a tool that is caught for a shorter time is not reported
 constexpr int kHoldKey = ' ', kGoOnKey = 'R', kViewKey = 'V', kSuctionKey = 'A';
 // Keys in an implant exercise: the phase's instrument, slower, faster, backwards.
 constexpr int kPhaseToolKey = 'T', kSlowerKey = ',', kFasterKey = '.', kBackwardsKey = 'B';
@@ -341,7 +341,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   s.wiring.loop_to_render.fetch();
   s.wiring.record_to_render.fetch();
   report_hand();
-  if (!(tick.depth > kCaughtAway)) followed = tick.t;
+  if (!(tick.depth > kStuckDistance)) followed = tick.t;
   try {
     if (sound) advance_sound();
     if (!s.draw || headset || !picture || !picture->stage()) {
@@ -371,7 +371,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
   } catch (const gpu::DeviceLost& e) {
     if (options.device) throw;  // the operator's window creates a new device for itself and the session
     log::warn("{}; the picture is made anew", e.what());
-    if (picture->revive()) return true;
+    if (picture->recreate_lost_device()) return true;
     failure = e.what();
     return false;
   } catch (const std::exception& e) {  // picture or sound failed: end the session in order
@@ -382,7 +382,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
 
 void Workbench::Impl::hold(bool on) noexcept {
   held = on;
-  hold_hands(session->wiring, on);
+  set_emergency_stop(session->wiring, on);
 }
 
 /// Reports once that a device was unplugged, or that it is connected again.
@@ -399,7 +399,7 @@ void Workbench::Impl::report_hand() {
 
 /// Distance in m between the hand and a tool that does not follow it; 0 if the tool follows.
 double Workbench::Impl::caught() const {
-  return tick.t - followed > kCaughtFor ? tick.depth : 0;
+  return tick.t - followed > kStuckTime ? tick.depth : 0;
 }
 
 /// The line below the picture: the hand's functions, and the load of its motors.

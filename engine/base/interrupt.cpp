@@ -32,7 +32,7 @@ void set_handler(int signal, void (*handler)(int), struct sigaction& before) noe
 
 }  // namespace
 
-void end_in_order_on_interrupt() {
+void end_cleanly_on_interrupt() {
   struct sigaction before {};
   for (const int signal : kSignals) set_handler(signal, end_on_signal, before);
 }
@@ -45,7 +45,7 @@ InterruptHandler::~InterruptHandler() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
 }
 
-void set_last_act(void (*act)() noexcept) noexcept {
+void set_end_hook(void (*act)() noexcept) noexcept {
   g_last_act = act;
 }
 

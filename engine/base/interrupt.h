@@ -9,7 +9,7 @@ namespace typodont {
 
 /// From now on, one of these signals removes partially written files (PartialFile) and ends the program with exit
 /// status 1, unless an InterruptHandler exists. An ignored SIGHUP (nohup) stays ignored. Main thread, once.
-void end_in_order_on_interrupt();
+void end_cleanly_on_interrupt();
 
 /// While this object lives, these signals call `handler`; its destructor restores the previous handler. Nested handlers
 /// must be destroyed in the reverse order of their construction. Main thread.
@@ -25,7 +25,7 @@ class InterruptHandler {
 };
 
 /// Sets a function that end_now() calls first. Devices use it to send zero force. Set-up time.
-void set_last_act(void (*act)() noexcept) noexcept;
+void set_end_hook(void (*act)() noexcept) noexcept;
 
 /// Removes partially written files, reports the removal, and ends the process with exit status 1. Safe in signal
 /// handlers.

@@ -14,7 +14,7 @@ struct MouthMirror {
 };
 
 // m, diameter of size 4, the default if the scene states none; size 5 has 24 mm
-inline constexpr double kUsualMirrorDiameter = 22e-3;
+inline constexpr double kDefaultMirrorDiameter = 22e-3;
 
 /// Pose of the mirror in the frame of a tool T whose z points along the handle and whose origin is the middle of the
 /// glass: X_WM = X_WT * mirror_in_tool().
@@ -24,7 +24,7 @@ inline Pose mirror_in_tool() {
 
 /// The scene's mirror, or the default mirror if it has none, at the pose of tool T.
 inline MouthMirror held(const MouthMirror& scenes, const Pose& X_WT) {
-  return {X_WT * mirror_in_tool(), scenes.diameter > 0 ? scenes.diameter : kUsualMirrorDiameter, scenes.fog};
+  return {X_WT * mirror_in_tool(), scenes.diameter > 0 ? scenes.diameter : kDefaultMirrorDiameter, scenes.fog};
 }
 
 }  // namespace typodont

@@ -81,10 +81,10 @@ class Contact {
 };
 
 /// Velocity of the air at a point, m/s: the mean over one step.
-glm::dvec3 drawn_air(const Suction& suction, const glm::dvec3& p_W, double dt) {
+glm::dvec3 suction_velocity(const Suction& suction, const glm::dvec3& p_W, double dt) {
   const glm::dvec3 way = suction.p_W - p_W;
   const double r = std::max(glm::length(way), 1e-6);
-  return air_drawn(suction.flow / (4 * kPi), r, dt) / r * way;
+  return mean_air_speed(suction.flow / (4 * kPi), r, dt) / r * way;
 }
 
 /// True if the straight line from a to b passes c at a distance below `radius`.
@@ -101,7 +101,7 @@ bool passed_within(double radius, const glm::dvec3& a, const glm::dvec3& b, cons
 struct Debris::State {
   DebrisOptions options;
   std::vector<float> x, y, z, vx, vy, vz, rate, keep;  // rate: drag, 1/s; keep: see motion.h
-  std::vector<std::uint32_t> due;                      // step at which a particle needs a full update (attend)
+  std::vector<std::uint32_t> due;                      // step at which a particle needs a full update (update_fully)
   std::vector<std::uint32_t> first_due;  // for each group of kGroup particles: a lower bound of their due steps
   struct Chip {                          // data of a particle that the inner loop does not need
     double born_at;                      // s
@@ -112,7 +112,7 @@ struct Debris::State {
     Tissue tissue;
   };
   std::vector<Chip> chips;
-  std::vector<Newborn> newborn;  // buffer for the new particles of one cut
+  std::vector<NewParticle> new_particles;  // buffer for the new particles of one cut
   std::size_t first = 0, count = 0;
   double time = 0;
   float last_dt = 0;                // s, length of the last step; `keep` was computed for this length
@@ -151,11 +151,11 @@ struct Debris::State {
     const std::uint32_t phase = static_cast<std::uint32_t>(s / kGroup) * 37 % kMostSteps;
     set_due(s, std::max(step + 1, ((step + steps + phase) & ~(grain - 1)) - phase));
   }
-  void attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
+  void update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept;
 };
 
 // Full update of one particle: bounce, new drag rate, and the number of steps until the next full update.
-void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept {
+void Debris::State::update_fully(std::size_t s, double dt, const CoarseField& field, const Suction* suction) noexcept {
   const bool resting = rate[s] >= kStuck;
   glm::dvec3 p = position(s), v = velocity(s);
   const double nozzle = suction ? glm::length(suction->p_W - p) : 0;
@@ -195,7 +195,7 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     vx[s] = static_cast<float>(v.x), vy[s] = static_cast<float>(v.y), vz[s] = static_cast<float>(v.z);
   }
   // Drag depends on the speed relative to the air, and suction moves the air.
-  const glm::dvec3 air = suction ? drawn_air(*suction, p, dt) : glm::dvec3(0);
+  const glm::dvec3 air = suction ? suction_velocity(*suction, p, dt) : glm::dvec3(0);
   const double speed = glm::length(v - air);
   const double stokes = chips[s].stokes;
   const double reynolds = speed * chips[s].diameter * density_by_viscosity;
@@ -212,18 +212,20 @@ void Debris::State::attend(std::size_t s, double dt, const CoarseField& field, c
     const bool leaves = glm::dot(away, v) >= 0 && glm::dot(away, options.gravity_W) >= 0;
     return clearance / std::max((leaves ? drift : own + drift) * dt, 1e-12);
   };
-  double calm = kMostSteps;  // number of steps until one of these events could happen
+  double undisturbed_steps = kMostSteps;  // number of steps until one of these events could happen
   if (field.distance && contact.inside) {
     // Between samples the slope of the field is at most √3, and the error of the field is at most half a spacing.
     const double off = contact.distance - radius;
-    calm = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
+    undisturbed_steps = std::max(off - 0.5 * field.spacing, off / std::sqrt(3.0)) / ((own + drift) * dt);
   } else if (field.distance) {
     const glm::dvec3 low = field.origin, high = field.origin + field.spacing * glm::dvec3(field.size - 1);
     const glm::dvec3 away = p - glm::clamp(p, low, high);
-    calm = std::min(calm, soon(glm::length(away), away));
+    undisturbed_steps = std::min(undisturbed_steps, soon(glm::length(away), away));
   }
-  if (suction) calm = std::min(calm, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
-  auto steps = static_cast<std::uint32_t>(std::clamp(calm, 1.0, double{kMostSteps}));
+  if (suction)
+    undisturbed_steps =
+        std::min(undisturbed_steps, soon(std::min(0.5 * nozzle, nozzle - 0.5 * suction->radius), p - suction->p_W));
+  auto steps = static_cast<std::uint32_t>(std::clamp(undisturbed_steps, 1.0, double{kMostSteps}));
   if (reynolds > kStokesReynolds) {
     const double sensitivity = 0.687 * (factor - 1) / factor;  // d log rate / d log speed; factor − 1: 0.15 Re^0.687
     // Change of the relative velocity in one step. If drag is so strong that one step would overshoot, the particle
@@ -246,19 +248,19 @@ Debris::Debris(const DebrisOptions& options) : state_(std::make_unique<State>())
   s.due.assign(options.capacity, kNever);
   s.first_due.assign(options.capacity / kGroup + 1, kNever);
   s.chips.resize(options.capacity);
-  s.newborn.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options.most_per_cut));
+  s.new_particles.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options.most_per_cut));
 }
 Debris::~Debris() = default;
 Debris::Debris(Debris&&) noexcept = default;
 Debris& Debris::operator=(Debris&&) noexcept = default;
 
-std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
-                        const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
-                        double& dropped) noexcept {
+std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
+                             const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
+                             PerTissue& born, double& dropped) noexcept {
   Stream random(options.seed, cut.index);
   const dvec3 axis = cut.X_WB.rotate({0, 0, 1});
   // The chips leave at the cutting side of the head. Without a contact normal, they leave all around the axis.
-  const double told = glm::length(cut.n_C_W);
+  const double normal_length = glm::length(cut.n_C_W);
   std::size_t count = 0;
   for (int t = 0; t < kTissueCount; ++t) {
     const auto tissue = static_cast<std::size_t>(t);
@@ -279,7 +281,7 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
       const float fraction = static_cast<float>(k + 1 < number ? mass / static_cast<double>(number) : mass - given);
       given += fraction;
       const dvec3 place = random.in_ball();
-      dvec3 side = (told > 0 ? -cut.n_C_W / told : dvec3(0)) + 0.8 * place;
+      dvec3 side = (normal_length > 0 ? -cut.n_C_W / normal_length : dvec3(0)) + 0.8 * place;
       const double length = glm::length(side);
       side = length > 1e-6 ? side / length : axis;
       const dvec3 centre = glm::mix(cut.X_WA.p, cut.X_WB.p, random.uniform());
@@ -288,8 +290,8 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
       // The velocity scatters around the rim's velocity. Its component into the tissue is reversed, because a chip
       // cannot move into the tissue.
       dvec3 v = rim + options.scatter * speed * random.in_ball();
-      if (told > 0) {
-        const dvec3 n = cut.n_C_W / told;
+      if (normal_length > 0) {
+        const dvec3 n = cut.n_C_W / normal_length;
         const double into = glm::dot(v, n);
         if (into < 0) v -= 2 * into * n;
       }
@@ -302,9 +304,9 @@ std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable&
 
 void Debris::emit(const Cut& cut, double head_radius, const MaterialTable& materials) noexcept {
   State& s = *state_;
-  const std::size_t number =
-      throw_chips(cut, head_radius, materials, s.options, s.options.capacity - s.count, s.newborn, s.born, s.dropped);
-  for (const Newborn& n : std::span(s.newborn).first(number)) {
+  const std::size_t number = create_particles(cut, head_radius, materials, s.options, s.options.capacity - s.count,
+                                              s.new_particles, s.born, s.dropped);
+  for (const NewParticle& n : std::span(s.new_particles).first(number)) {
     const std::size_t i = s.slot(s.count++);
     s.x[i] = static_cast<float>(n.p_W.x), s.y[i] = static_cast<float>(n.p_W.y), s.z[i] = static_cast<float>(n.p_W.z);
     s.vx[i] = static_cast<float>(n.v_W.x), s.vy[i] = static_cast<float>(n.v_W.y), s.vz[i] = static_cast<float>(n.v_W.z);
@@ -367,7 +369,7 @@ void Debris::step(double dt, const CoarseField& field, const Suction* suction) n
     first_due = kNever;
     for (std::size_t i = at; i < std::min(at + kGroup, s.options.capacity); ++i) {
       if (s.due[i] <= s.step)
-        s.attend(i, dt, field, suction);
+        s.update_fully(i, dt, field, suction);
       else
         first_due = std::min(first_due, s.due[i]);
     }

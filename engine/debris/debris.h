@@ -62,7 +62,7 @@ struct DebrisLedger {
 };
 
 /// A particle at the moment the bur throws it.
-struct Newborn {
+struct NewParticle {
   glm::dvec3 p_W{0}, v_W{0};  // m, m/s
   double chip = 0;            // m, diameter of one chip of the particle
   double density = 0;         // kg/m³
@@ -73,9 +73,9 @@ struct Newborn {
 /// Creates the particles of one cut. Their mass is density × removed volume for each tissue. At most `room` particles
 /// are created; the mass of the missing ones is added to `dropped`. Fills `out`, which must have kTissueCount ·
 /// most_per_cut entries, and returns the number of filled entries. Used by the CPU and the GPU version.
-std::size_t throw_chips(const Cut& cut, double head_radius, const MaterialTable& materials,
-                        const DebrisOptions& options, std::size_t room, std::span<Newborn> out, PerTissue& born,
-                        double& dropped) noexcept;
+std::size_t create_particles(const Cut& cut, double head_radius, const MaterialTable& materials,
+                             const DebrisOptions& options, std::size_t room, std::span<NewParticle> out,
+                             PerTissue& born, double& dropped) noexcept;
 
 /// A particle as the renderer draws it.
 struct DebrisPoint {

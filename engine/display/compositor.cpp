@@ -18,7 +18,7 @@ namespace typodont::display {
 
 namespace {
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr std::size_t kRemembered = 6;  // frames, length of the history; more than a window has images
+constexpr std::size_t kHistoryFrames = 6;  // frames, length of the history; more than a window has images
 
 bool same(const VkRect2D& a, const VkRect2D& b) {
   return a.offset.x == b.offset.x && a.offset.y == b.offset.y && a.extent.width == b.extent.width &&
@@ -64,7 +64,7 @@ struct Compositor::Impl {
   // The text over each region. Frames in flight that show the same text share it.
   using Writings = std::array<std::shared_ptr<const Writing>, 2>;
   Writings writing{std::make_shared<const Writing>(), std::make_shared<const Writing>()};
-  std::array<ivec2, 2> written_for{};  // size of the regions in pixels
+  std::array<ivec2, 2> region_sizes{};  // size of the regions in pixels
   struct OnDevice {
     Writings holds;
     gpu::Buffer pixels;                                // pixels of all panels, one panel after the other
@@ -74,7 +74,7 @@ struct Compositor::Impl {
 
   // Data for composing on the CPU, one entry for each frame in flight: copies of the eyes' pictures, which are valid in
   // the changed parts, and the work that follows after the copies.
-  struct ByHand {
+  struct CpuJob {
     gpu::Buffer eyes;
     VkExtent2D size{};
     std::uint32_t layers = 0;
@@ -87,7 +87,7 @@ struct Compositor::Impl {
     Writings writing;
     std::array<std::vector<std::size_t>, 2> panels;  // text panels to draw over the picture
   };
-  std::array<ByHand, kSlots> by_hand;
+  std::array<CpuJob, kSlots> cpu_jobs;
   ProcessorComposer composer;
 
   explicit Impl(gpu::Device& d) : device(d) {
@@ -98,7 +98,7 @@ struct Compositor::Impl {
   ~Impl() {
     vkDeviceWaitIdle(device.device);
     destroy_pipelines();
-    for (ByHand& b : by_hand) b.eyes.destroy(device);
+    for (CpuJob& b : cpu_jobs) b.eyes.destroy(device);
     for (OnDevice& o : on_device) o.pixels.destroy(device);
     vkDestroySampler(device.device, sampler, nullptr);
     inputs.destroy(device);
@@ -133,7 +133,7 @@ struct Compositor::Impl {
     for (std::size_t e = 0; e < places(how); ++e) {
       const Place place = place_on(e, how, target);
       const Hud& hud = or_nothing(huds[e]);
-      written_for[e] = place.size;
+      region_sizes[e] = place.size;
       if (!writing[e]->differs(hud, place.size)) continue;
       auto anew = std::make_shared<Writing>(*writing[e]);
       for (const WritingBox& box : anew->write(hud, place.size)) changed[e].push_back(in_target(box, place));
@@ -206,8 +206,8 @@ struct Compositor::Impl {
   }
 
   /// The parts of the target to draw, for each eye's region; no value: draw everything.
-  std::optional<Rects> lacking(const gpu::Image& pictures, Layout how, const Target& target, int row,
-                               const Parts* changed, Rects written) {
+  std::optional<Rects> missing_parts(const gpu::Image& pictures, Layout how, const Target& target, int row,
+                                     const Parts* changed, Rects written) {
     const VkExtent2D now = pictures.options.size;
     if (!changed || now.width != size.width || now.height != size.height || how != layout || row != first_row) {
       history.clear();
@@ -218,7 +218,7 @@ struct Compositor::Impl {
     }
     ++frame;
     history.push_back({changed ? *changed : Parts{}, std::move(written)});
-    if (history.size() > kRemembered) history.pop_front();
+    if (history.size() > kHistoryFrames) history.pop_front();
     const auto held = holds.find(target.image);
     const std::uint64_t behind = held == holds.end() ? ~0ull : frame - held->second;
     holds[target.image] = frame;
@@ -286,7 +286,7 @@ struct Compositor::Impl {
   /// Copies the parts of the pictures that the target needs to the memory from which the CPU composes them.
   void fetch(VkCommandBuffer commands, const gpu::Image& pictures, Layout how, const Target& target, int slot, int row,
              const std::optional<Rects>& parts, const std::array<std::vector<std::size_t>, 2>& panels) {
-    ByHand& job = by_hand[static_cast<std::size_t>(slot)];
+    CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];
     const VkExtent2D now = pictures.options.size;
     const std::uint32_t layers = pictures.options.layers;
     const VkDeviceSize layer_bytes = VkDeviceSize{4} * now.width * now.height;
@@ -343,11 +343,11 @@ struct Compositor::Impl {
     gpu::transition(commands, pictures, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL,
                     VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_NONE, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT,
                     VK_ACCESS_2_MEMORY_READ_BIT);
-    gpu::show_host(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
+    gpu::make_visible_to_host(commands, VK_PIPELINE_STAGE_2_COPY_BIT, VK_ACCESS_2_TRANSFER_WRITE_BIT);
   }
 
   void compose(int slot) {
-    ByHand& job = by_hand[static_cast<std::size_t>(slot)];
+    CpuJob& job = cpu_jobs[static_cast<std::size_t>(slot)];
     job.waits = false;
     const std::size_t layer_bytes = std::size_t{4} * job.size.width * job.size.height;
     EyePixels eyes{.size = {static_cast<int>(job.size.width), static_cast<int>(job.size.height)}};
@@ -373,7 +373,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
                                                     const Target& target, int slot, int first_row,
                                                     const std::array<std::vector<Part>, 2>* changed, const Huds& huds) {
   Impl& m = *impl_;
-  auto parts = m.lacking(pictures, layout, target, first_row, changed, m.write(huds, layout, target));
+  auto parts = m.missing_parts(pictures, layout, target, first_row, changed, m.write(huds, layout, target));
   const auto listed = [&]() -> std::optional<std::vector<Part>> {
     if (!parts) return std::nullopt;
     std::vector<Part> drawn;
@@ -384,7 +384,7 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   };
   if (target.memory.first) {
     // If the slot's previous frame was not composed, draw everything.
-    if (m.by_hand[static_cast<std::size_t>(slot)].waits) parts.reset();
+    if (m.cpu_jobs[static_cast<std::size_t>(slot)].waits) parts.reset();
     const auto panels = m.panels_over(parts, layout, target);
     m.fetch(commands, pictures, layout, target, slot, first_row, parts, panels);
     return listed();
@@ -454,9 +454,9 @@ std::optional<std::vector<Part>> Compositor::record(VkCommandBuffer commands, co
   return listed();
 }
 
-bool Compositor::says_new(const Huds& huds, Layout layout) const {
+bool Compositor::text_changed(const Huds& huds, Layout layout) const {
   for (std::size_t e = 0; e < Impl::places(layout); ++e)
-    if (impl_->writing[e]->differs(Impl::or_nothing(huds[e]), impl_->written_for[e])) return true;
+    if (impl_->writing[e]->differs(Impl::or_nothing(huds[e]), impl_->region_sizes[e])) return true;
   return false;
 }
 

@@ -63,7 +63,7 @@ class Compositor {
                                           const std::array<std::vector<Part>, 2>* changed = nullptr,
                                           const Huds& huds = {});
   /// True if the text differs from the text of the last record() with the same layout.
-  bool says_new(const Huds& huds, Layout layout) const;
+  bool text_changed(const Huds& huds, Layout layout) const;
   /// Fills a target in memory after the device has finished the slot's commands.
   void compose(int slot);
 

@@ -279,7 +279,7 @@ void Device::destroy() {
     }
     vkDestroyInstance(instance, nullptr);
     instance = VK_NULL_HANDLE;
-    note_driver_cache();
+    list_driver_cache();
   }
 }
 

@@ -25,9 +25,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kList = "left-as";          // name of the file that lists all cache files with their hashes
 constexpr const char* kPipelines = "pipelines-";  // prefix of a pipeline cache's file name
-constexpr std::size_t kNothingKept = 64;  // bytes; a smaller pipeline cache contains only a header or a checksum
-fs::path g_folder;                        // set before other threads start
-std::mutex g_mutex;                       // protects the cache folder
+constexpr std::size_t kEmptyCacheBytes = 64;  // bytes; a smaller pipeline cache contains only a header or a checksum
+fs::path g_folder;                            // set before other threads start
+std::mutex g_mutex;                           // protects the cache folder
 bool g_checked = false;
 std::set<fs::path> g_good;  // files whose hash was checked and is correct
 
@@ -114,7 +114,7 @@ void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properti
   if (!pipelines) return;
   std::size_t size = 0;
   std::string bytes;
-  if (vkGetPipelineCacheData(device, pipelines, &size, nullptr) == VK_SUCCESS && size > kNothingKept) {
+  if (vkGetPipelineCacheData(device, pipelines, &size, nullptr) == VK_SUCCESS && size > kEmptyCacheBytes) {
     bytes.resize(size);
     if (vkGetPipelineCacheData(device, pipelines, &size, bytes.data()) != VK_SUCCESS) size = 0;
     bytes.resize(size);
@@ -131,7 +131,7 @@ void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properti
   }
 }
 
-void note_driver_cache() {
+void list_driver_cache() {
   const std::lock_guard lock(g_mutex);
   if (g_folder.empty()) return;
   std::string list;

@@ -20,6 +20,6 @@ VkPipelineCache open_pipelines(VkDevice device, const VkPhysicalDeviceProperties
 /// Stores the pipelines and destroys the cache object.
 void close_pipelines(VkDevice device, const VkPhysicalDeviceProperties& properties, VkPipelineCache pipelines);
 /// Writes the list with the hashes of all files in the folder. Call after the drivers' last write.
-void note_driver_cache();
+void list_driver_cache();
 
 }  // namespace typodont::gpu

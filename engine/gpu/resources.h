@@ -72,7 +72,7 @@ void transition(VkCommandBuffer commands, VkImage image, VkImageAspectFlags aspe
 void memory_barrier(VkCommandBuffer commands, VkPipelineStageFlags2 from, VkAccessFlags2 written,
                     VkPipelineStageFlags2 to, VkAccessFlags2 access);
 /// Makes the writes of these stages visible to the host once the commands have finished.
-void show_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
+void make_visible_to_host(VkCommandBuffer commands, VkPipelineStageFlags2 stage, VkAccessFlags2 access);
 
 /// Copies one layer of a colour image (4 bytes per pixel) in the given `layout` to the host, and waits for the copy.
 std::vector<std::uint8_t> read_back(Device& device, const Image& image, std::uint32_t layer, VkImageLayout layout);

@@ -17,7 +17,7 @@ struct Look {
   double wetness = 0;  // strength of the water film on the surface
 };
 
-inline std::array<Look, kTissueCount> looks_of(const MaterialTable& materials) {
+inline std::array<Look, kTissueCount> appearances_of(const MaterialTable& materials) {
   std::array<Look, kTissueCount> looks;
   const auto set = [&](Tissue t, double roughness, double translucency, double metal, double wetness) {
     const auto i = static_cast<std::size_t>(t);

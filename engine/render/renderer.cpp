@@ -22,7 +22,8 @@ namespace typodont::render {
 namespace {
 
 constexpr int kSlots = gpu::FrameRing::kSlots;
-constexpr double kWorthWhile = 0.8;  // limit: if a larger fraction of the picture must be redrawn, all of it is redrawn
+constexpr double kFullRedrawFraction =
+    0.8;  // limit: if a larger fraction of the picture must be redrawn, all of it is redrawn
 constexpr std::size_t kMostTracked = 20'000;  // largest number of particles whose pixels are tracked individually
 
 }  // namespace
@@ -63,7 +64,7 @@ struct Renderer::Impl {
   std::uint64_t last_version = 0, last_order = 0, settings_version = 1, last_settings = 0;
   std::uint64_t eyes_version = 0;  // increases when the eyes move
   std::uint64_t shadow_version = 0, shadow_order = 0;
-  LampBox unlit;  // part of the shadow map that changed in frames that did not draw it
+  ShadowMapBox undrawn_shadow;  // part of the shadow map that changed in frames that did not draw it
   // Tiles that need a redraw of the scene, tiles in which only particles changed, and tiles that particles cover.
   std::array<Tiles, 2> tiles, over_tiles, particle_tiles;
   EyeBoxes redrawn;
@@ -73,7 +74,7 @@ struct Renderer::Impl {
   std::uint64_t frames = 0, last_submitted = 0;
 
   Impl(gpu::Device& d, glm::ivec2 s, const Quality& quality, const MaterialTable& m)
-      : device(d), size(s), looks(looks_of(m)), context{.device = d}, targets(context) {
+      : device(d), size(s), looks(appearances_of(m)), context{.device = d}, targets(context) {
     context.quality = quality;
     create_layout();
     create_pictures(2);
@@ -200,7 +201,7 @@ struct Renderer::Impl {
       last_version = bricks.version;
       last_order = bricks.order;
       last_settings = settings_version;
-      unlit = {};
+      undrawn_shadow = {};
       bricks.changed.clear();
     }
     if (stats.drawn) {
@@ -284,13 +285,13 @@ struct Renderer::Impl {
     bricks.mark_changed(frame, data, last_data, drawn, eyes_version, tiles);
     const double fraction = marked(tiles);
     if (fraction <= 0 && marked(over_tiles) <= 0) return Changed::kNothing;
-    return fraction < kWorthWhile && !context.view_mask ? Changed::kParts : Changed::kAll;
+    return fraction < kFullRedrawFraction && !context.view_mask ? Changed::kParts : Changed::kAll;
   }
 
-  LampBox changed_in_lamp(const shared::FrameData& data) const {
-    LampBox part;
+  ShadowMapBox changed_shadow_box(const shared::FrameData& data) const {
+    ShadowMapBox part;
     for (const BoxInWorld& box : bricks.changed)
-      part.take(in_lamp(glm::dmat4(data.light_from_world), glm::vec3(box.lo), glm::vec3(box.hi)));
+      part.take(shadow_map_box(glm::dmat4(data.light_from_world), glm::vec3(box.lo), glm::vec3(box.hi)));
     return part;
   }
 
@@ -332,7 +333,7 @@ struct Renderer::Impl {
     const glm::ivec2 drawn_size(extent.width, extent.height);
     const Changed changed = mark_changed(data, frame, drawn_size);
     if (changed == Changed::kNothing) {  // all changes are out of sight
-      unlit.take(changed_in_lamp(data));
+      undrawn_shadow.take(changed_shadow_box(data));
       bricks.changed.clear();
       last_version = bricks.version;
       stats.drawn = false;
@@ -380,8 +381,8 @@ struct Renderer::Impl {
     const bool other_light = shadow_light != data.light_from_world || shadow_view != frame.view ||
                              shadow_section != data.section || shadow_order != bricks.order;
     if (data.light_size.w > 0 && (other_light || shadow_version != bricks.version)) {
-      LampBox part = unlit;
-      part.take(changed_in_lamp(data));
+      ShadowMapBox part = undrawn_shadow;
+      part.take(changed_shadow_box(data));
       if (other_light) part = {glm::vec2(0), glm::vec2(1)};
       shadow.record(context, commands, inputs.sets[own], bricks, slot, frame.view, data.light_from_world, part, stats);
       shadow_view = frame.view;

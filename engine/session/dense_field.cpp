@@ -9,8 +9,9 @@ namespace typodont::session {
 
 namespace {
 
-constexpr float kSlid = 20;  // voxels, largest distance to refine; beyond it the spacing of the seeds has no effect
-constexpr float kKept =
+constexpr float kRefineLimit =
+    20;  // voxels, largest distance to refine; beyond it the spacing of the seeds has no effect
+constexpr float kUnchangedBand =
     1.8f;  // voxels, distance up to which the field keeps its own values; longer than a voxel's diagonal
 
 /// Propagates the nearest seed to every voxel, from neighbour to neighbour, in sweeps in all eight directions.
@@ -109,9 +110,9 @@ DenseField redistanced(const DenseField& field) {
     for (int y = 0; y < n.y; ++y) {
       for (int z = 0; z < n.z; ++z) {
         const std::size_t at = field.at(x, y, z);
-        if (std::abs(field.distance[at]) <= kKept) continue;
+        if (std::abs(field.distance[at]) <= kUnchangedBand) continue;
         if (best[at] >= kFar) continue;
-        if (best[at] > kSlid) {
+        if (best[at] > kRefineLimit) {
           result.distance[at] = std::copysign(best[at], field.distance[at]);
           continue;
         }
@@ -131,7 +132,7 @@ DenseField redistanced(const DenseField& field) {
           reach = now;
           c = moved;
         }
-        result.distance[at] = std::copysign(std::max(static_cast<float>(reach), kKept), field.distance[at]);
+        result.distance[at] = std::copysign(std::max(static_cast<float>(reach), kUnchangedBand), field.distance[at]);
       }
     }
   }

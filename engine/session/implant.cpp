@@ -15,17 +15,19 @@ constexpr std::array<std::string_view, 7> kDeeds = {"smooth", "mark", "drill", "
 constexpr std::array<std::string_view, kImplantNoteCount> kNotes = {
     "none", "wrong_tool", "over_speed", "too_deep", "off_axis", "near_canal", "heat", "over_force"};
 constexpr double kOverSpeed = 1.1;  // limit: ratio of the spindle speed to the phase's speed limit
-constexpr double kLater = 1.5;  // s, contact time with a later phase's tool after which that phase is the present one
-constexpr double kHeld = 0.3;   // s, time for which the goal of a smoothing, marking or checking phase must be met
-constexpr double kDrilled = 0.05e-3;   // m, depth tolerance of a drill
-constexpr double kChecked = 0.25e-3;   // m, depth tolerance of a gauge
-constexpr double kThreaded = 0.3e-3;   // m, depth tolerance of a tap
-constexpr double kFelt = 0.05;         // N, limit: a smaller force is no contact, because the tool follows the hand
-constexpr double kSeats = 1e-3;        // m, limit: a placed implant or screw may protrude by this length
-constexpr double kGoesIn = 0.1e-3;     // m/s, limit: a faster tool along the plan's axis moves into the bone
-constexpr double kGoesInTime = 0.1;    // s, time constant of the filter for the speed along the axis
-constexpr double kAtSite = 3e-3;       // m, limit: a mark within this distance of the plan's axis is at the site
-constexpr double kOffAxisFrom = 1e-3;  // m, depth from which the axis is checked
+constexpr double kSkipPhaseTime =
+    1.5;                       // s, contact time with a later phase's tool after which that phase is the present one
+constexpr double kHeld = 0.3;  // s, time for which the goal of a smoothing, marking or checking phase must be met
+constexpr double kDrilled = 0.05e-3;  // m, depth tolerance of a drill
+constexpr double kChecked = 0.25e-3;  // m, depth tolerance of a gauge
+constexpr double kThreaded = 0.3e-3;  // m, depth tolerance of a tap
+constexpr double kLeastContactForce =
+    0.05;  // N, limit: a smaller force is no contact, because the tool follows the hand
+constexpr double kLargestProtrusion = 1e-3;   // m, limit: a placed implant or screw may protrude by this length
+constexpr double kInsertionSpeed = 0.1e-3;    // m/s, limit: a faster tool along the plan's axis moves into the bone
+constexpr double kInsertionFilterTime = 0.1;  // s, time constant of the filter for the speed along the axis
+constexpr double kAtSite = 3e-3;              // m, limit: a mark within this distance of the plan's axis is at the site
+constexpr double kOffAxisFrom = 1e-3;         // m, depth from which the axis is checked
 
 double volume_of(const ServoTick& tick) {
   return total(tick.removed);
@@ -68,14 +70,14 @@ struct BedShape {
 
 }  // namespace
 
-std::string_view name_of(ImplantDeed deed) noexcept {
+std::string_view name_of(ImplantAction deed) noexcept {
   return kDeeds[static_cast<std::size_t>(deed)];
 }
 
-std::optional<ImplantDeed> implant_deed_named(std::string_view name) noexcept {
+std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept {
   const auto found = std::find(kDeeds.begin(), kDeeds.end(), name);
   if (found == kDeeds.end()) return std::nullopt;
-  return static_cast<ImplantDeed>(found - kDeeds.begin());
+  return static_cast<ImplantAction>(found - kDeeds.begin());
 }
 
 std::string_view name_of(ImplantNote note) noexcept {
@@ -125,9 +127,9 @@ ImplantNote ImplantMeter::note_of(const ServoTick& tick, const dvec3& tip_W, con
   const ImplantPhase* phase = phase_ < task_.phases.size() ? &task_.phases[phase_] : nullptr;
   if (phase && phase->tool == tick.tool) {
     if (phase->speed > 0 && tick.spindle > kOverSpeed * phase->speed) return ImplantNote::kOverSpeed;
-    const bool deepens = phase->deed == ImplantDeed::kDrill || phase->deed == ImplantDeed::kTap;
+    const bool deepens = phase->deed == ImplantAction::kDrill || phase->deed == ImplantAction::kTap;
     if (touches && turns && deepens && depth_ > phase->depth + task_.depth_tolerance) return ImplantNote::kTooDeep;
-    if (depth_ > kOffAxisFrom && phase->deed != ImplantDeed::kSmooth &&
+    if (depth_ > kOffAxisFrom && phase->deed != ImplantAction::kSmooth &&
         std::acos(std::clamp(glm::dot(axis_W, task_.plan.axis_W), -1.0, 1.0)) > task_.greatest_angle)
       return ImplantNote::kOffAxis;
   }
@@ -143,25 +145,25 @@ bool ImplantMeter::is_done(const ImplantPhase& phase, const ServoTick& tick, boo
   bool met = false;
   double needed = 0;
   switch (phase.deed) {
-    case ImplantDeed::kSmooth:
-    case ImplantDeed::kMark:
+    case ImplantAction::kSmooth:
+    case ImplantAction::kMark:
       // enough bone was removed, and the bur has left the bone
       met = removed_in_phase_ >= phase.volume && !touches;
       needed = kHeld;
       break;
-    case ImplantDeed::kDrill:
+    case ImplantAction::kDrill:
       met = depth_ >= phase.depth - kDrilled;
       break;
-    case ImplantDeed::kCheck:
+    case ImplantAction::kCheck:
       met = tick.level != implant_level::kFree && depth_ >= phase.depth - kChecked;
       needed = kHeld;
       break;
-    case ImplantDeed::kTap:
+    case ImplantAction::kTap:
       met = tick.level == implant_level::kScrewing && depth_ >= phase.depth - kThreaded;
       break;
-    case ImplantDeed::kPlace:
-    case ImplantDeed::kClose:
-      met = tick.level == implant_level::kPlaced && measures_.phases[phase_].depth >= phase.depth - kSeats;
+    case ImplantAction::kPlace:
+    case ImplantAction::kClose:
+      met = tick.level == implant_level::kPlaced && measures_.phases[phase_].depth >= phase.depth - kLargestProtrusion;
       break;
   }
   held_ = met ? held_ + dt : 0;
@@ -193,7 +195,7 @@ void ImplantMeter::finish_phase(const ServoTick& tick) {
   m.force.along.assign(along_.begin(), along_.end());
   across_.clear(), along_.clear();
   span_ = 0.01, span_filled_ = across_sum_ = along_sum_ = 0;
-  removed_in_phase_ = held_ = wrong_for_ = 0;
+  removed_in_phase_ = held_ = later_tool_time_ = 0;
   ++phase_;
 }
 
@@ -203,25 +205,26 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   const dvec3 axis_W = tick.X_WG.R * dvec3(0, 0, -1), tip_W = tick.X_WG.p + task_.tip[tick.tool] * axis_W;
   depth_ = glm::dot(tip_W - plan.entry_W, plan.axis_W);
   const double force = glm::length(tick.f_T_W);
-  const bool touches = tick.contact_area > 0 || force > kFelt;
+  const bool touches = tick.contact_area > 0 || force > kLeastContactForce;
   const double removed = volume_of(tick), cut = std::max(0.0, removed - removed_last_);
   removed_last_ = removed;
   // Pulling out the last phase's tool is not work. A tool works if it cuts or moves deeper.
-  if (dt > 0) going_in_ += ((depth_ - last_depth_) / dt - going_in_) * (1 - std::exp(-dt / kGoesInTime));
+  if (dt > 0)
+    insertion_speed_ += ((depth_ - last_depth_) / dt - insertion_speed_) * (1 - std::exp(-dt / kInsertionFilterTime));
   last_depth_ = depth_;
-  works_ = touches && (tick.cutting_power > 0 || going_in_ > kGoesIn);
+  works_ = touches && (tick.cutting_power > 0 || insertion_speed_ > kInsertionSpeed);
   // A bur that has finished smoothing or marking may continue until the tool is changed.
   const ImplantPhase* before = phase_ > 0 ? &task_.phases[phase_ - 1] : nullptr;
   if (before && before->tool == tick.tool &&
-      (before->deed == ImplantDeed::kSmooth || before->deed == ImplantDeed::kMark))
+      (before->deed == ImplantAction::kSmooth || before->deed == ImplantAction::kMark))
     works_ = false;
   // If the tool of a later phase is used for a while, the phases before it are skipped.
-  if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) wrong_for_ = 0;
+  if (phase_ < task_.phases.size() && tick.tool == task_.phases[phase_].tool) later_tool_time_ = 0;
   if (phase_ < task_.phases.size() && tick.tool != task_.phases[phase_].tool && works_) {
     const auto later = std::find_if(task_.phases.begin() + static_cast<std::ptrdiff_t>(phase_), task_.phases.end(),
                                     [&](const ImplantPhase& p) { return p.tool == tick.tool; });
-    wrong_for_ = later == task_.phases.end() ? 0 : wrong_for_ + dt;
-    if (wrong_for_ > kLater) {
+    later_tool_time_ = later == task_.phases.end() ? 0 : later_tool_time_ + dt;
+    if (later_tool_time_ > kSkipPhaseTime) {
       const auto to = static_cast<std::size_t>(later - task_.phases.begin());
       while (phase_ < to) {
         measures_.phases[phase_].skipped = true;
@@ -246,7 +249,7 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
   m.noted[static_cast<std::size_t>(note_)] += dt;
   if (tick.tool != phase->tool) return;
   removed_in_phase_ += glm::length(tip_W - plan.entry_W - glm::dot(tip_W - plan.entry_W, plan.axis_W) * plan.axis_W) <
-                               (phase->deed == ImplantDeed::kMark ? kAtSite : 1e9)
+                               (phase->deed == ImplantAction::kMark ? kAtSite : 1e9)
                            ? cut
                            : 0.0;
   if (touches) {
@@ -257,9 +260,9 @@ void ImplantMeter::follow(const ServoTick& tick, double dt) {
     m.hottest = std::max(m.hottest, temperature_);
     record(tick, dt);
   }
-  if (phase->deed == ImplantDeed::kPlace && tick.level == implant_level::kScrewing)
+  if (phase->deed == ImplantAction::kPlace && tick.level == implant_level::kScrewing)
     measures_.insertion_torque = std::max(measures_.insertion_torque, std::abs(glm::dot(tick.tau_T_W, plan.axis_W)));
-  if (phase->deed == ImplantDeed::kPlace && tick.level == implant_level::kPlaced) measures_.placed = true;
+  if (phase->deed == ImplantAction::kPlace && tick.level == implant_level::kPlaced) measures_.placed = true;
   if (!is_done(*phase, tick, touches, dt)) return;
   m.done = true;
   finish_phase(tick);

@@ -31,14 +31,14 @@ struct ImplantPlan {
 };
 
 /// Type of work of a phase.
-enum class ImplantDeed { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose };
-std::string_view name_of(ImplantDeed deed) noexcept;
-std::optional<ImplantDeed> implant_deed_named(std::string_view name) noexcept;
+enum class ImplantAction { kSmooth, kMark, kDrill, kCheck, kTap, kPlace, kClose };
+std::string_view name_of(ImplantAction deed) noexcept;
+std::optional<ImplantAction> implant_action_named(std::string_view name) noexcept;
 
 /// One phase of the procedure. SI units.
 struct ImplantPhase {
   TaskText name;
-  ImplantDeed deed = ImplantDeed::kDrill;
+  ImplantAction deed = ImplantAction::kDrill;
   std::uint32_t tool = 0;  // index among the session's tools
   double depth = 0;        // m, required depth of the tool's tip below the plan's entry
   double volume = 0;       // m³ to remove, for kSmooth and kMark
@@ -100,10 +100,10 @@ class ImplantMeter {
   Nanos last_t_ = 0;
   double removed_last_ = 0, removed_in_phase_ = 0;  // m³
   double held_ = 0;                                 // s, time for which the phase's goal has been met
-  double wrong_for_ = 0;                            // s, time of work with the tool of a later phase
+  double later_tool_time_ = 0;                      // s, time of work with the tool of a later phase
   bool works_ = false;                              // true if the tool in the hand is working on the bone
   double last_depth_ = 0;                           // m
-  double going_in_ = 0;                             // m/s, smoothed speed along the plan's axis
+  double insertion_speed_ = 0;                      // m/s, smoothed speed along the plan's axis
   // Force curve of this phase. When the curve is full, its resolution is halved.
   static constexpr std::size_t kBins = 200;
   std::vector<double> across_, along_;

@@ -409,7 +409,7 @@ std::vector<ScoreRule> default_rules(const ScoreInput& input) {
   return rules;
 }
 
-std::optional<double> usual_target(std::string_view name) {
+std::optional<double> default_target(std::string_view name) {
   ScoreInput working, exploring;
   exploring.explore.emplace();
   for (const ScoreInput& in : {working, exploring}) {
@@ -461,7 +461,7 @@ std::vector<ScoreRule> read_rules(const Json& list, bool with_ideal, const Score
     }
     if (const auto target = entry.find("target")) {
       rule.target = target->number();
-    } else if (const auto usual = usual_target(rule.name); usual && (measure->of_hand || !with_ideal)) {
+    } else if (const auto usual = default_target(rule.name); usual && (measure->of_hand || !with_ideal)) {
       rule.target = *usual;
     } else if (!with_ideal) {
       entry.fail(fmt::format("{} without a target", rule.name), "a target: there is no ideal to take it from");

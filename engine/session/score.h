@@ -85,7 +85,7 @@ struct ScoreInput {
 };
 
 /// Source of the default pass mark (a key of the text catalogue).
-inline constexpr std::string_view kUsualPassSource =
+inline constexpr std::string_view kDefaultPassSource =
     "75 of 100, as in the ADEX licensure examination in dentistry; Typodont's default, set it in the scene";
 
 /// The side of the target on which a value loses points.
@@ -118,7 +118,7 @@ struct ScoreItem {
 /// Points out of 100 that a session needs to pass.
 struct PassMark {
   double points = 75;
-  std::string source = std::string(kUsualPassSource);
+  std::string source = std::string(kDefaultPassSource);
 };
 
 struct Score {
@@ -141,7 +141,7 @@ std::vector<std::string> known_score_names();
 std::string_view unit_of(std::string_view score_name);
 
 /// Default target of a measure without a rule and without an ideal; no value if there is no default.
-std::optional<double> usual_target(std::string_view score_name);
+std::optional<double> default_target(std::string_view score_name);
 
 /// The rules for a scene without rules of its own.
 std::vector<ScoreRule> default_rules(const ScoreInput& input);

@@ -364,8 +364,8 @@ constexpr Entry kCatalogue[] = {
     {"free", {"free", "frei", "未接触"}},
     {"other", {"other", "andere", "其他"}},
 
-    {kUsualPassSource,
-     {kUsualPassSource,
+    {kDefaultPassSource,
+     {kDefaultPassSource,
       "75 von 100, wie in der zahnärztlichen Zulassungsprüfung ADEX; Vorgabe von Typodont, in der Szene einstellbar",
       "75 分（满分 100），同 ADEX 牙医执业资格考试；Typodont 默认值，可在场景中设定"}},
     {"Typodont's default; set it in the scene",

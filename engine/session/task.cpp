@@ -19,14 +19,14 @@ void read_step(const Json& json, Task& task) {
   std::string deed;
   if (json.is_object() && json.has("done")) {
     deed = json["done"].string();
-    if (std::find(kStepDeeds.begin(), kStepDeeds.end(), deed) == kStepDeeds.end())
-      json["done"].fail(fmt::format("one of {}", fmt::join(kStepDeeds, ", ")));
+    if (std::find(kStepActions.begin(), kStepActions.end(), deed) == kStepActions.end())
+      json["done"].fail(fmt::format("one of {}", fmt::join(kStepActions, ", ")));
     json.allow_only({"en", "de", "zh", "done"});
     task.steps.push_back({{json["en"].string(), json.string_or("de", ""), json.string_or("zh", "")}});
   } else {
     task.steps.push_back(read_task_text(json));
   }
-  task.step_deeds.push_back(deed);
+  task.step_actions.push_back(deed);
 }
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace typodont::session {
 
 /// Actions that can complete a step. The hand moved, touched or drilled; the user changed the tool, the speed or the
 /// view, used undo or redo, or pressed the hold key; or the implant exercise finished the phase with the step's number.
-inline constexpr std::array<std::string_view, 10> kStepDeeds = {"move", "touch", "drill", "tool", "speed",
-                                                                "undo", "redo",  "view",  "hold", "phase"};
+inline constexpr std::array<std::string_view, 10> kStepActions = {"move", "touch", "drill", "tool", "speed",
+                                                                  "undo", "redo",  "view",  "hold", "phase"};
 
 /// A text in all languages: "text", or {"en": …, "de": …, "zh": …}; "en" is required.
 struct TaskText {
@@ -31,8 +31,8 @@ TaskText read_task_text(const Json& json);
 struct Task {
   TaskText title, goal;
   std::vector<TaskText> steps;
-  // for each step the action that completes it, one of kStepDeeds; empty: the user marks the step as done
-  std::vector<std::string> step_deeds;
+  // for each step the action that completes it, one of kStepActions; empty: the user marks the step as done
+  std::vector<std::string> step_actions;
   dvec3 axis_W{0, 0, 1};      // unit, out of the opening
   std::optional<Json> ideal;  // the ideal; the program reads its geometry
   std::vector<Json> protect;  // solids that must not be cut

@@ -47,7 +47,7 @@ std::vector<FieldBrick> bricks_of(const glm::dvec3& low, const glm::dvec3& high,
 
 }  // namespace
 
-double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance) {
+double largest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance) {
   constexpr int n = 6;
   double worst = 0;
   for (const auto& t : mesh.triangles) {
@@ -82,7 +82,7 @@ std::vector<BenchRow> bench_sphere(const BenchOptions& options) {
     BenchRow row;
     row.name = "sphere";
     row.knob = knob(tolerance);
-    row.error = triangles * greatest_error(mesh, sphere) / radius;
+    row.error = triangles * largest_error(mesh, sphere) / radius;
     row.error_unit = "N·ε/R (optimum 4.84, marching cubes 14.1)";
     row.time_ns = time / static_cast<double>(bricks.size());
     row.per = "brick of 16³";

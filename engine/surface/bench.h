@@ -21,6 +21,6 @@ struct BenchOptions {
 std::vector<BenchRow> bench_sphere(const BenchOptions& options);
 
 /// Largest |distance| over a fine grid of points on every triangle.
-double greatest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance);
+double largest_error(const WholeMesh& mesh, const std::function<double(const glm::dvec3&)>& distance);
 
 }  // namespace typodont::surface

@@ -43,7 +43,7 @@ struct Corner {
 };
 
 // Builds one brick's mesh; its working memory is reused for the next brick.
-struct Weaver {
+struct PolygonBuilder {
   struct Copy {
     std::uint32_t next;
     Tissue low, high;
@@ -54,7 +54,7 @@ struct Weaver {
   // For each cell of this brick that contains surface: its vertex, or kSeveral.
   std::vector<std::uint16_t> vertex_at = std::vector<std::uint16_t>(kCells * kCells * kCells);
 
-  void weave(const BrickContour* const around[8], BrickMesh& mesh);
+  void build(const BrickContour* const around[8], BrickMesh& mesh);
 
  private:
   std::uint32_t copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal, BrickMesh& mesh);
@@ -72,8 +72,8 @@ float fraction(const ContourVertex& v, Tissue t) {
   return v.tissue[0] == t ? 1 - v.second : v.tissue[1] == t ? v.second : 0;
 }
 
-std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal,
-                              BrickMesh& mesh) {
+std::uint32_t PolygonBuilder::copy_of(const Corner& corner, Tissue low, Tissue high, const glm::vec3& crease_normal,
+                                      BrickMesh& mesh) {
   const ContourVertex& v = *corner.data;
   std::uint32_t& first = first_copy[corner.owner][corner.vertex];
   if (!v.crease) {
@@ -105,7 +105,7 @@ std::uint32_t Weaver::copy_of(const Corner& corner, Tissue low, Tissue high, con
   return number;
 }
 
-void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh) {
+void PolygonBuilder::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMesh& mesh) {
   const Corner* corners[3] = {&a, &b, &c};
   // Finds the two most frequent tissues of the three corners.
   Tissue low = a.data->tissue[0], high = low;
@@ -151,7 +151,7 @@ void Weaver::triangle(const Corner& a, const Corner& b, const Corner& c, BrickMe
 
 // `around`[o] is this brick (o = 0) or a lower neighbour (bit a of o is set: one brick lower along axis a); nullptr if
 // that brick does not exist.
-void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
+void PolygonBuilder::build(const BrickContour* const around[8], BrickMesh& mesh) {
   const CellShapes& shapes = CellShapes::get();
   const BrickContour& own = *around[0];
   mesh.key = own.key;
@@ -283,7 +283,7 @@ void Weaver::weave(const BrickContour* const around[8], BrickMesh& mesh) {
 struct SurfaceMesher::State {
   MesherOptions options;
   Contourer contourer;
-  Weaver weaver;
+  PolygonBuilder weaver;
   std::unordered_map<glm::ivec3, Brick, KeyHash> bricks;
   std::vector<glm::ivec3> queue;  // bricks to mesh again
   std::vector<glm::ivec3> changed;
@@ -339,7 +339,7 @@ std::span<const glm::ivec3> SurfaceMesher::remesh() {
       const auto it = o == 0 ? s.bricks.find(key) : s.bricks.find(key - glm::ivec3(o & 1, o >> 1 & 1, o >> 2));
       around[o] = it == s.bricks.end() ? nullptr : &it->second.contour;
     }
-    s.weaver.weave(around, brick.mesh);
+    s.weaver.build(around, brick.mesh);
     if (!was_empty || !brick.mesh.indices.empty()) s.changed.push_back(key);
   }
   // Erase a brick without surface when no other brick refers to it.

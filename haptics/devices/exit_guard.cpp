@@ -55,7 +55,7 @@ void install_exit_guard() {
   static std::once_flag once;
   std::call_once(once, [] {
     keep_a_stack_for_handlers();
-    set_last_act(release_all_devices);
+    set_end_hook(release_all_devices);
     std::atexit(+[] { release_all_devices(); });
     std::at_quick_exit(+[] { release_all_devices(); });
     for (std::size_t i = 0; i < kSignals.size(); ++i) {

@@ -58,11 +58,11 @@ struct Both {
   render::ParticleCloud cloud{stage.device, cloud_law(options, ball.field, 3e-5), ball.samples};
   void cut(std::uint64_t index) {
     host.emit(cut_of(index), 0.6e-3, stone());
-    std::vector<debris::Newborn> born(kTissueCount * static_cast<std::size_t>(options.most_per_cut));
+    std::vector<debris::NewParticle> born(kTissueCount * static_cast<std::size_t>(options.most_per_cut));
     PerTissue mass{};
     double dropped = 0;
     const std::size_t n =
-        debris::throw_chips(cut_of(index), 0.6e-3, stone(), options, cloud.room(), born, mass, dropped);
+        debris::create_particles(cut_of(index), 0.6e-3, stone(), options, cloud.room(), born, mass, dropped);
     for (std::size_t i = 0; i < n; ++i) {
       const render::CloudParticle p = cloud_particle(born[i], dvec3(1));
       ASSERT_EQ(cloud.add({&p, 1}), 1u);

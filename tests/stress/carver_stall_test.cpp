@@ -22,10 +22,10 @@ TEST_P(CarverStall, OfAnyLengthGivesNoLargerStepAndNoMoreEnergyThanTheHandHasWit
   std::uint32_t faults = 0;
   for (const double rate : {1000.0, 4000.0}) {
     for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(campaign(1)); ++seed) {
-      const StallFelt without = feel_stall({GetParam(), 0, rate, seed});
+      const StallResult without = simulate_stall({GetParam(), 0, rate, seed});
       for (const double stall :
            rate > 1000 ? std::vector<double>{0.1, 0.5} : std::vector<double>{0.02, 0.2, 1.0, 5.0}) {
-        const StallFelt felt = feel_stall({GetParam(), stall, rate, seed});
+        const StallResult felt = simulate_stall({GetParam(), stall, rate, seed});
         SCOPED_TRACE(testing::Message() << felt.tool << ", seed " << seed << ", " << stall << " s, " << rate << " Hz");
         EXPECT_LE(felt.worst_step, without.worst_step + landing);
         EXPECT_LE(felt.energy, without.energy + energy);

@@ -36,6 +36,6 @@ struct Topology {
 Topology topology_of(const surface::WholeMesh& mesh);
 
 /// Largest |distance| over a fine grid of points on every triangle (corners, edges and inside, n per side).
-double greatest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
+double largest_error(const surface::WholeMesh& mesh, const Field& distance, int n = 6);
 
 }  // namespace typodont::test

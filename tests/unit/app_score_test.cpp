@@ -41,7 +41,7 @@ TEST(FinalScore, IsTheSameWithAndWithoutARecordingAndCountsWhatWasCutLast) {
   const WorkbenchSummary summary = bench.stop();
   ASSERT_GT(summary.cuts, 50u);
   const session::Score live = final_score(scene, bench.take_tissue(), bench.take_hand());
-  const session::Score recorded = judge_session(session::SessionReader(options.record)).score;
+  const session::Score recorded = evaluate_session(session::SessionReader(options.record)).score;
   EXPECT_GT(live.completion, 0.02);
   EXPECT_GT(live.points, 0);
   EXPECT_EQ(live.completion, recorded.completion);

@@ -292,14 +292,14 @@ int status_of(const std::function<void()>& work) {
 TEST_F(Outputs, IncompleteOnesAreDeletedWhenASignalEndsTheProgram) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     EXPECT_EQ(status_of([&] {
-                end_in_order_on_interrupt();
+                end_cleanly_on_interrupt();
                 const PartialFile one(folder / "one.txt"), two(folder / "two.txt");
                 ::raise(signal);
               }),
               1);
     EXPECT_EQ(count(), 0u) << signal;
     EXPECT_EQ(status_of([&] {  // long work is cancelled by the first signal, and ended by the second
-                end_in_order_on_interrupt();
+                end_cleanly_on_interrupt();
                 const PartialFile one(folder / "one.txt");
                 Progress work("work");
                 ::raise(signal);
@@ -311,7 +311,7 @@ TEST_F(Outputs, IncompleteOnesAreDeletedWhenASignalEndsTheProgram) {
   }
   EXPECT_EQ(status_of([&] {
               ::signal(SIGHUP, SIG_IGN);  // as nohup does
-              end_in_order_on_interrupt();
+              end_cleanly_on_interrupt();
               ::raise(SIGHUP);
               const Progress work("work");
               ::raise(SIGHUP);

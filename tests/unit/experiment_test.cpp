@@ -32,7 +32,7 @@ ExperimentPlan stiffness_plan(std::uint64_t seed) {
 Experiment done(const ExperimentPlan& plan, const Psychometric& truth) {
   Experiment experiment(plan);
   SimulatedObserver observer(truth, plan.seed + 1000);
-  while (!experiment.over()) experiment.answer(observer.judge(meant_difference(experiment.trial())), 0);
+  while (!experiment.over()) experiment.answer(observer.judge(nominal_difference(experiment.trial())), 0);
   return experiment;
 }
 
@@ -115,7 +115,7 @@ TEST(Psychometric, TheFitIsTheGreatestLikelihoodOfAll) {
   const std::vector<AnsweredTrial> answered = done(stiffness_plan(5), {2, 15, 0.02}).answered();
   std::vector<Judgement> judgements;
   for (const AnsweredTrial& a : answered)
-    judgements.push_back({meant_difference(a.trial), a.answer == Answer::kSecond});
+    judgements.push_back({nominal_difference(a.trial), a.answer == Answer::kSecond});
   const PsychometricFit fit = fit_psychometric(judgements);
   std::uniform_real_distribution<double> share(0, 1);
   for (int i = 0; i < 20'000; ++i) {
@@ -273,7 +273,7 @@ TEST_F(Touch, AnObserverWithARealServoInHandIsFoundAsSheIs) {
     SimulatedObserver observer({0, Psychometric::width_of_jnd(jnd), 0}, 5);
     Experiment experiment(plan);
     while (!experiment.over())
-      experiment.answer(observer.judge(touch.felt_difference(question, experiment.trial())), 0);
+      experiment.answer(observer.judge(touch.measured_difference(question, experiment.trial())), 0);
     const ExperimentResult result = result_of(plan, experiment.answered());
     EXPECT_LT(result.fit->jnd.low, jnd) << name_of(question);
     EXPECT_GT(result.fit->jnd.high, jnd) << name_of(question);

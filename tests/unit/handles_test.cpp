@@ -16,24 +16,24 @@ TEST(Handles, AFreedHandleStaysABadOneThoughItsPlaceIsUsedAgain) {
   int first = 1, second = 2;
   void* const old = new_handle(Kind::kCore, &first);
   ASSERT_NE(old, nullptr);
-  EXPECT_EQ(Taken(old, Kind::kCore).object(), &first);
-  EXPECT_EQ(Taken(old, Kind::kScene).found(), Found::kBadHandle) << "of another kind";
-  EXPECT_EQ(Taken(old, Kind::kCore).drop(), &first);
+  EXPECT_EQ(HeldHandle(old, Kind::kCore).object(), &first);
+  EXPECT_EQ(HeldHandle(old, Kind::kScene).found(), Found::kBadHandle) << "of another kind";
+  EXPECT_EQ(HeldHandle(old, Kind::kCore).drop(), &first);
   void* const fresh = new_handle(Kind::kCore, &second);
   EXPECT_NE(old, fresh);
-  EXPECT_EQ(Taken(old, Kind::kCore).found(), Found::kBadHandle);
-  EXPECT_EQ(Taken(fresh, Kind::kCore).drop(), &second);
+  EXPECT_EQ(HeldHandle(old, Kind::kCore).found(), Found::kBadHandle);
+  EXPECT_EQ(HeldHandle(fresh, Kind::kCore).drop(), &second);
 }
 
 TEST(Handles, WhileItIsTakenAHandleIsBusyAndAfterwardsItIsNot) {
   int object = 0;
   void* const handle = new_handle(Kind::kSynth, &object);
   {
-    const Taken one(handle, Kind::kSynth);
+    const HeldHandle one(handle, Kind::kSynth);
     EXPECT_EQ(one.found(), Found::kHeld);
-    EXPECT_EQ(Taken(handle, Kind::kSynth).found(), Found::kBusy);
+    EXPECT_EQ(HeldHandle(handle, Kind::kSynth).found(), Found::kBusy);
   }
-  EXPECT_EQ(Taken(handle, Kind::kSynth).drop(), &object);
+  EXPECT_EQ(HeldHandle(handle, Kind::kSynth).drop(), &object);
 }
 
 TEST(Handles, NumbersThatNobodyWasGivenAreBadHandles) {
@@ -46,11 +46,11 @@ TEST(Handles, NumbersThatNobodyWasGivenAreBadHandles) {
         i % 2 ? random() : reinterpret_cast<std::uintptr_t>(real) ^ (std::uint64_t{1} << (random() % 64));
     for (int kind = 1; kind <= 6; ++kind) {
       if (forged == reinterpret_cast<std::uintptr_t>(real)) continue;
-      const Taken taken(reinterpret_cast<void*>(forged), static_cast<Kind>(kind));
+      const HeldHandle taken(reinterpret_cast<void*>(forged), static_cast<Kind>(kind));
       ASSERT_EQ(taken.found(), Found::kBadHandle) << forged;
     }
   }
-  EXPECT_EQ(Taken(real, Kind::kHand).drop(), &object);
+  EXPECT_EQ(HeldHandle(real, Kind::kHand).drop(), &object);
 }
 
 TEST(Handles, TheTableIsFullAt4096AndHasRoomAgainForEachThatIsFreed) {
@@ -58,11 +58,11 @@ TEST(Handles, TheTableIsFullAt4096AndHasRoomAgainForEachThatIsFreed) {
   int object = 0;
   while (void* const handle = new_handle(Kind::kScene, &object)) handles.push_back(handle);
   EXPECT_EQ(handles.size(), kSlots);
-  EXPECT_EQ(Taken(handles[17], Kind::kScene).drop(), &object);
+  EXPECT_EQ(HeldHandle(handles[17], Kind::kScene).drop(), &object);
   handles[17] = new_handle(Kind::kScene, &object);
   EXPECT_NE(handles[17], nullptr);
   EXPECT_EQ(new_handle(Kind::kScene, &object), nullptr);
-  for (void* const handle : handles) EXPECT_EQ(Taken(handle, Kind::kScene).drop(), &object);
+  for (void* const handle : handles) EXPECT_EQ(HeldHandle(handle, Kind::kScene).drop(), &object);
 }
 
 // Under ThreadSanitizer a second thread inside an object would be a race on its plain numbers.
@@ -81,7 +81,7 @@ TEST(Handles, AnObjectServesOneThreadAtATimeAndIsGoneForAllOnceItIsFreed) {
     const auto use = [&](int seed) {
       std::minstd_rand random(static_cast<unsigned>(seed + 1));
       while (freed < kObjects) {
-        Taken taken(handles[random() % kObjects], Kind::kCore);
+        HeldHandle taken(handles[random() % kObjects], Kind::kCore);
         if (taken.found() != Found::kHeld) continue;
         auto& object = *static_cast<Object*>(taken.object());
         EXPECT_FALSE(object.gone);

@@ -259,7 +259,7 @@ TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
   NewTooth tooth{.input = folder / "box.obj", .name = "My box", .crown = Crown::kFront};
   tooth.options.voxel = 0.2e-3;
   Progress progress;
-  const Scene scene = read_scene(bring_in(tooth, progress));
+  const Scene scene = read_scene(import_tooth(tooth, progress));
   EXPECT_EQ(progress.fraction(), 1);
   const haptics::TissueVolume volume = load_tissue(scene);
   glm::ivec3 lo, hi;
@@ -275,7 +275,7 @@ TEST_F(Exercise, AnImportedToothIsUprightAtTheCentreOfTheRigsView) {
   Progress cancelled;
   cancelled.cancel();
   tooth.name = "Another";
-  EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
+  EXPECT_THROW(import_tooth(tooth, cancelled), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.vdb"));
 }
@@ -288,7 +288,7 @@ TEST_F(Exercise, AFailedImportDoesNotChangeAnOlderExerciseOfTheSameName) {
   NewTooth tooth{.input = folder / "corner.obj", .name = "Corner"};
   tooth.options.voxel = 0.5e-3;
   Progress progress;
-  bring_in(tooth, progress);
+  import_tooth(tooth, progress);
   const auto files = [&] {
     return std::pair(test::read_text(folder / "scenes/Corner.json"), test::read_text(folder / "scenes/Corner.vdb"));
   };
@@ -296,7 +296,7 @@ TEST_F(Exercise, AFailedImportDoesNotChangeAnOlderExerciseOfTheSameName) {
   const auto before = files();
   EXPECT_GT(before.second.size(), 1000u);
   tooth.options.voxel = 0.6e-3;
-  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_THROW(import_tooth(tooth, progress), Error);
   EXPECT_EQ(files(), before);
 }
 
@@ -309,7 +309,7 @@ TEST_F(Exercise, AToothWhoseSceneCannotBeWrittenLeavesNoFile) {
   NewTooth tooth{.input = folder / "corner.obj", .name = "Corner"};
   tooth.options.voxel = 0.5e-3;
   Progress progress;
-  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_THROW(import_tooth(tooth, progress), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Corner.vdb"));
 }
 
@@ -325,7 +325,7 @@ TEST_F(Exercise, AMeshMayBeInMetresOrInches) {
     tooth.options.voxel = 0.5e-3;
     tooth.options.mesh_unit = unit;
     Progress progress;
-    const auto volumes = load_tissue(read_scene(bring_in(tooth, progress))).volumes();
+    const auto volumes = load_tissue(read_scene(import_tooth(tooth, progress))).volumes();
     EXPECT_NEAR(std::cbrt(total(volumes)), unit, 0.02 * unit);
   }
 }
@@ -347,7 +347,7 @@ TEST_F(Exercise, AScannedSurfaceStaysOpenAndIsCarvedAsTheMeshItIs) {
   folder.write("sheet.obj", open_sheet(1));
   NewTooth tooth{.input = folder / "sheet.obj", .name = "My scan", .as_scanned = true, .crown = Crown::kDown};
   Progress progress;
-  const Scene scene = read_scene(bring_in(tooth, progress));
+  const Scene scene = read_scene(import_tooth(tooth, progress));
   EXPECT_EQ(progress.fraction(), 1);
   EXPECT_EQ(model_name(scene), "vertex");
   const haptics::TissueVolume volume = load_tissue(scene);
@@ -370,8 +370,8 @@ TEST_F(Exercise, TheHighestPointOfAScannedArchIsAtTheCentreOfTheRigsView) {
   // Two triangles 40 mm apart, nothing between them.
   folder.write("arch.obj", "v 0 0 0\nv 5 0 0\nv 0 5 1\nv 40 0 0\nv 45 0 3\nv 40 5 0\nf 1 2 3\nf 4 5 6\n");
   Progress progress;
-  const haptics::TissueVolume volume =
-      load_tissue(read_scene(bring_in({.input = folder / "arch.obj", .name = "Arch", .as_scanned = true}, progress)));
+  const haptics::TissueVolume volume = load_tissue(
+      read_scene(import_tooth({.input = folder / "arch.obj", .name = "Arch", .as_scanned = true}, progress)));
   dvec3 top(-1);
   for (const dvec3& p : volume.mesh()->vertices)
     if (p.z > top.z) top = p;
@@ -384,7 +384,7 @@ TEST_F(Exercise, AScannedSurfaceInMetresIsTakenAsSuchUnlessAUnitIsGiven) {
     NewTooth tooth{.input = folder / "metres.obj", .name = "Metres", .as_scanned = true};
     tooth.options.mesh_unit = unit;
     Progress progress;
-    const haptics::TissueVolume volume = load_tissue(read_scene(bring_in(tooth, progress)));
+    const haptics::TissueVolume volume = load_tissue(read_scene(import_tooth(tooth, progress)));
     double lo = 1, hi = -1;
     for (const dvec3& p : volume.mesh()->vertices) lo = std::min(lo, p.x), hi = std::max(hi, p.x);
     return (hi - lo) / kMillimetre;
@@ -398,7 +398,7 @@ TEST_F(Exercise, AFailedImportOfAScannedSurfaceDoesNotChangeAnOlderExercise) {
   folder.write("sheet.obj", open_sheet(1));
   NewTooth tooth{.input = folder / "sheet.obj", .name = "Scan", .as_scanned = true};
   Progress progress;
-  bring_in(tooth, progress);
+  import_tooth(tooth, progress);
   folder.write("scenes/Scan.json", "a note of the user, which is no scene");
   const auto files = [&] {
     return std::pair(test::read_text(folder / "scenes/Scan.json"), test::read_text(folder / "scenes/Scan.stl"));
@@ -406,12 +406,12 @@ TEST_F(Exercise, AFailedImportOfAScannedSurfaceDoesNotChangeAnOlderExercise) {
   const auto before = files();
   EXPECT_EQ(before.second.size(), 84u + 12 * 50);
   folder.write("sheet.obj", open_sheet(1.5));
-  EXPECT_THROW(bring_in(tooth, progress), Error);
+  EXPECT_THROW(import_tooth(tooth, progress), Error);
   EXPECT_EQ(files(), before);
   Progress cancelled;
   cancelled.cancel();
   tooth.name = "Another";
-  EXPECT_THROW(bring_in(tooth, cancelled), Cancelled);
+  EXPECT_THROW(import_tooth(tooth, cancelled), Cancelled);
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "scenes/Another.stl"));
 }
@@ -421,10 +421,10 @@ TEST_F(Exercise, FilesOfTheRequestedKindAreListedAndAnUnreadableFolderIsEmpty) {
   for (const char* name : {"scans/b.STL", "scans/a.ply", "scans/c.txt", "scans/.hidden.stl", "scans/d.nii.gz"})
     folder.write(name, "");
   FileChooser chooser;
-  look_into(chooser, folder / "scans", tooth_endings());
+  list_folder(chooser, folder / "scans", tooth_extensions());
   EXPECT_EQ(chooser.folders, std::vector<std::filesystem::path>{"old"});
   EXPECT_EQ(chooser.files, (std::vector<std::filesystem::path>{"a.ply", "b.STL", "d.nii.gz"}));
-  look_into(chooser, folder / "nowhere", tooth_endings());
+  list_folder(chooser, folder / "nowhere", tooth_extensions());
   EXPECT_TRUE(chooser.files.empty());
 }
 

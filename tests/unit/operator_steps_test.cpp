@@ -13,7 +13,7 @@ session::Task task_of(const std::string& steps) {
 
 struct WatchedHand {
   StepWatcher watcher;
-  Deeds deeds;
+  StepActions deeds;
   bool after(double seconds) {
     deeds.tick.t += from_seconds(seconds);
     return watcher.follow(deeds);

@@ -16,7 +16,7 @@ enum Tools : std::uint32_t { kPilot, kGauge, kTwist, kImplant };
 ImplantTask task() {
   ImplantTask t;
   t.plan = {{0, 0, 0}, {0, 0, -1}, 10e-3, 4e-3, 3e-3};
-  const auto phase = [&](ImplantDeed deed, std::uint32_t tool, double depth, double speed) {
+  const auto phase = [&](ImplantAction deed, std::uint32_t tool, double depth, double speed) {
     ImplantPhase p;
     p.deed = deed;
     p.tool = tool;
@@ -24,11 +24,11 @@ ImplantTask task() {
     p.speed = speed;
     t.phases.push_back(p);
   };
-  phase(ImplantDeed::kDrill, kPilot, 6e-3, 80);
-  phase(ImplantDeed::kCheck, kGauge, 6e-3, 0);
-  phase(ImplantDeed::kDrill, kPilot, 10e-3, 80);
-  phase(ImplantDeed::kDrill, kTwist, 10e-3, 60);
-  phase(ImplantDeed::kPlace, kImplant, 10e-3, 2);
+  phase(ImplantAction::kDrill, kPilot, 6e-3, 80);
+  phase(ImplantAction::kCheck, kGauge, 6e-3, 0);
+  phase(ImplantAction::kDrill, kPilot, 10e-3, 80);
+  phase(ImplantAction::kDrill, kTwist, 10e-3, 60);
+  phase(ImplantAction::kPlace, kImplant, 10e-3, 2);
   t.tip.assign(4, kTip);
   t.radius = {1.1e-3, 1.1e-3, 1.5e-3, 2e-3};
   t.greatest_force = 12;

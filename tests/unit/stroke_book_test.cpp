@@ -23,9 +23,9 @@ Cut cut_of(double mm3) {
   return cut;
 }
 
-TEST(StrokeBook, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
+TEST(StrokeHistory, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
   haptics::TissueVolume volume = block();
-  StrokeBook book;
+  StrokeHistory book;
   const auto removed = [&] {
     return book.state(volume.strokes()).removed[static_cast<std::size_t>(Tissue::kEnamel)] / kCubicMillimetre;
   };

@@ -40,7 +40,7 @@ TEST(CellShapes, FlippingADoubtfulFaceSplitsThePatchThatTouchedItTwice) {
   int doubtful = 0;
   for (int config = 0; config < 256; ++config) {
     for (int face = 0; face < 6; ++face) {
-      if (!(shapes.doubtful_faces(config) >> face & 1)) continue;
+      if (!(shapes.flippable_faces(config) >> face & 1)) continue;
       ++doubtful;
       EXPECT_EQ(shapes[shapes.flipped(config, 1 << face)].patches, shapes[config].patches + 1) << config;
     }

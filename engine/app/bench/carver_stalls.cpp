@@ -135,9 +135,9 @@ const char* name_of(StallGesture gesture) {
   return "slide";
 }
 
-StallFelt feel_stall(const StallRun& run) {
+StallResult simulate_stall(const StallRun& run) {
   Dice dice{std::mt19937_64(run.seed * 7919 + static_cast<std::uint64_t>(run.gesture))};
-  StallFelt felt;
+  StallResult felt;
   felt.tool = kTools[static_cast<std::size_t>(dice(0, std::size(kTools) - 1e-9))];
   const Scene scene = scene_with(felt.tool);
   const double tilt = dice(0, 0.5), around = dice(0, 2 * kPi);

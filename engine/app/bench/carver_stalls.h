@@ -43,7 +43,7 @@ struct StallRun {
 };
 
 /// Results from the stall's first tick to one second after its last tick. SI units.
-struct StallFelt {
+struct StallResult {
   std::string tool;
   double worst_step = 0;  // N, the largest change of the force from one tick to the next
   double energy = 0;      // J, energy that the hand received beyond the energy stored in the coupling
@@ -56,6 +56,6 @@ struct StallFelt {
 
 /// Simulates one hand: mass 0.15 kg, damper 5 N·s/m, held by a spring or pushed by a constant force. Equal runs give
 /// equal results. Throws Error.
-StallFelt feel_stall(const StallRun& run);
+StallResult simulate_stall(const StallRun& run);
 
 }  // namespace typodont

@@ -161,9 +161,9 @@ void carver_stall_rows(bool quick, std::vector<BenchRow>& rows) {
       for (const StallLaw law : kStallLaws) {
         if (law != StallLaw::kServo && (quick || rate != 1000)) continue;
         for (const double stall : stalls) {
-          StallFelt worst;
+          StallResult worst;
           for (std::uint64_t seed = 1; seed <= hands; ++seed) {
-            const StallFelt felt = feel_stall({gesture, stall, rate, seed, law});
+            const StallResult felt = simulate_stall({gesture, stall, rate, seed, law});
             worst.worst_step = std::max(worst.worst_step, felt.worst_step);
             worst.energy = std::max(worst.energy, felt.energy);
           }

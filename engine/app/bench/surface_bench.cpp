@@ -209,8 +209,7 @@ void molar_rows(int repeats, std::vector<BenchRow>& rows) {
 /// Rows for a ball: sampled coarsely for the program's mesher, and finer for volumeToMesh until both errors are equal.
 void ball_row(int repeats, std::vector<BenchRow>& rows) {
   const auto error = [](const surface::WholeMesh& mesh, const dvec3& centre, double radius) {
-    return surface::greatest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) /
-           radius;
+    return surface::largest_error(mesh, [&](const glm::dvec3& p) { return glm::length(p - centre) - radius; }) / radius;
   };
   const double radius = 60;
   haptics::TissueVolume volume = ball(radius);

@@ -90,7 +90,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 }
 
 /// Reads the rows stored in `file`, by part. Throws Error if the file is not a table of rows.
-std::map<std::string, std::vector<BenchRow>> kept_rows(const std::string& file) {
+std::map<std::string, std::vector<BenchRow>> stored_rows(const std::string& file) {
   LineReader in(file, InputKind::kTable);
   std::map<std::string, std::vector<BenchRow>> rows;
   for (std::string line; in.next(line);) {
@@ -173,7 +173,7 @@ haptics::SharedContactMethod chosen_method(const Options& options) {
 void run(const Options& options) {
   const BenchRun asked{options.quick, chosen_method(options)};
   std::map<std::string, std::vector<BenchRow>> kept;
-  if (!options.keep.empty()) kept = kept_rows(options.keep);
+  if (!options.keep.empty()) kept = stored_rows(options.keep);
   std::vector<MeasuredPart> measured;
   for (const BenchPart& part : bench_parts()) {
     if (!options.names.empty() &&

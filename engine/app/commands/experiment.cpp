@@ -124,7 +124,7 @@ void run_simulated(const Options& options, const Scene& scene, Experiment& exper
     const Trial& trial = experiment.trial();
     progress.at(static_cast<double>(trial.number - 1) / experiment.plan().trials);
     const double difference =
-        touch ? touch->felt_difference(experiment.plan().question, trial) : meant_difference(trial);
+        touch ? touch->measured_difference(experiment.plan().question, trial) : nominal_difference(trial);
     experiment.answer(observer.judge(difference), 0);
   }
   progress.at(1);

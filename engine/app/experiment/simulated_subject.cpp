@@ -41,7 +41,7 @@ Answer SimulatedObserver::judge(double difference) {
   return uniform(random_) < truth_.second(difference) ? Answer::kSecond : Answer::kFirst;
 }
 
-double meant_difference(const Trial& trial) {
+double nominal_difference(const Trial& trial) {
   return trial.greater_second ? trial.level : -trial.level;
 }
 
@@ -109,7 +109,7 @@ Felt ScriptedTouch::feel(const Stimulus& stimulus) {
   return felt;
 }
 
-double ScriptedTouch::felt_difference(Question question, const Trial& trial) {
+double ScriptedTouch::measured_difference(Question question, const Trial& trial) {
   const Felt first = feel(trial.stimuli[0]), second = feel(trial.stimuli[1]);
   switch (question) {
     case Question::kDelay:

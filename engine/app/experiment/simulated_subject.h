@@ -30,7 +30,7 @@ class SimulatedObserver {
 
 /// Nominal difference second − first, in the unit of the question; a difference in % is relative to the lesser
 /// stimulus.
-double meant_difference(const Trial& trial);
+double nominal_difference(const Trial& trial);
 
 /// Measures of the force that a hand received with a stimulus.
 struct Felt {
@@ -49,7 +49,7 @@ class ScriptedTouch {
   /// Runs the hand with this stimulus. Throws Error if the hand does not touch the tissue, or begins or ends inside it.
   Felt feel(const Stimulus& stimulus);
   /// Difference second − first of the measures that feel() returns, in the unit of the question.
-  double felt_difference(Question question, const Trial& trial);
+  double measured_difference(Question question, const Trial& trial);
 
  private:
   struct Loop;

@@ -143,7 +143,7 @@ void add_window_drivers() {
   haptics::add_driver(std::move(expert));
 }
 
-void LoopWatch::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety) noexcept {
+void LoopStatistics::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety) noexcept {
   report_.timing.record(woke, done);
   report_.heat = safety.heat;
   report_.worst_heat = std::max(report_.worst_heat, safety.heat);
@@ -153,13 +153,13 @@ void LoopWatch::tick(Nanos woke, Nanos done, const haptics::SafetyStatus& safety
   if (done - published_ > kPublish) publish();
 }
 
-void LoopWatch::publish() noexcept {
+void LoopStatistics::publish() noexcept {
   published_ = report_.timing.last_woke;
   wiring_.loop_to_recorder.publish(report_);
   wiring_.loop_to_render.publish(report_);
 }
 
-void hold_hands(Wiring& wiring, bool hold) noexcept {
+void set_emergency_stop(Wiring& wiring, bool hold) noexcept {
   wiring.held = hold;
   hold ? haptics::emergency_stop_all() : haptics::clear_emergency_all();
 }

@@ -47,9 +47,9 @@ std::string in_words(const haptics::DeviceInfo& info);
 void add_window_drivers();
 
 /// Collects the loop's statistics for the recorder and the picture. Servo thread; costs about ten nanoseconds per tick.
-class LoopWatch {
+class LoopStatistics {
  public:
-  LoopWatch(Wiring& wiring, double rate) : wiring_(wiring) { report_.timing.period = from_seconds(1 / rate); }
+  LoopStatistics(Wiring& wiring, double rate) : wiring_(wiring) { report_.timing.period = from_seconds(1 / rate); }
   void granted(bool fifo, bool pinned, bool memory_locked, std::string_view note) {
     report_.fifo = fifo, report_.pinned = pinned, report_.memory_locked = memory_locked;
     report_.say(note);
@@ -66,7 +66,7 @@ class LoopWatch {
 
 /// Filters the pedal: it counts as released during an emergency stop, and after the stop until the user has released it
 /// once. Servo thread.
-class PedalLock {
+class PedalInterlock {
  public:
   double pass(double pedal, bool held) noexcept {
     locked_ = held || (locked_ && pedal >= 0.05);
@@ -80,7 +80,7 @@ class PedalLock {
 /// Switches the emergency stop on or off; called by the drawing thread. While it is on, the drill stops and the force
 /// on every device with motors ramps down to zero. After it is switched off, the force returns once the hands are free
 /// of contact.
-void hold_hands(Wiring& wiring, bool hold) noexcept;
+void set_emergency_stop(Wiring& wiring, bool hold) noexcept;
 
 /// Thread of the second hand, whose pose is that of the mouth mirror. `mirror`: the scene's mouth mirror.
 void left_hand_thread(Wiring& wiring, haptics::HapticDevice& hand, const MouthMirror& mirror, bool record);

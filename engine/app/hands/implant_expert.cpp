@@ -14,7 +14,7 @@ namespace typodont {
 namespace {
 
 namespace level = session::implant_level;
-using session::ImplantDeed;
+using session::ImplantAction;
 
 constexpr double kAbove = 8e-3;         // m, height of the tip above the plan's entry for a change of the tool
 constexpr double kNear = 2.0e-3;        // m, height above the entry below which the hand moves slowly
@@ -94,9 +94,9 @@ bool ImplantExpert::must_cool() {
 }
 
 bool ImplantExpert::worked() const {
-  if (phase().deed == ImplantDeed::kSmooth) return along_ < 0;
-  if (phase().deed == ImplantDeed::kMark) return waited_ > 0.5 && tip_depth() > phase().depth - 0.05e-3;
-  const bool stays = phase().deed == ImplantDeed::kPlace || phase().deed == ImplantDeed::kClose;
+  if (phase().deed == ImplantAction::kSmooth) return along_ < 0;
+  if (phase().deed == ImplantAction::kMark) return waited_ > 0.5 && tip_depth() > phase().depth - 0.05e-3;
+  const bool stays = phase().deed == ImplantAction::kPlace || phase().deed == ImplantAction::kClose;
   return stays ? seen_.level == level::kPlaced : meter_.phase() > phase_;
 }
 
@@ -105,7 +105,7 @@ void ImplantExpert::work(haptics::HandSample& sample) {
   const double top = tool().free_speed(motor_);
   sample.pedal = implant.speed > 0 && top > 0 ? std::min(1.0, implant.speed / top) : 0;
   switch (phase().deed) {
-    case ImplantDeed::kSmooth: {
+    case ImplantAction::kSmooth: {
       // Move to and fro over the ridge, with the bur's lowest point at the plan's entry. Lift the bur while the bone is
       // hot.
       const double level_depth = phase().depth + kSweepBelow;
@@ -127,19 +127,19 @@ void ImplantExpert::work(haptics::HandSample& sample) {
       sample.X_WT = at(depth_, sweep_[i] + left / glm::length(way) * way);
       return;
     }
-    case ImplantDeed::kMark:
+    case ImplantAction::kMark:
       press(sample, kMarkForce, phase().depth);
       return;
-    case ImplantDeed::kCheck:
+    case ImplantAction::kCheck:
       sample.pedal = 0;
       press(sample, kCheckForce, phase().depth + 0.3e-3);
       return;
-    case ImplantDeed::kTap:
-    case ImplantDeed::kPlace:
-    case ImplantDeed::kClose:
+    case ImplantAction::kTap:
+    case ImplantAction::kPlace:
+    case ImplantAction::kClose:
       press(sample, kThreadForce, phase().depth + 0.3e-3);
       return;
-    case ImplantDeed::kDrill:
+    case ImplantAction::kDrill:
       break;
   }
   // Pull the drill back from time to time, so that the bone cools.
@@ -179,7 +179,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
       }
       break;
     case Stage::kApproach: {
-      const bool smooths = phase().deed == ImplantDeed::kSmooth;
+      const bool smooths = phase().deed == ImplantAction::kSmooth;
       depth_ += (depth_ < -kNear ? kTravel : kLanding) * dt_;
       sample.X_WT = at(depth_, smooths ? sweep_.front() : dvec3(0));
       const double force = std::abs(glm::dot(seen_.f_T_W, task_.plan.axis_W));
@@ -202,7 +202,7 @@ bool ImplantExpert::read(haptics::HandSample& sample) noexcept {
         depth_ = tip_depth() - 0.1e-3;
       } else {
         // A round bur must turn while it is withdrawn from its pit; the walls of the pit would hold a bur at rest.
-        if (phase().deed == ImplantDeed::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
+        if (phase().deed == ImplantAction::kMark && depth_ > -kClear) sample.pedal = tool().implant->speed / motor_;
         depth_ -= (depth_ > -kNear ? kLanding : kTravel) * dt_;
       }
       sample.X_WT = at(depth_);

@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 using Legs = std::vector<ExpertLeg>;
 
-constexpr auto kLook = 2ms;  // period at which the planner checks for requests and for its copy of the tissue
+constexpr auto kPollInterval = 2ms;  // period at which the planner checks for requests and for its copy of the tissue
 
 class LiveExpert final : public haptics::HapticDevice {
  public:
@@ -55,7 +55,7 @@ class LiveExpert final : public haptics::HapticDevice {
       if (ticks_ == 1) began_ = now();
       sleep_until(began_ + t);
     } else if (waits_) {
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kPollInterval);
     }
     if (!held_ && !follow_plan()) return false;
     sample = last_;
@@ -86,12 +86,12 @@ class LiveExpert final : public haptics::HapticDevice {
   void plan_when_asked(const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       if (!asked_.exchange(false)) {
-        std::this_thread::sleep_for(kLook);
+        std::this_thread::sleep_for(kPollInterval);
         continue;
       }
       wiring_.expert_wants_copy = true;
       haptics::TissueVolume* copy = nullptr;
-      while (!stop.stop_requested() && !wiring_.copies_to_expert.pop(copy)) std::this_thread::sleep_for(kLook);
+      while (!stop.stop_requested() && !wiring_.copies_to_expert.pop(copy)) std::this_thread::sleep_for(kPollInterval);
       const std::unique_ptr<const haptics::TissueVolume> tissue(copy);
       if (!tissue) return;
       made_.push_back(std::make_unique<Legs>());

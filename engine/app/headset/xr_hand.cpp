@@ -15,10 +15,10 @@ namespace {
 constexpr double kFollowTime = 10e-3;
 constexpr double kReturnTime = 0.4;  // s, duration of the tool's motion to the hand after tracking has returned
 // m/(s·N), admittance of a lost hand: it yields to the force, which fades within 50 ms at 1 N/mm
-constexpr double kGive = 0.02;
-constexpr double kMostGive = 0.05;     // m/s, highest speed with which the hand yields
-constexpr double kReleased = 0.1;      // trigger position below which it counts as released
-constexpr Nanos kStale = 150'000'000;  // ns; with an older sample the hand counts as lost
+constexpr double kLostHandAdmittance = 0.02;
+constexpr double kMostLostHandSpeed = 0.05;  // m/s, highest speed with which the hand yields
+constexpr double kReleased = 0.1;            // trigger position below which it counts as released
+constexpr Nanos kStale = 150'000'000;        // ns; with an older sample the hand counts as lost
 
 class XrHand : public haptics::HapticDevice {
  public:
@@ -57,7 +57,7 @@ haptics::HandSample XrHandFilter::next(const XrHandSample& wanted, bool seen, co
   if (!seen) {
     lost_ = true;
     const double force = glm::length(f_T_W);
-    if (force > 0) pose_.p += f_T_W * (std::min(kGive * force, kMostGive) / force * dt);
+    if (force > 0) pose_.p += f_T_W * (std::min(kLostHandAdmittance * force, kMostLostHandSpeed) / force * dt);
     return {t, pose_, 0};
   }
   if (lost_) {

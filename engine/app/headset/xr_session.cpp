@@ -174,7 +174,7 @@ struct XrSession::Thread {
       if (leave_until && now() > leave_until) break;
       if (!hmd.running()) {  // the headset was taken off: the bench waits, and the tool has no hand
         publish_hand(nullptr);
-        see_tissue(false);
+        set_tissue_visible(false);
         std::this_thread::sleep_for(10ms);
         continue;
       }
@@ -207,7 +207,7 @@ struct XrSession::Thread {
                                      debris ? debris->cloud() : nullptr,
                                      dt,
                                      mirror};
-      see_tissue(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
+      set_tissue_visible(!reach || render::in_sight(XrStage::picture(frame, scenery, 0, false), *reach));
       const render::FrameStats drawn = stage.draw(frame, scenery);
       if (drawn.drawn) count_frame(drawn, work);
       if (detail.follow(drawn.pixel, ladder.step())) wiring.tolerance = detail.tolerance();
@@ -259,7 +259,7 @@ struct XrSession::Thread {
     wiring.chosen_tool = ((chosen >= 0 ? chosen : static_cast<std::int32_t>(tick.tool)) + 1) % tools;
   }
 
-  void see_tissue(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
+  void set_tissue_visible(bool seen) { wiring.tissue_in_sight[static_cast<std::size_t>(Eyes::kTrainee)] = seen; }
 
   /// True if the tool is not held by a controller, or if that controller is tracked.
   bool publish_hand(const display::HmdFrame* frame) {

@@ -129,7 +129,7 @@ session::ImplantTask read_implant(const Json& json, const Json& tissue, std::spa
     item.allow_only({"name", "deed", "tool", "depth_mm", "volume_mm3"});
     session::ImplantPhase phase;
     phase.name = session::read_task_text(item["name"]);
-    const auto deed = session::implant_deed_named(item["deed"].string());
+    const auto deed = session::implant_action_named(item["deed"].string());
     if (!deed) item["deed"].fail("smooth, mark, drill, check, tap, place or close");
     phase.deed = *deed;
     phase.tool = tool_named(item["tool"]);

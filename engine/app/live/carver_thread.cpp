@@ -57,9 +57,9 @@ class TissueSaver {
 /// Sends bricks to a picture. While the picture accepts no bricks (its device is being created again), the latest
 /// version of each brick that does not fit into the ring waits here. If a brick were lost, its old form would be drawn
 /// until its next cut.
-class Outbox {
+class BrickQueue {
  public:
-  explicit Outbox(Ring<MeshBatch*>& ring) : ring_(ring) {}
+  explicit BrickQueue(Ring<MeshBatch*>& ring) : ring_(ring) {}
 
   void send(MeshBatch bricks) {
     for (const render::MeshUpdate& brick : bricks)
@@ -74,7 +74,7 @@ class Outbox {
 };
 
 /// Executes a command. Returns true if the tissue changed.
-bool obey(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
+bool execute_command(LiveSession& s, TissueCommand command, Nanos t, TissueSaver& saver) {
   Wiring& wiring = s.wiring;
   if (command == TissueCommand::kSave) {
     saver.start(s.carver, s.save);
@@ -107,7 +107,7 @@ struct CarverTurns::Impl {
   std::function<void()> between;
   TissueSaver saver{s.wiring};
   TissueView view{s.wiring.tolerance, s.scene.drawn_as};
-  Outbox to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
+  BrickQueue to_picture{s.wiring.bricks}, to_watch{s.wiring.bricks_to_watch};
   Nanos meshed = 0;
   bool first = true;
 
@@ -152,7 +152,7 @@ CarverTurns::Done CarverTurns::Impl::turn() {
   TissueCommand command;
   bool edited = false;  // true: a patch must be created before any later cut
   while (wiring.tissue_commands.pop(command)) {
-    edited |= obey(s, command, wiring.tick_to_carver.front().t, saver);
+    edited |= execute_command(s, command, wiring.tick_to_carver.front().t, saver);
     done.worked = true;
     pause();
   }

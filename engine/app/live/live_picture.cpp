@@ -55,7 +55,7 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
                   ladder_.step().name, 1e3 * ladder_.slow()));
   explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker"
                                                   : "head: " + rig.head.tracker);
-  look_for_tissue();
+  update_tissue_visibility();
   if (!session_.debris) return;
   debris_.emplace(scene_.servo.materials, session_.carver.volume());
   debris_->use(&stage_->device());
@@ -103,7 +103,7 @@ void LivePicture::close() {
   own_stage_.reset();
 }
 
-bool LivePicture::revive() {
+bool LivePicture::recreate_lost_device() {
   if (now() - revived_ < kReviveInterval) return false;
   revived_ = now();
   drop();
@@ -201,7 +201,7 @@ MouthMirror LivePicture::mirror_for(const Look& look) {
 }
 
 /// Sets which pictures show the tissue; the carver meshes only tissue that a picture shows.
-void LivePicture::look_for_tissue() {
+void LivePicture::update_tissue_visibility() {
   const auto sees = [&](Eyes eyes, const PictureStage* stage) {
     session_.wiring.tissue_in_sight[static_cast<std::size_t>(eyes)] = stage && stage->in_sight(reach_);
   };
@@ -210,7 +210,7 @@ void LivePicture::look_for_tissue() {
 }
 
 void LivePicture::draw_own(const ServoTick& tick, double dt, WorkCounts& work) {
-  look_for_tissue();
+  update_tissue_visibility();
   if (own_size_.x <= 0 || !options_.device) {
     if (own_stage_) {
       views_->attach(Eyes::kOwn, nullptr);

@@ -53,7 +53,7 @@ class LivePicture {
   /// Creates the pictures again; with null, on a device of their own.
   void make(gpu::Device* device);
   /// Creates a lost device again; returns false if the previous loss was too recent.
-  bool revive();
+  bool recreate_lost_device();
 
   /// Collects the carver's changes since the last turn.
   void collect();
@@ -88,7 +88,7 @@ class LivePicture {
   double photon_seconds() const { return photon_seconds_; }
 
  private:
-  void look_for_tissue();
+  void update_tissue_visibility();
   bool in_one_window() const { return options_.embedded && own_size_.x > 0; }
   MouthMirror mirror_for(const Look& look);
   void suck(bool on);

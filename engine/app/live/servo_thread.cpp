@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kRampOut = 0.02;  // s, duration of the force ramp at the end of a session
 // Faults that are input of Servo::tick.
-constexpr std::uint32_t kTold = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
+constexpr std::uint32_t kServoInputFaults = haptics::kNoPose | bits(Fault::kLetGo) | bits(Fault::kHeld);
 
 /// True if the tool is in contact, as defined for HapticDevice::contact.
 bool in_contact(const ServoTick& tick) {
@@ -53,9 +53,9 @@ bool ServoTurns::turn() noexcept {
   hand.contact(in_contact(tick_));
   send();
   const Nanos wrote = clock_();
-  // Of the faults in kTold, the tick contains exactly those that the servo got as input, so that a replay can repeat
-  // them.
-  tick_.faults |= (sample_.faults & kTold) | (hand.faults() & ~kTold);
+  // Of the faults in kServoInputFaults, the tick contains exactly those that the servo got as input, so that a replay
+  // can repeat them.
+  tick_.faults |= (sample_.faults & kServoInputFaults) | (hand.faults() & ~kServoInputFaults);
   hand.see(tick_);
   if (wrote - woke > period_) tick_.faults |= bits(Fault::kOverrun);
   tick_.cpu_time = thread_cpu_time() - cpu;

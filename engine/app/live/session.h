@@ -34,7 +34,7 @@ struct LiveSession {
   Wiring wiring;
   std::optional<haptics::Servo> servo;       // created once the hand is known
   std::optional<haptics::ForceDelay> delay;  // SERVO: delays the force; empty if the session does not delay forces
-  std::optional<LoopWatch> loop;             // SERVO: statistics of the loop
+  std::optional<LoopStatistics> loop;        // SERVO: statistics of the loop
   ServoTick last;                            // SERVO: the last tick
   double servo_cpu = 0;                      // SERVO: s, CPU time of the thread
   Nanos first_tick = 0;                      // SERVO: ns, time at which the first tick was finished
@@ -42,7 +42,7 @@ struct LiveSession {
   bool draw = false, record = false, debris = false, operated = false;
   bool steered = false;              // the newest tick is read even if nothing is drawn
   bool watched = false;              // bricks also go to the operator's picture; the other copy goes to the headset
-  StrokeBook book;                   // CARVER: the changes by each stroke
+  StrokeHistory book;                // CARVER: the changes by each stroke
   std::string carver_failure;        // CARVER: reason for a failure of the carver
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames
@@ -91,7 +91,7 @@ class ServoTurns {
   const Nanos period_;
   haptics::HandSample sample_;
   SessionSettings settings_;
-  PedalLock pedal_;
+  PedalInterlock pedal_;
   ServoTick tick_;
   Cut cut_;
   std::uint64_t ticks_ = 0;

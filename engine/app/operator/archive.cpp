@@ -30,10 +30,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // m, position of the middle of a crown's top; the shipped rigs look at it
-constexpr dvec3 kStandsAt{6.8e-3, 6.0e-3, 20.2e-3};
+constexpr dvec3 kCrownTop{6.8e-3, 6.0e-3, 20.2e-3};
 
 /// The rotation that turns the crown to +z.
-const char* turn_up(Crown crown) {
+const char* upright_rotation(Crown crown) {
   switch (crown) {
     case Crown::kUp:
       break;
@@ -52,14 +52,14 @@ const char* turn_up(Crown crown) {
 }
 
 void stand_up(haptics::TissueMesh& mesh, Crown crown) {
-  const std::string turn = turn_up(crown);
+  const std::string turn = upright_rotation(crown);
   if (turn.empty()) return;
   const glm::dmat3 by = haptics::quarter_turns(turn);
   for (dvec3& p : mesh.vertices) p = by * p;
 }
 
-/// Moves the tissue so that the middle of its top is at kStandsAt.
-void put_in_place(haptics::DenseTissue& tissue) {
+/// Moves the tissue so that the middle of its top is at kCrownTop.
+void move_to_working_place(haptics::DenseTissue& tissue) {
   glm::ivec3 lo(tissue.size), hi(-1), at;
   for (at.x = 0; at.x < tissue.size.x; ++at.x)
     for (at.y = 0; at.y < tissue.size.y; ++at.y)
@@ -67,12 +67,12 @@ void put_in_place(haptics::DenseTissue& tissue) {
         if (tissue.distance[tissue.at(at.x, at.y, at.z)] < 0) lo = glm::min(lo, at), hi = glm::max(hi, at);
   if (hi.x < 0) return;
   const dvec3 top((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z);
-  tissue.frame.origin += kStandsAt - tissue.frame.to_world(top);
+  tissue.frame.origin += kCrownTop - tissue.frame.to_world(top);
 }
 
-/// put_in_place() for a mesh. If the mesh has several teeth, its middle may be empty, as in an arch; then its highest
-/// point is moved to kStandsAt.
-void put_in_place(haptics::TissueMesh& mesh) {
+/// move_to_working_place() for a mesh. If the mesh has several teeth, its middle may be empty, as in an arch; then its
+/// highest point is moved to kCrownTop.
+void move_to_working_place(haptics::TissueMesh& mesh) {
   constexpr double kWidestTooth = 16e-3;  // m, largest width of a single tooth
   dvec3 lo(mesh.vertices.front()), hi(lo), top(lo);
   for (const dvec3& p : mesh.vertices) {
@@ -80,7 +80,7 @@ void put_in_place(haptics::TissueMesh& mesh) {
     if (p.z > top.z) top = p;
   }
   if (std::max(hi.x - lo.x, hi.y - lo.y) <= kWidestTooth) top = dvec3((lo.x + hi.x) / 2, (lo.y + hi.y) / 2, hi.z);
-  const dvec3 move = kStandsAt - top;
+  const dvec3 move = kCrownTop - top;
   for (dvec3& p : mesh.vertices) p += move;
 }
 
@@ -117,7 +117,7 @@ fs::path bring_in_surface(const NewTooth& tooth, Progress& progress) {
   haptics::ReadTissueMesh read = read_scanned(tooth);
   progress.at(0.5);
   stand_up(read.mesh, tooth.crown);
-  put_in_place(read.mesh);
+  move_to_working_place(read.mesh);
   std::string description = tooth.input.filename().string();
   for (const std::string& repair : read.repairs) description += fmt::format("; {}", repair);
   const fs::path folder = own_scenes();
@@ -166,7 +166,7 @@ std::vector<SessionEntry> find_sessions() {
       }
       session.megabytes = static_cast<double>(entry.file_size(code)) * 1e-6;
       session.report = fs::exists(fs::path(entry.path()).replace_extension(".html"), code);
-      if (session.recorded) session.score = kept_score(session.file);
+      if (session.recorded) session.score = cached_score(session.file);
       sessions.push_back(std::move(session));
     }
   }
@@ -185,15 +185,16 @@ void make_expert(const fs::path& session) {
   copy.keep();
 }
 
-fs::path bring_in(const NewTooth& tooth, Progress& progress) {
+fs::path import_tooth(const NewTooth& tooth, Progress& progress) {
   if (tooth.as_scanned) return bring_in_surface(tooth, progress);
   progress.stage("op.importing", 0, 0.9);
   haptics::ImportOptions options = tooth.options;
   options.progress = [&](double fraction) { progress.at(fraction); };
-  if (const std::string turn = turn_up(tooth.crown); !turn.empty()) options.turn = haptics::quarter_turns(turn);
+  if (const std::string turn = upright_rotation(tooth.crown); !turn.empty())
+    options.turn = haptics::quarter_turns(turn);
   haptics::Imported imported = haptics::import_tissue(tooth.input, options);
   haptics::DenseTissue& tissue = imported.tissue;
-  put_in_place(tissue);
+  move_to_working_place(tissue);
   progress.stage("op.importing", 0.9, 1);
   const fs::path folder = own_scenes();
   const std::string stem = file_name_of(tooth.name);

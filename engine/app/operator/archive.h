@@ -12,7 +12,7 @@
 namespace typodont {
 
 /// Score of a session from the cache.
-struct KnownScore {
+struct CachedScore {
   double points = 0;  // points out of 100
   bool counts = false, passed = false;
 };
@@ -21,7 +21,7 @@ struct SessionEntry {
   std::filesystem::path file;
   std::string scene, trainee, date;  // parts of the file name
   std::string title;                 // title of the exercise in the reader's language; empty: unknown
-  std::optional<KnownScore> score;   // empty: not yet computed, or a preparation that was saved without a recording
+  std::optional<CachedScore> score;  // empty: not yet computed, or a preparation that was saved without a recording
   double megabytes = 0;
   bool report = false;   // a report exists beside the recording
   bool recorded = true;  // false: a preparation that was saved without a recording
@@ -45,7 +45,7 @@ struct NewTooth {
 /// Converts the input to a volume, or to a mesh in millimetres, and creates a scene for practice. The tissue is placed
 /// upright at the point that the shipped rigs show. Both files are written to the user's folder and replace files of
 /// the same name. Returns the scene's file. Throws Error or Cancelled; then nothing has changed.
-std::filesystem::path bring_in(const NewTooth& tooth, Progress& progress);
+std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 
 /// Writes the final tissue of a session, or a saved tissue, as a surface: .stl, .ply or .obj. Throws Error, Cancelled.
 void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);

@@ -101,7 +101,7 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
   const bool as_scanned = f.preset == kScannedSurface;
   file_field("file", s.text("op.import_file"), f.file, f.chooser,
-             as_scanned ? haptics::mesh_endings() : tooth_endings(), s, w);
+             as_scanned ? haptics::mesh_endings() : tooth_extensions(), s, w);
   ImGui::SetNextItemWidth(-1);
   ImGui::InputTextWithHint("##name", s.text("op.import_name"), f.name.data(), f.name.size());
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);

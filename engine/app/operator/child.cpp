@@ -19,8 +19,8 @@ namespace typodont {
 
 namespace {
 
-constexpr int kLook = 50;        // ms between checks for cancellation
-constexpr int kPatience = 3000;  // ms, time in which the process must end after the request
+constexpr int kPollInterval = 50;  // ms between checks for cancellation
+constexpr int kPatience = 3000;    // ms, time in which the process must end after the request
 
 std::vector<char*> pointers(std::vector<std::string>& words) {
   std::vector<char*> result;
@@ -76,9 +76,9 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
       for (const int one : from) close(one);
       if (child <= 0) return;
       kill(child, SIGINT);  // asks the process to end and to remove its partial files
-      for (int i = 0; i < kPatience / kLook; ++i) {
+      for (int i = 0; i < kPatience / kPollInterval; ++i) {
         if (waitpid(child, nullptr, WNOHANG) == child) return;
-        poll(nullptr, 0, kLook);
+        poll(nullptr, 0, kPollInterval);
       }
       kill(child, SIGKILL);  // the process did not end in time
       waitpid(child, nullptr, 0);
@@ -90,7 +90,7 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   double fraction = 0;
   while (waiting[0].fd >= 0 || waiting[1].fd >= 0) {
     progress.at(fraction);
-    if (poll(waiting.data(), waiting.size(), kLook) <= 0) continue;
+    if (poll(waiting.data(), waiting.size(), kPollInterval) <= 0) continue;
     for (std::size_t i = 0; i < 2; ++i) {
       if (waiting[i].fd < 0 || waiting[i].revents == 0) continue;
       std::array<char, 4096> piece;

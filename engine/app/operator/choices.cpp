@@ -51,7 +51,7 @@ void Choices::rescan() {
   pictures_.load(files);
   std::string texts;
   for (const SceneChoice& scene : s_.scenes) texts += scene.title + scene.description;
-  window_.will_show(texts);
+  window_.announce_text(texts);
   s_.hands = find_hands(s_);
   s_.real_time_refused = realtime_refusal();
   s_.rigs = find_rigs(s_);

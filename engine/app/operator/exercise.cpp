@@ -48,7 +48,7 @@ std::vector<RuleChoice> rule_choices(const Scene& base) {
   for (const std::string& name : session::known_score_names()) {
     RuleChoice choice;
     choice.name = name;
-    choice.target = static_cast<float>(session::usual_target(name).value_or(0));
+    choice.target = static_cast<float>(session::default_target(name).value_or(0));
     choices.push_back(choice);
   }
   const Json json = Json::parse(base.text, base.file.string());
@@ -132,7 +132,7 @@ std::string exercise_json(const NewExercise& e, const std::string& ideal_file) {
 namespace {
 
 /// Checks for errors that would make a session fail, such as an invalid mesh or a rule without a target. Throws Error.
-void try_out(const std::string& text, const fs::path& file) {
+void validate_exercise(const std::string& text, const fs::path& file) {
   const Json json = Json::parse(text, file.filename().string());
   const auto try_rules = [&](const auto& read) {  // one rule at a time, to identify the faulty one
     const auto task = json.find("task");
@@ -193,7 +193,7 @@ fs::path write_exercise(const NewExercise& e, Progress& progress) {
   }
   progress.at(0.2);
   const std::string text = exercise_json(e, ideal);
-  try_out(text, aside / (stem + ".json"));
+  validate_exercise(text, aside / (stem + ".json"));
   progress.at(0.9);
   if (!ideal.empty()) fs::rename(aside / ideal, folder / ideal, code);
   if (code) throw Error((folder / ideal).string(), "", code.message(), "a place that can be written");

@@ -14,7 +14,7 @@ namespace typodont {
 
 namespace fs = std::filesystem;
 
-void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std::string> endings) {
+void list_folder(FileChooser& chooser, const fs::path& folder, std::span<const std::string> endings) {
   chooser.folder = folder;
   chooser.folders.clear();
   chooser.files.clear();
@@ -36,7 +36,7 @@ void look_into(FileChooser& chooser, const fs::path& folder, std::span<const std
   std::sort(chooser.files.begin(), chooser.files.end());
 }
 
-const std::vector<std::string>& tooth_endings() {
+const std::vector<std::string>& tooth_extensions() {
   static const std::vector<std::string> all = [] {
     std::vector<std::string> endings = haptics::mesh_endings();
     endings.insert(endings.end(), haptics::scan_endings().begin(), haptics::scan_endings().end());
@@ -77,7 +77,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
   ImGui::InputTextWithHint("##path", hint, text.data(), text.size());
   ImGui::SameLine();
   if (ImGui::Button(list.c_str()) || key('O', true)) {
-    look_into(chooser, begin_at(text.data()), endings);
+    list_folder(chooser, begin_at(text.data()), endings);
     chooser.asked = true;
   }
   // Every folder gets a popup of its own, so that the first line is selected.
@@ -94,7 +94,7 @@ void file_field(const char* id, const char* hint, std::span<char> text, FileChoo
       if (line(name.string())) picked = chooser.folder / name;
     if (chooser.folders.empty() && chooser.files.empty()) dim_wrapped(s.text("op.no_files"));
     if (!into.empty()) {
-      look_into(chooser, into, endings);
+      list_folder(chooser, into, endings);
       chooser.asked = true;
     }
     if (!picked.empty() && picked.string().size() < text.size()) {

@@ -18,9 +18,9 @@ struct FileChooser {
 
 /// Lists the folder without hidden files; lists only files with these extensions (lower case: ".stl"). The list is
 /// empty if the folder cannot be read.
-void look_into(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
+void list_folder(FileChooser& chooser, const std::filesystem::path& folder, std::span<const std::string> endings);
 
 /// Extensions of files from which a tooth can be made: scans and meshes.
-const std::vector<std::string>& tooth_endings();
+const std::vector<std::string>& tooth_extensions();
 
 }  // namespace typodont

@@ -136,7 +136,7 @@ void InterfaceWindow::close() {
   device_.destroy();
 }
 
-void InterfaceWindow::make_anew() {
+void InterfaceWindow::recreate_device() {
   options_.size = output_->size();
   close();
   open();
@@ -246,7 +246,7 @@ bool InterfaceWindow::set_language(session::Language language) {
   return true;
 }
 
-void InterfaceWindow::will_show(const std::string& text) {
+void InterfaceWindow::announce_text(const std::string& text) {
   if (language_ != session::Language::kChinese) return;
   bool missing = false;
   for (const char* at = text.c_str(); *at;) {

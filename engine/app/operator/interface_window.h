@@ -42,7 +42,7 @@ class InterfaceWindow {
   /// Loads fonts for this language. Returns false, and changes nothing, if the computer has no such font.
   bool set_language(session::Language language);
   /// Announces a text, so that the fonts contain its characters from the next frame on. Call between frames.
-  void will_show(const std::string& text);
+  void announce_text(const std::string& text);
 
   /// Reads mouse and keyboard. True if a frame should be drawn: there was input, or more than `most_seconds` have
   /// passed since the last frame.
@@ -61,7 +61,7 @@ class InterfaceWindow {
   void wait_idle();
   /// Creates a new device with a new window after the device was lost. Uploaded pictures are lost; destroy them before
   /// the call.
-  void make_anew();
+  void recreate_device();
 
   gpu::Device& device() { return device_; }
   const InterfaceStyle& style() const { return style_; }
@@ -86,7 +86,7 @@ class InterfaceWindow {
   double scale_ = 1;
   display::UserInput input_;
   KeyQueue keys_;
-  std::string more_;  // announced texts (will_show()) that are not in the catalogue
+  std::string more_;  // announced texts (announce_text()) that are not in the catalogue
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
 };

@@ -9,10 +9,10 @@ namespace keys = display::keys;
 namespace {
 // ImGui moves the focus or opens a list one frame after the request; only then a field accepts text, and a list accepts
 // arrows.
-constexpr int kFramesUntilThere = 3;
+constexpr int kFocusFrames = 3;
 
 /// True if the key acts on the focused element.
-bool goes_on_there(int code) {
+bool acts_on_focus(int code) {
   return code >= keys::kEscape && code <= keys::kEnd && code != keys::kInsert;
 }
 }  // namespace
@@ -43,13 +43,13 @@ std::vector<KeyQueue::Key> KeyQueue::next(bool emergency_stop) {
       const auto code = static_cast<std::size_t>(key.code);
       if (down_[code] != key.down) {  // otherwise it is a key repeat, which the pages handle themselves
         const bool modifies = key.code >= keys::kLeftShift;
-        if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && goes_on_there(key.code)))
+        if (seen[code] || (modifies && pressed) || (key.down && frames_until_there_ > 0 && acts_on_focus(key.code)))
           break;
         seen[code] = true;
         down_[code] = key.down;
         const bool control = down_[keys::kLeftControl] || down_[keys::kRightControl];
         pressed = pressed || (key.down && !modifies);
-        if (key.down && !modifies && (control || key.code >= keys::kEscape)) frames_until_there_ = kFramesUntilThere;
+        if (key.down && !modifies && (control || key.code >= keys::kEscape)) frames_until_there_ = kFocusFrames;
         frame.push_back(key);
       }
     }

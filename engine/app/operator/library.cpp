@@ -167,7 +167,7 @@ fs::path expert_folder(const fs::path& trainee_folder) {
   return trainee_folder.parent_path() / "expert";
 }
 
-fs::path unkept_file() {
+fs::path temporary_recording_file() {
   const fs::path folder = user_folder() / "sessions" / ".unkept";
   std::error_code code;
   fs::create_directories(folder, code);

@@ -38,7 +38,7 @@ std::filesystem::path expert_folder(const std::filesystem::path& trainee_folder)
 
 /// A temporary file for a recording that is deleted at the end unless the user keeps it. Also removes such files of
 /// killed programs. Empty if there is no disk space.
-std::filesystem::path unkept_file();
+std::filesystem::path temporary_recording_file();
 
 /// The last selection: language, trainee, scene, hand, picture. Errors during reading and writing are ignored.
 struct Remembered {

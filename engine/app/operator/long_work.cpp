@@ -4,22 +4,22 @@
 
 namespace typodont {
 
-void LongWork::begin(std::function<void(Progress&)> work, std::function<void()> then) {
+void BackgroundTask::begin(std::function<void(Progress&)> work, std::function<void()> then) {
   job_.reset();
   then_ = std::move(then);
   job_ = std::make_unique<Job>(std::move(work));
 }
 
-void LongWork::cancel() {
+void BackgroundTask::cancel() {
   if (job_) job_->progress().cancel();
 }
 
-void LongWork::drop() {
+void BackgroundTask::drop() {
   job_.reset();
   s_.busy = false;
 }
 
-bool LongWork::look() {
+bool BackgroundTask::look() {
   if (!job_) return false;
   s_.busy = !job_->done();
   s_.busy_fraction = job_->progress().fraction();

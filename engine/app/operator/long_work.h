@@ -10,9 +10,9 @@
 
 namespace typodont {
 
-class LongWork {
+class BackgroundTask {
  public:
-  explicit LongWork(OperatorState& s) : s_(s) {}
+  explicit BackgroundTask(OperatorState& s) : s_(s) {}
 
   /// Runs `work` on its own thread, and then, if it succeeds, `then` on this thread. First cancels a running task and
   /// waits for its end.

@@ -52,7 +52,7 @@ class Operator {
         try {
           turn();
         } catch (const gpu::DeviceLost& e) {
-          make_anew(e);
+          recreate_device(e);
         }
       }
     } catch (...) {
@@ -122,7 +122,7 @@ class Operator {
 
   /// Creates all GPU objects again on a new device, while the session continues. If the device is lost again within
   /// kReviveInterval, it counts as broken.
-  void make_anew(const gpu::DeviceLost& e) {
+  void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
     log::warn("{}; the window is made anew", e.what());
     revived_ = now();
@@ -131,7 +131,7 @@ class Operator {
     choices_.pictures().destroy();
     result_picture_.destroy();
     plan_desk_.destroy();
-    window_.make_anew();
+    window_.recreate_device();
     choices_.rescan();
     desk_.make_picture();
   }
@@ -335,7 +335,7 @@ class Operator {
         make_surface(s_, work_, chosen_session());
         break;
       case Ask::kImport:
-        bring_in(s_, work_, choices_);
+        import_tooth(s_, work_, choices_);
         break;
       case Ask::kCancel:
         work_.cancel();
@@ -438,7 +438,7 @@ class Operator {
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   Started started_;
-  LongWork work_{s_};  // declared last: the work may use the other members
+  BackgroundTask work_{s_};  // declared last: the work may use the other members
   Nanos revived_ = -kReviveInterval;
   bool quit_ = false;
 };

@@ -13,7 +13,7 @@ namespace {
 constexpr int kPixels = 384;  // width and height of a section's picture
 }
 
-void PlanDesk::open(LongWork& work) {
+void PlanDesk::open(BackgroundTask& work) {
   close();
   const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
   s_.plan = {};

@@ -20,7 +20,7 @@ class PlanDesk {
   PlanDesk& operator=(const PlanDesk&) = delete;
 
   /// Shows the page and loads the selected scene's jaw beside the window.
-  void open(LongWork& work);
+  void open(BackgroundTask& work);
   /// Evaluates and draws the plan if it changed; call before drawing the page.
   void follow();
   /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.

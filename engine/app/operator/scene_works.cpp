@@ -68,7 +68,7 @@ bool is_mesh(const fs::path& file) {
 }
 
 /// Starts work that creates a scene. Afterwards the scene is found, selected and announced.
-void begin(OperatorState& s, LongWork& work, Choices& choices, const char* text, const char* words,
+void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char* text, const char* words,
            std::function<fs::path(Progress&)> make, std::function<void()> then = {}) {
   const auto file = std::make_shared<fs::path>();
   work.begin(
@@ -107,11 +107,11 @@ void take_dropped(OperatorState& s) {
   s.say(s.text("op.dropped"));
 }
 
-void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
+void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices) {
   begin(s, work, choices, "op.imported", "imported",
         [tooth = tooth_of(s.import), hint = std::string(s.text("op.try_surface"))](Progress& progress) {
           try {
-            return bring_in(tooth, progress);
+            return import_tooth(tooth, progress);
           } catch (const Error& e) {
             if (tooth.as_scanned || !is_mesh(tooth.input)) throw;
             throw Error(fmt::format("{}. {}", e.what(), hint));  // scans are rarely closed surfaces, so a hint is added
@@ -119,14 +119,15 @@ void bring_in(OperatorState& s, LongWork& work, Choices& choices) {
         });
 }
 
-void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored) {
+void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored) {
   begin(
       s, work, choices, "op.exercise_saved", "exercise saved",
       [made = exercise_of(s, authored)](Progress& progress) { return write_exercise(made, progress); },
       [&authored] { authored.unsaved = false; });
 }
 
-void save_plan(OperatorState& s, LongWork& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner) {
+void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
+               std::shared_ptr<const ImplantPlanner> planner) {
   const PlanForm& form = s.plan;
   begin(
       s, work, choices, "op.exercise_saved", "plan saved",

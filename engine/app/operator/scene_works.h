@@ -16,12 +16,12 @@ namespace typodont {
 void take_dropped(OperatorState& s);
 
 /// Imports with the settings in OperatorState::import, and selects the new scene.
-void bring_in(OperatorState& s, LongWork& work, Choices& choices);
+void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Saves `authored` with the settings in OperatorState::exercise, and selects the new scene. `authored` must live until
 /// the work has ended.
-void save_exercise(OperatorState& s, LongWork& work, Choices& choices, Authored& authored);
+void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves the plan in OperatorState::plan as an exercise, and selects the new scene on the start page.
-void save_plan(OperatorState& s, LongWork& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
+void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
 /// At the program's end: saves immediately, under a name that contains the exercise's name and the date, so that no
 /// file is replaced. Returns the file. Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);

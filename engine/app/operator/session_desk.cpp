@@ -32,7 +32,7 @@ void SessionDesk::show_task(const Scene& scene) {
   s_.scene_goal = scene.task->goal.in(s_.language);
   std::string texts = s_.scene_title + s_.scene_goal;
   for (const session::TaskText& step : scene.task->steps) texts += step.in(s_.language);
-  window_.will_show(texts);
+  window_.announce_text(texts);
 }
 
 void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::string& hand) {
@@ -51,7 +51,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   // A session is always recorded from its beginning, so that the user can decide at its end to keep the recording.
   s_.keep = s_.record && !s_.author;
   recording_ = s_.author ? fs::path() : new_session_file(options.trainee, scene.name);
-  written_ = s_.keep || s_.author ? recording_ : unkept_file();
+  written_ = s_.keep || s_.author ? recording_ : temporary_recording_file();
   options.record = written_;
   saved_ = new_session_file(options.trainee, scene.name).replace_extension(".vdb");
   options.save = saved_;

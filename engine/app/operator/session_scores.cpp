@@ -43,11 +43,11 @@ std::optional<std::uint64_t> key_of(const fs::path& session) {
 
 }  // namespace
 
-KnownScore known(const session::Score& score) {
+CachedScore known(const session::Score& score) {
   return {score.points, score.counts(), score.counts() && score.passed()};
 }
 
-std::optional<KnownScore> kept_score(const fs::path& session) {
+std::optional<CachedScore> cached_score(const fs::path& session) {
   const fs::path folder = scores_folder();
   const auto key = key_of(session);
   if (folder.empty() || !key) return std::nullopt;
@@ -55,13 +55,13 @@ std::optional<KnownScore> kept_score(const fs::path& session) {
   if (file.empty()) return std::nullopt;
   try {
     const Json json = Json::load(file);
-    return KnownScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
+    return CachedScore{json["points"].number(), json["counts"].boolean(), json["passed"].boolean()};
   } catch (const Error&) {  // the file is from another version: compute the score again
     return std::nullopt;
   }
 }
 
-void keep_score(const fs::path& session, const KnownScore& score) {
+void cache_score(const fs::path& session, const CachedScore& score) {
   const fs::path folder = scores_folder();
   const auto key = key_of(session);
   if (folder.empty() || !key) return;
@@ -79,7 +79,7 @@ bool SessionScores::look() {
   const bool made = !job_->failure();
   job_.reset();
   if (!made) return false;
-  const auto score = kept_score(scored_);
+  const auto score = cached_score(scored_);
   for (SessionEntry& entry : s_.sessions)
     if (entry.file == scored_) entry.score = score;
   if (score) log::info("score of {}: {:.1f}", scored_.filename().string(), score->points);
@@ -96,7 +96,7 @@ void SessionScores::begin() {
   job_ = std::make_unique<Job>([file = scored_](Progress& progress) {
     const Json json = Json::parse(
         run_self({"report", file.string(), "--json", "--out", "/dev/null"}, progress, kLowestPriority), "report");
-    keep_score(file, {json["points"].number(), json["full"].number() > 0, json["passed"].boolean()});
+    cache_score(file, {json["points"].number(), json["full"].number() > 0, json["passed"].boolean()});
   });
 }
 

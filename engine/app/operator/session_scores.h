@@ -15,10 +15,10 @@
 namespace typodont {
 
 /// The cached score for this file and this version of the program; empty if it must be computed.
-std::optional<KnownScore> kept_score(const std::filesystem::path& session);
+std::optional<CachedScore> cached_score(const std::filesystem::path& session);
 /// Stores a score in the cache. Any thread.
-void keep_score(const std::filesystem::path& session, const KnownScore& score);
-KnownScore known(const session::Score& score);
+void cache_score(const std::filesystem::path& session, const CachedScore& score);
+CachedScore known(const session::Score& score);
 
 class SessionScores {
  public:

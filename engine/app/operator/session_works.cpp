@@ -48,7 +48,7 @@ void list_sessions(OperatorState& s) {
       if (file_name_of(choice.name) == entry.scene) entry.title = choice.title;
 }
 
-void make_report(OperatorState& s, LongWork& work, const fs::path& recording, std::function<void()> then) {
+void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recording, std::function<void()> then) {
   const fs::path report = fs::path(recording).replace_extension(".html");
   const auto made = std::make_shared<Made>();
   work.begin(
@@ -63,7 +63,7 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
         made->score = *options.score;
         made->picture = picture_of_result(options);
         made->compared = options.ideal.has_value();
-        keep_score(recording, known(made->score));
+        cache_score(recording, known(made->score));
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);
@@ -80,7 +80,7 @@ void make_report(OperatorState& s, LongWork& work, const fs::path& recording, st
       });
 }
 
-void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored> of) {
+void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Unscored> of) {
   const auto made = std::make_shared<Made>();
   work.begin(
       [of = std::move(of), made](Progress& progress) {
@@ -98,7 +98,7 @@ void make_score(OperatorState& s, LongWork& work, std::shared_ptr<const Unscored
       });
 }
 
-void show_report(OperatorState& s, LongWork& work, const SessionEntry& of) {
+void show_report(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   const fs::path report = fs::path(of.file).replace_extension(".html");
   if (of.report) return s.to_open.push_back(report.string());
   s.outcome = {};
@@ -109,7 +109,7 @@ void show_report(OperatorState& s, LongWork& work, const SessionEntry& of) {
   });
 }
 
-void make_curve(OperatorState& s, LongWork& work, const SessionEntry& of) {
+void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   const fs::path folder = of.file.parent_path(), page = folder / "learning_curve.html";
   const int language = static_cast<int>(s.language);
   work.begin([=](Progress& progress) { write_learning_curve(folder, page, language, progress); },
@@ -119,7 +119,7 @@ void make_curve(OperatorState& s, LongWork& work, const SessionEntry& of) {
              });
 }
 
-void make_film(OperatorState& s, LongWork& work, const SessionEntry& of) {
+void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   const fs::path from = of.file, film = fs::path(from).replace_extension(".mp4");
   work.begin(
       [=](Progress& progress) {
@@ -132,7 +132,7 @@ void make_film(OperatorState& s, LongWork& work, const SessionEntry& of) {
       });
 }
 
-void make_surface(OperatorState& s, LongWork& work, const SessionEntry& of) {
+void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   constexpr std::array kEndings = {".stl", ".ply", ".obj"};
   const fs::path from = of.file,
                  mesh = fs::path(from).replace_extension(kEndings.at(static_cast<std::size_t>(s.mesh_format)));

@@ -17,10 +17,10 @@ constexpr double kMost = 20 * kMillimetre;   // m; a larger step between two tic
 }  // namespace
 
 bool StepWatcher::waits() const {
-  return current_ < count() && !task_.step_deeds[static_cast<std::size_t>(current_)].empty();
+  return current_ < count() && !task_.step_actions[static_cast<std::size_t>(current_)].empty();
 }
 
-bool StepWatcher::follow(const Deeds& now) {
+bool StepWatcher::follow(const StepActions& now) {
   if (current_ >= count()) return false;
   if (!begun_) {
     begun_ = true;
@@ -38,7 +38,7 @@ bool StepWatcher::follow(const Deeds& now) {
   last_t_ = now.tick.t;
   last_p_ = now.tick.X_WT.p;
 
-  const std::string& deed = task_.step_deeds[static_cast<std::size_t>(current_)];
+  const std::string& deed = task_.step_actions[static_cast<std::size_t>(current_)];
   const bool done = deed == "move"    ? path_ > kMoved
                     : deed == "touch" ? touched_ > kTouch
                     : deed == "drill" ? total(now.tick.removed) - total(start_.tick.removed) > kDrilled

@@ -1,5 +1,5 @@
 // The steps of a task, in order. A step is completed by a click, or by an action of the user if the task names an
-// action ("done", see session::kStepDeeds). Main thread.
+// action ("done", see session::kStepActions). Main thread.
 #pragma once
 
 #include "engine/app/wiring.h"
@@ -9,7 +9,7 @@
 namespace typodont {
 
 /// The part of a session's state that steps depend on.
-struct Deeds {
+struct StepActions {
   ServoTick tick;
   SessionSettings settings;
   int undone = 0, redone = 0, views = 0;  // numbers of undos, redos and changes of the view since the session's start
@@ -30,7 +30,7 @@ class StepWatcher {
   bool waits() const;
 
   /// Evaluates the actions since the current step began. True if the step is now completed.
-  bool follow(const Deeds& now);
+  bool follow(const StepActions& now);
   /// Completes the current step, or reopens the last one, by a click.
   void next();
   void back();
@@ -39,7 +39,7 @@ class StepWatcher {
   session::Task task_;
   int current_ = 0;
   bool begun_ = false;  // the start values for the current step are stored
-  Deeds start_;
+  StepActions start_;
   Nanos touched_ = 0, last_t_ = 0;  // ns of contact in this step
   double path_ = 0;                 // m, length of the hand's path in this step
   dvec3 last_p_{0};

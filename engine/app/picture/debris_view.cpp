@@ -48,7 +48,7 @@ void DebrisView::use(gpu::Device* device) {
   cloud_.reset();
   // With software rendering a chip costs as much as triangles of the tooth, so fewer chips, each with more mass, are
   // created.
-  lumps_ = device && device->processor ? kLumps : 1;
+  batch_size_ = device && device->processor ? kLumps : 1;
   if (!device || device->processor) return;
   newborn_.resize(static_cast<std::size_t>(kTissueCount) * static_cast<std::size_t>(options_.most_per_cut));
   cloud_.emplace(*device, cloud_law(options_, field_, kLeastShown), distance_);
@@ -78,7 +78,7 @@ render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::C
           .size = field.size};
 }
 
-render::CloudParticle cloud_particle(const debris::Newborn& n, const dvec3& color) {
+render::CloudParticle cloud_particle(const debris::NewParticle& n, const dvec3& color) {
   render::CloudParticle out{.p = glm::vec3(n.p_W),
                             .v = glm::vec3(n.v_W),
                             .mass = n.mass,
@@ -90,15 +90,15 @@ render::CloudParticle cloud_particle(const debris::Newborn& n, const dvec3& colo
 
 void DebrisView::add(const Cut& cut, const haptics::Tool& tool) {
   if (cut.fill_radius != 0) return;
-  for (std::size_t t = 0; t < kTissueCount; ++t) lump_[t] += cut.removed[t];
+  for (std::size_t t = 0; t < kTissueCount; ++t) batch_removed_[t] += cut.removed[t];
   last_ = cut;
   last_radius_ = tool.radius();
-  if (++lumped_ >= lumps_) throw_lump();
+  if (++batched_ >= batch_size_) emit_batch();
 }
 
-void DebrisView::throw_lump() {
-  if (std::exchange(lumped_, 0) == 0) return;
-  last_.removed = std::exchange(lump_, {});
+void DebrisView::emit_batch() {
+  if (std::exchange(batched_, 0) == 0) return;
+  last_.removed = std::exchange(batch_removed_, {});
   emit(last_, last_radius_);
 }
 
@@ -118,7 +118,7 @@ void DebrisView::follow(Wiring& wiring, std::span<const haptics::Tool> tray) {
 }
 
 debris::DebrisLedger DebrisView::settle() {
-  throw_lump();
+  emit_batch();
   debris::DebrisLedger ledger = debris_.ledger();
   double given = 0;
   for (std::size_t t = 0; t < kTissueCount; ++t) ledger.born[t] += given_[t], given += given_[t];
@@ -130,8 +130,8 @@ debris::DebrisLedger DebrisView::settle() {
 void DebrisView::emit(const Cut& cut, double radius) {
   if (!cloud_) return debris_.emit(cut, radius, materials_);
   const std::size_t count =
-      debris::throw_chips(cut, radius, materials_, options_, cloud_->room(), newborn_, given_, given_dropped_);
-  for (const debris::Newborn& n : std::span(newborn_).first(count)) {
+      debris::create_particles(cut, radius, materials_, options_, cloud_->room(), newborn_, given_, given_dropped_);
+  for (const debris::NewParticle& n : std::span(newborn_).first(count)) {
     const render::CloudParticle particle = cloud_particle(n, materials_[static_cast<std::size_t>(n.tissue)].color);
     cloud_->add({&particle, 1});
   }

@@ -15,7 +15,7 @@ namespace typodont {
 
 /// Parameters of the particles' motion for the GPU version.
 render::CloudLaw cloud_law(const debris::DebrisOptions& options, const debris::CoarseField& field, double least_shown);
-render::CloudParticle cloud_particle(const debris::Newborn& newborn, const dvec3& color);
+render::CloudParticle cloud_particle(const debris::NewParticle& new_particles, const dvec3& color);
 
 /// A GPU moves the particles if there is one, so they cost no CPU time. With software rendering the CPU moves them
 /// directly, which is several times faster than compute shaders on the CPU.
@@ -44,21 +44,21 @@ class DebrisView {
   debris::DebrisLedger settle();
 
  private:
-  void throw_lump();
+  void emit_batch();
   void emit(const Cut& cut, double radius);
 
   MaterialTable materials_;
   debris::Debris debris_;
   debris::DebrisOptions options_;
   std::optional<debris::Suction> suction_;
-  int lumps_ = 1, lumped_ = 0;  // number of cuts whose chips are created together, and number of waiting cuts
-  PerTissue lump_{};            // m³, removed by the waiting cuts
-  Cut last_;                    // the last waiting cut, and the radius of its tool in m
+  int batch_size_ = 1, batched_ = 0;  // number of cuts whose chips are created together, and number of waiting cuts
+  PerTissue batch_removed_{};         // m³, removed by the waiting cuts
+  Cut last_;                          // the last waiting cut, and the radius of its tool in m
   double last_radius_ = 0;
   PerTissue given_{};         // kg passed to the GPU
   double given_dropped_ = 0;  // kg that the GPU dropped
   std::optional<render::ParticleCloud> cloud_;
-  std::vector<debris::Newborn> newborn_;
+  std::vector<debris::NewParticle> newborn_;
   std::vector<float> distance_;
   debris::CoarseField field_;
   std::vector<debris::DebrisPoint> points_;

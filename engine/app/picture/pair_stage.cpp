@@ -86,7 +86,7 @@ std::array<render::FrameStats, 2> PairStage::draw(const std::array<ServoTick, 2>
     drawn |= stats[k].drawn;
   }
   const display::Compositor::Huds huds{&stages_[0]->hud(), &stages_[1]->hud()};
-  if (!drawn && !compositor_->says_new(huds, display::Layout::kSideBySide)) return stats;
+  if (!drawn && !compositor_->text_changed(huds, display::Layout::kSideBySide)) return stats;
   fit();
   const auto target = output_->acquire();
   if (!target) return stats;

@@ -15,7 +15,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kReadEvery = 0.1;  // s between updates of the displayed numbers, so that they are readable
+constexpr double kDisplayInterval = 0.1;  // s between updates of the displayed numbers, so that they are readable
 
 /// The renderer's own shape for the tool if it has one, otherwise its haptic shape.
 render::ToolShape shape_of(const haptics::Tool& tool) {
@@ -320,7 +320,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   if (options_.hud) {
     hud_.tool = fmt::format("{} {:.1f} mm", catalogue_name(tool()), tool().diameter / kMillimetre);
     read_age_ += dt;
-    if (dt <= 0 || read_age_ >= kReadEvery) {
+    if (dt <= 0 || read_age_ >= kDisplayInterval) {
       read_age_ = 0;
       read_force_ = glm::length(tick.f_T_W);
       read_spindle_ = tick.spindle;
@@ -337,7 +337,8 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
   const VkCommandBuffer commands = ring_.begin(device_);
   render::FrameStats stats = renderer_->record(commands, frame, ring_.slot(), ring_.submitted, ring_.finished);
   const display::Compositor::Huds huds{&hud_, &hud_};
-  if (!stats.drawn && !(output_ && (missed_ || output_->needs_frame() || compositor_->says_new(huds, screen.layout)))) {
+  if (!stats.drawn &&
+      !(output_ && (missed_ || output_->needs_frame() || compositor_->text_changed(huds, screen.layout)))) {
     ring_.abandon(device_);
     return stats;
   }

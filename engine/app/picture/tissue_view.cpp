@@ -64,12 +64,13 @@ void save_tissue(const TissueCopy& tissue, const std::filesystem::path& file) {
 
 namespace {
 
-constexpr int kLook = 14;        // voxels, limit of the search below a vertex
-constexpr int kAnewAtOnce = 32;  // bricks per update: some milliseconds, so that the hand's patches are not delayed
+constexpr int kSearchDepth = 14;  // voxels, limit of the search below a vertex
+constexpr int kRemeshedPerUpdate =
+    32;  // bricks per update: some milliseconds, so that the hand's patches are not delayed
 
 /// Depth in m to which a tissue is translucent. The colours of dentin and caries shine through enamel, the colour of
 /// pulp through thin dentin.
-constexpr double depth_seen(Tissue tissue) {
+constexpr double translucency_depth(Tissue tissue) {
   switch (tissue) {
     case Tissue::kEnamel:
       return 1.7e-3;
@@ -84,13 +85,13 @@ constexpr double depth_seen(Tissue tissue) {
 
 }  // namespace
 
-void TissueView::look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
+void TissueView::find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update) {
   const double voxel = volume.frame().voxel;
   const auto own = [](const render::Vertex& v) { return v.tissue[v.second > 0.5f ? 1 : 0]; };
   if (update.vertices.empty()) return;
   // Range of labels to load: below the vertices and slightly around them.
   const auto reach_of = [&](const render::Vertex& v) {  // voxels
-    return static_cast<float>(std::min(depth_seen(own(v)) / voxel, static_cast<double>(kLook)));
+    return static_cast<float>(std::min(translucency_depth(own(v)) / voxel, static_cast<double>(kSearchDepth)));
   };
   glm::vec3 low(update.vertices.front().p), high(low);
   for (const render::Vertex& v : update.vertices) {
@@ -175,7 +176,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   for (const glm::ivec3& key : started_ ? changed : volume.surface_bricks()) put(volume, key);
   if (std::exchange(another_tolerance_, false) && started_) outdated_ = volume.surface_bricks();
   started_ = true;
-  for (int i = 0; i < kAnewAtOnce && !outdated_.empty(); ++i) {
+  for (int i = 0; i < kRemeshedPerUpdate && !outdated_.empty(); ++i) {
     put(volume, outdated_.back());
     outdated_.pop_back();
   }
@@ -183,7 +184,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueVolume& volume
   labels_.forget();
   for (const glm::ivec3& key : mesher_.remesh()) {
     updates.push_back(brick_update(key, mesher_.find(key), volume.frame().voxel));
-    look_beneath(volume, updates.back());
+    find_tissue_below(volume, updates.back());
   }
   return updates;
 }
@@ -202,7 +203,7 @@ std::vector<render::MeshUpdate> TissueView::update(haptics::TissueSurface& surfa
       v.p = corner.p, v.n = corner.n, v.second = corner.second;
       v.tissue = {drawn_as_(corner.tissue[0]), drawn_as_(corner.tissue[1])};
     }
-    look_beneath(labels, update);
+    find_tissue_below(labels, update);
   }
   return updates;
 }

@@ -56,7 +56,7 @@ class TissueView {
  private:
   std::vector<render::MeshUpdate> update(haptics::TissueSurface& surface);
   void put(const haptics::TissueVolume& volume, const glm::ivec3& key);
-  void look_beneath(const haptics::TissueVolume& volume, render::MeshUpdate& update);
+  void find_tissue_below(const haptics::TissueVolume& volume, render::MeshUpdate& update);
 
   DrawnAs drawn_as_;
   LabelBlocks labels_;  // labels around the bricks of this update

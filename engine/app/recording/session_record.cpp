@@ -154,7 +154,7 @@ namespace {
 constexpr Nanos kSoundEvery = 10'000'000;       // ns between samples of the sound's parameters
 constexpr Nanos kFaultAgain = kNanosPerSecond;  // ns; a fault that returns sooner is not recorded again
 
-std::vector<bool> that_turn(const Scene& scene) {
+std::vector<bool> rotating_tools(const Scene& scene) {
   std::vector<bool> turn;
   for (const haptics::Tool& tool : haptics::tool_set(scene.servo)) turn.push_back(tool.turns());
   return turn;
@@ -163,7 +163,7 @@ std::vector<bool> that_turn(const Scene& scene) {
 }  // namespace
 
 TickNotes::TickNotes(const Scene& scene, std::optional<std::size_t> sound)
-    : tools_(tool_names(scene)), sound_(sound), voice_(that_turn(scene)) {
+    : tools_(tool_names(scene)), sound_(sound), voice_(rotating_tools(scene)) {
   fault_seen_.fill(-2 * kFaultAgain);
 }
 

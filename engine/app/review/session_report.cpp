@@ -80,7 +80,7 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
 session::ReportOptions report_of(const session::SessionReader& session) {
   session::ReportOptions report;
   try {
-    JudgedSession judged = judge_session(session);
+    EvaluatedSession judged = evaluate_session(session);
     // An open mesh has no inside: its field was closed with a cap or made a shell.
     report.encloses_nothing = judged.start.mesh() && !judged.start.exact_outside();
     show(judged.scene, judged.after, judged.ideal ? &*judged.ideal : nullptr, report);
@@ -95,7 +95,7 @@ session::ReportOptions report_of(const session::SessionReader& session) {
 
 session::SessionSummary summary_of(const session::SessionReader& session) {
   try {
-    return session::summarize(session, judge_session(session).score);
+    return session::summarize(session, evaluate_session(session).score);
   } catch (const Error& e) {
     log::warn("{}: scored by the volumes in the file alone: {}", session.file().string(), e.what());
     return session::summarize(session);
@@ -103,7 +103,7 @@ session::SessionSummary summary_of(const session::SessionReader& session) {
 }
 
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene) {
-  return session::summarize(session, judge_session(session, scene).score);
+  return session::summarize(session, evaluate_session(session, scene).score);
 }
 
 namespace {

@@ -23,7 +23,7 @@ session::ReportOptions result_of(const Scene& scene, const haptics::TissueVolume
 
 /// Computes the same score as report_of(), without pictures.
 session::SessionSummary summary_of(const session::SessionReader& session);
-/// summary_of() by the rules of `scene` (judge_session). Throws Error if the scene's tissue or its ideal cannot be
+/// summary_of() by the rules of `scene` (evaluate_session). Throws Error if the scene's tissue or its ideal cannot be
 /// built.
 session::SessionSummary summary_of(const session::SessionReader& session, const Scene& scene);
 

@@ -324,11 +324,11 @@ session::Score final_score(const Scene& scene, const haptics::TissueVolume& afte
   return score_of(scene, input);
 }
 
-JudgedSession judge_session(const session::SessionReader& session) {
-  return judge_session(session, scene_of(session));
+EvaluatedSession evaluate_session(const session::SessionReader& session) {
+  return evaluate_session(session, scene_of(session));
 }
 
-JudgedSession judge_session(const session::SessionReader& session, Scene scene) {
+EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene) {
   haptics::TissueVolume start = load_untouched(scene);
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
   const TaskJudge judge(scene, start);

@@ -49,12 +49,12 @@ struct FinishedHand {
   std::optional<session::ExploreMeter> explore;
   std::vector<ServoTick> unexplored;  // ticks that no meter has processed
 };
-/// Score of a finished session without the other data of the report. It equals the score of judge_session() for the
+/// Score of a finished session without the other data of the report. It equals the score of evaluate_session() for the
 /// session's recording. Takes a second or more. Throws Error if the scene's tissue or its ideal cannot be built.
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand);
 
 /// A recorded session with its tissue, rebuilt from the cuts, and its score.
-struct JudgedSession {
+struct EvaluatedSession {
   Scene scene;
   haptics::TissueVolume start, after;
   std::optional<haptics::TissueVolume> ideal;
@@ -63,8 +63,8 @@ struct JudgedSession {
   session::Score score;
 };
 /// Rebuilds the tissue of the session and computes its score. Throws Error if the tissue is missing or has changed.
-JudgedSession judge_session(const session::SessionReader& session);
-/// judge_session() by the rules of `scene`, which must equal the session's scene except for the rules (scene_with).
-JudgedSession judge_session(const session::SessionReader& session, Scene scene);
+EvaluatedSession evaluate_session(const session::SessionReader& session);
+/// evaluate_session() by the rules of `scene`, which must equal the session's scene except for the rules (scene_with).
+EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene);
 
 }  // namespace typodont

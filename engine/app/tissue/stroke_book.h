@@ -19,7 +19,7 @@ struct TissueState {
   std::uint64_t version = 0;             // changes whenever the tissue changes
 };
 
-class StrokeBook {
+class StrokeHistory {
  public:
   using Strokes = haptics::TissueVolume::Strokes;
 

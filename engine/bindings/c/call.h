@@ -76,7 +76,7 @@ class HandleLock {
   }
 
  private:
-  Taken taken_;
+  HeldHandle taken_;
   const Handle* handle_;
 };
 
@@ -90,7 +90,7 @@ typodont_result with(Handle* handle, Body&& body) noexcept {
 
 /// Creates a new handle for `object`. Throws std::bad_alloc if the table is full.
 template <class Handle>
-Handle* hand_out(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
+Handle* make_handle(std::unique_ptr<typename ObjectOf<Handle>::Type> object) {
   void* const handle = new_handle(ObjectOf<Handle>::kKind, object.get());
   if (!handle) throw std::bad_alloc();
   (void)object.release();

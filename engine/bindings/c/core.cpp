@@ -195,7 +195,7 @@ typodont_result typodont_core_new(typodont_scene* scene, typodont_hand* hand, co
     }
     if (info.address.empty()) info.address = "program:";
     const SessionFiles files;  // a scene may continue from a session file
-    *out = hand_out<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
+    *out = make_handle<typodont_core>(std::make_unique<CoreObject>(s.scene, info));
     return typodont_result{TYPODONT_OK};
   });
 }
@@ -254,7 +254,7 @@ typodont_result typodont_core_servo(typodont_core* core, const double* start_W, 
     c.shared->records = c.recording.has_value();
     c.tick.X_WT.p = c.tick.X_WG.p = to_vec(start_W);
     c.shared->channels->patch.offer(c.carver(), c.tick.X_WG.p);
-    *out = hand_out<typodont_servo>(std::move(servo));
+    *out = make_handle<typodont_servo>(std::move(servo));
   });
 }
 

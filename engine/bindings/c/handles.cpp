@@ -36,7 +36,7 @@ void* new_handle(Kind kind, void* object) {
                                  static_cast<std::uint64_t>(kind));
 }
 
-void* Taken::drop() noexcept {
+void* HeldHandle::drop() noexcept {
   const std::lock_guard lock(g_mutex);
   Slot& slot = *std::exchange(slot_, nullptr);
   void* const object = std::exchange(slot.object, nullptr);

@@ -27,9 +27,9 @@ extern std::array<Slot, kSlots> g_slots;
 
 /// Locks a handle for this thread until the end of the scope. Any thread; never allocates. Inline, because every tick
 /// uses it.
-class Taken {
+class HeldHandle {
  public:
-  Taken(const void* handle, Kind kind) noexcept {
+  HeldHandle(const void* handle, Kind kind) noexcept {
     const auto value = reinterpret_cast<std::uintptr_t>(handle);
     const std::uint64_t generation = value >> kGenerationShift;
     if ((value & ((1u << kKindBits) - 1)) != static_cast<std::uint64_t>(kind) || generation % 2 == 0) return;
@@ -47,11 +47,11 @@ class Taken {
     state_ = generation << 1;
     found_ = Found::kHeld;
   }
-  ~Taken() {
+  ~HeldHandle() {
     if (slot_) slot_->state.store(state_, std::memory_order_release);
   }
-  Taken(const Taken&) = delete;
-  Taken& operator=(const Taken&) = delete;
+  HeldHandle(const HeldHandle&) = delete;
+  HeldHandle& operator=(const HeldHandle&) = delete;
 
   Found found() const noexcept { return found_; }
   void* object() const noexcept { return slot_->object; }

@@ -14,7 +14,7 @@ namespace {
 
 void give_scene(Scene scene, const char* model, typodont_scene** out) {
   choose_model(scene, model ? model : "");
-  *out = hand_out<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
+  *out = make_handle<typodont_scene>(std::make_unique<SceneObject>(SceneObject{std::move(scene)}));
 }
 
 constexpr double kLeastRate = 10, kMostRate = 100'000;  // Hz, same limits as `typodont servo --rate`
@@ -82,7 +82,8 @@ typodont_result typodont_hand_open(typodont_scene* scene, const char* address, d
     require(address && out, "NULL for the hand's address or for the place of the handle");
     require_rate(rate);
     const SessionFiles files;
-    *out = hand_out<typodont_hand>(std::make_unique<HandObject>(HandObject{open_offline_hand(s.scene, address, rate)}));
+    *out =
+        make_handle<typodont_hand>(std::make_unique<HandObject>(HandObject{open_offline_hand(s.scene, address, rate)}));
   });
 }
 
@@ -119,7 +120,7 @@ typodont_result typodont_hand_path(const typodont_hand_row* rows, size_t count, 
     } else {
       device = haptics::make_scripted_hand(std::move(path), rate, /*paced=*/false);
     }
-    *out = hand_out<typodont_hand>(std::make_unique<HandObject>(HandObject{std::move(device)}));
+    *out = make_handle<typodont_hand>(std::make_unique<HandObject>(HandObject{std::move(device)}));
   });
 }
 

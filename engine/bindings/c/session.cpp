@@ -48,7 +48,7 @@ typodont_result typodont_session_open(const char* file, typodont_session** out) 
   return guarded([&] {
     require(file && out, "NULL for the file or for the place of the handle");
     const SessionFiles files;
-    *out = hand_out<typodont_session>(
+    *out = make_handle<typodont_session>(
         std::unique_ptr<SessionObject>(new SessionObject{std::make_unique<session::SessionReader>(file)}));
   });
 }

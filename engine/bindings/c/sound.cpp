@@ -34,7 +34,7 @@ typodont_result typodont_synth_new(const char* voice, double sample_rate, uint64
     std::error_code code;
     const bool file = std::filesystem::exists(voice, code);
     const auto models = audio::load_sound_models(file ? std::filesystem::path(voice) : named_asset("sounds", voice));
-    *out = hand_out<typodont_synth>(
+    *out = make_handle<typodont_synth>(
         std::make_unique<SynthObject>(SynthObject{audio::DrillSynth(models, sample_rate, seed)}));
   });
 }

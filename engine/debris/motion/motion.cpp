@@ -36,7 +36,7 @@ inline float reciprocal_root(float a) {
 /// Mean approach rate of the air towards the sink during a step, 1/s, for pull = strength/r³. Because r³ falls by
 /// 3·strength·dt, the exact value is (1 − ∛(1 − 3q))/dt with q = pull·dt. The function approximates it by pull·(1 + 2q)
 /// if q < 1/3. For larger q the air ends the step at the sink.
-inline float drawn_at(float pull, float dt) {
+inline float mean_approach_rate(float pull, float dt) {
   return pull * dt < 1.0f / 3 ? pull * (1 + 2 * dt * pull) : 1 / dt;
 }
 
@@ -49,7 +49,7 @@ void draw_block(float* __restrict x, float* __restrict y, float* __restrict z, f
     const float dx = sx - x[i], dy = sy - y[i], dz = sz - z[i];
     const float near = reciprocal_root(dx * dx + dy * dy + dz * dz + 1e-12f);
     // A particle at rest (keep = 0) is not moved by suction.
-    const float air = (keep[i] > 0 ? 1 - keep[i] : 0.0f) * drawn_at(strength * near * near * near, dt);
+    const float air = (keep[i] > 0 ? 1 - keep[i] : 0.0f) * mean_approach_rate(strength * near * near * near, dt);
     vx[i] = (vx[i] + gx) * keep[i] + air * dx;
     vy[i] = (vy[i] + gy) * keep[i] + air * dy;
     vz[i] = (vz[i] + gz) * keep[i] + air * dz;
@@ -111,8 +111,9 @@ void set_keep(const float* __restrict rate, float* __restrict keep, std::size_t 
   for (std::size_t i = 0; i < count; ++i) keep[i] = 1.0f / (1.0f + rate[i] * dt);
 }
 
-double air_drawn(double strength, double distance, double dt) noexcept {
-  return drawn_at(static_cast<float>(strength / (distance * distance * distance)), static_cast<float>(dt)) * distance;
+double mean_air_speed(double strength, double distance, double dt) noexcept {
+  return mean_approach_rate(static_cast<float>(strength / (distance * distance * distance)), static_cast<float>(dt)) *
+         distance;
 }
 
 double drag_factor(double reynolds) noexcept {

@@ -29,7 +29,7 @@ void move(const Motion& motion, std::size_t first, std::size_t last, float dt, c
 void copy_through(const Motion& motion, std::size_t count) noexcept;
 
 /// m/s, mean speed during a step of air at `distance` (m) from a sink.
-double air_drawn(double strength, double distance, double dt) noexcept;
+double mean_air_speed(double strength, double distance, double dt) noexcept;
 
 /// Computes keep = 1/(1 + rate·dt) for another step length.
 void set_keep(const float* rate, float* keep, std::size_t count, float dt) noexcept;

@@ -61,7 +61,7 @@ const std::uint8_t* bytes(const std::uint32_t* p) {
 
 }  // namespace
 
-void ProcessorComposer::Between::fit(int source_size, int target_size) {
+void ProcessorComposer::SourcePixels::fit(int source_size, int target_size) {
   if (source == source_size && target == target_size) return;
   source = source_size;
   target = target_size;

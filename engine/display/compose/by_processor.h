@@ -29,13 +29,13 @@ class ProcessorComposer {
  private:
   // For each target pixel: the first of the two source pixels that it interpolates, and the weight of the second,
   // 0..256.
-  struct Between {
+  struct SourcePixels {
     std::vector<std::int32_t> from;
     std::vector<std::uint32_t> on;
     int source = 0, target = 0;
     void fit(int source_size, int target_size);
   };
-  Between across_, down_;
+  SourcePixels across_, down_;
   struct Row {
     std::vector<std::uint32_t> pixels;  // BGRA, as wide as the target
     int of = -1;                        // index of the source row; -1: none

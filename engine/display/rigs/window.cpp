@@ -99,7 +99,7 @@ class Window final : public Output {
   std::optional<Target> acquire() override {
     // A picture composed on the CPU is shown after the next frame was submitted, so that the device never waits for it.
     if (!(shared_ && options_.composed)) show_finished();
-    pace();
+    limit_frame_rate();
     if (!visible()) return std::nullopt;
     if (shared_) {
       if (std::exchange(lost_, false) || stale_ || pixels_ != extent_) {
@@ -203,7 +203,7 @@ class Window final : public Output {
   UserInput poll() override {
     if (++polls_ > 1) show_finished();
     const std::uint64_t news = take_desktop_events();
-    if (std::exchange(heard_, news) != news) ask();
+    if (std::exchange(events_at_query_, news) != news) ask();
     UserInput input = std::exchange(events_, {});
     input.close = glfwWindowShouldClose(window_);
     const dvec2 at = cursor_ / dvec2(glm::max(size_, ivec2(1)));
@@ -246,7 +246,7 @@ class Window final : public Output {
   }
 
   /// Limits the frame rate, because presenting does not wait for the screen on every desktop (Xvfb).
-  void pace() {
+  void limit_frame_rate() {
     const Nanos period = from_seconds(1.0 / std::max(options_.most_frames_per_second, 1.0));
     const Nanos t = now();
     if (t < next_) std::this_thread::sleep_for(std::chrono::nanoseconds(next_ - t));
@@ -417,10 +417,10 @@ class Window final : public Output {
   std::size_t sync_ = 0;
   std::uint32_t index_ = 0;
   bool stale_ = false, lost_ = false, exposed_ = true;
-  bool unshown_ = false;     // true if the last target was presented but is not yet shown
-  int polls_ = 0;            // number of polls since the last target was presented
-  UserInput events_;         // events since the last poll
-  std::uint64_t heard_ = 0;  // number of desktop events at the last query
+  bool unshown_ = false;               // true if the last target was presented but is not yet shown
+  int polls_ = 0;                      // number of polls since the last target was presented
+  UserInput events_;                   // events since the last poll
+  std::uint64_t events_at_query_ = 0;  // number of desktop events at the last query
   ivec2 pixels_{0}, size_{0};
   dvec2 cursor_{0, 0};
   bool on_screen_ = false, focused_ = false;

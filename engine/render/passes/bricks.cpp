@@ -264,13 +264,13 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
   const glm::dmat4 light_from_world(data.light_from_world);
   const bool lit = data.light_size.w > 0;
   const bool cursor_moved = data.cursor != before.cursor || data.cursor_down != before.cursor_down;
-  std::vector<LampBox> in_map;
+  std::vector<ShadowMapBox> in_map;
   for (const BoxInWorld& box : changed) {
     const glm::vec3 lo(box.lo), hi(box.hi);
     for (std::size_t e = 0; e < views; ++e) tiles[e].mark(seen_in(clip_from_world[e], lo, hi, size));
     if (!lit) continue;
-    LampBox part = in_lamp(light_from_world, lo, hi);
-    const float reach = lamp_reach(data);
+    ShadowMapBox part = shadow_map_box(light_from_world, lo, hi);
+    const float reach = shadow_lookup_reach(data);
     part.lo -= reach;
     part.hi += reach;
     // Neighbouring parts are joined, because they mark mostly the same pixels.
@@ -297,8 +297,8 @@ void BrickStore::mark_changed(const Frame& frame, const shared::FrameData& data,
         if (tool_shades(data, center, radius) || tool_shades(before, center, radius)) return true;
         if (cursor_moved && (cursor_marks(data, center, radius) || cursor_marks(before, center, radius))) return true;
         if (in_map.empty()) return false;
-        const LampBox own = in_lamp(light_from_mesh, lo, hi);
-        return std::any_of(in_map.begin(), in_map.end(), [&](const LampBox& part) { return part.meets(own); });
+        const ShadowMapBox own = shadow_map_box(light_from_mesh, lo, hi);
+        return std::any_of(in_map.begin(), in_map.end(), [&](const ShadowMapBox& part) { return part.meets(own); });
       };
       if (!std::any_of(b.seen.begin(), b.seen.begin() + frame.views, [](const PixelBox& s) { return s.width > 0; }) ||
           !lit_otherwise(b.lo, b.hi))
@@ -381,7 +381,7 @@ std::vector<DrawGroup> BrickStore::visible(gpu::Device& device, int slot, const 
 }
 
 std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
-                                       const LampBox& part) {
+                                       const ShadowMapBox& part) {
   std::size_t count = 0;
   for (const auto& [id, mesh] : meshes) count += mesh.bricks.size();
   gpu::Buffer& buffer = shadow_indirect.at_least(device, slot, count * sizeof(VkDrawIndexedIndirectCommand),
@@ -394,7 +394,7 @@ std::vector<DrawGroup> BrickStore::all(gpu::Device& device, int slot, View view,
     for (std::size_t block = 0; shown_in(view, id) && block < blocks.size(); ++block) {
       const std::uint32_t first = written;
       for (const auto& [key, b] : mesh.bricks)
-        if (b.block == static_cast<int>(block) && part.meets(in_lamp(light_from_mesh, b.lo, b.hi)))
+        if (b.block == static_cast<int>(block) && part.meets(shadow_map_box(light_from_mesh, b.lo, b.hi)))
           out[written++] = {b.indices, 1, b.first_index, static_cast<std::int32_t>(b.first_vertex), 0};
       if (written > first) groups.push_back({id, static_cast<int>(block), BrickKind::kAny, first, written - first});
     }

@@ -99,7 +99,7 @@ struct BrickStore {
                     const glm::ivec2& size, std::uint64_t eyes, std::array<Tiles, 2>& tiles);
   /// Draw commands for all bricks that the view shows and that lie in the given part of the shadow map.
   std::vector<DrawGroup> all(gpu::Device& device, int slot, View view, const glm::dmat4& light_from_world,
-                             const LampBox& part);
+                             const ShadowMapBox& part);
   void draw(VkCommandBuffer commands, VkPipelineLayout layout, VkBuffer commands_buffer,
             std::span<const DrawGroup> groups) const;
   void destroy(gpu::Device& device);

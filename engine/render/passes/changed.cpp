@@ -143,8 +143,8 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
   return below + radius > -data.cursor.w && glm::length(q - below * down) - radius < 2 * data.cursor.w;
 }
 
-LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi) {
-  LampBox box;
+ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi) {
+  ShadowMapBox box;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::vec2 p(light_from_box *
                       glm::dvec4(corner & 1 ? hi.x : lo.x, corner & 2 ? hi.y : lo.y, corner & 4 ? hi.z : lo.z, 1));
@@ -154,7 +154,7 @@ LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm
   return box;
 }
 
-float lamp_reach(const shared::FrameData& data) {
+float shadow_lookup_reach(const shared::FrameData& data) {
   // Lengths from lighting.glsl: kOcclusionRadius, kPenumbra, the offset from the surface, and the filter's width in
   // texels.
   return (2.2e-3f + 0.30e-3f + 0.27e-3f + 4 * data.light_size.z) / data.light_size.x;

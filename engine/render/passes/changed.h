@@ -51,17 +51,19 @@ bool cursor_marks(const shared::FrameData& data, const glm::vec3& center, float 
 bool tool_shades(const shared::FrameData& data, const glm::vec3& center, float radius);
 
 /// Area of the shadow map in which changed tissue can change a lookup of the shadow or of the occlusion.
-struct LampBox {
+struct ShadowMapBox {
   glm::vec2 lo{1e9f}, hi{-1e9f};  // corners in shadow-map coordinates, 0..1
   bool empty() const { return lo.x > hi.x; }
-  void take(const LampBox& b) {
+  void take(const ShadowMapBox& b) {
     lo = glm::min(lo, b.lo);
     hi = glm::max(hi, b.hi);
   }
-  bool meets(const LampBox& b) const { return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y; }
+  bool meets(const ShadowMapBox& b) const {
+    return lo.x <= b.hi.x && b.lo.x <= hi.x && lo.y <= b.hi.y && b.lo.y <= hi.y;
+  }
 };
-LampBox in_lamp(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
+ShadowMapBox shadow_map_box(const glm::dmat4& light_from_box, const glm::vec3& lo, const glm::vec3& hi);
 /// Largest distance from a point to its lookups in the shadow map, in map coordinates.
-float lamp_reach(const shared::FrameData& data);
+float shadow_lookup_reach(const shared::FrameData& data);
 
 }  // namespace typodont::render

@@ -14,7 +14,7 @@ struct ShadowPass {
   VkPipeline pipeline = VK_NULL_HANDLE;
   /// Redraws the given part of the map; the other parts keep their content.
   void record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks, int slot,
-              View view, const glm::mat4& light_from_world, const LampBox& part, FrameStats& stats);
+              View view, const glm::mat4& light_from_world, const ShadowMapBox& part, FrameStats& stats);
   void create_map(PassContext& context);  // the new map has the largest depth everywhere: no shadow
   void destroy(gpu::Device& device);
 };

@@ -46,7 +46,7 @@ void ShadowPass::create_map(PassContext& context) {
 }
 
 void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescriptorSet set, BrickStore& bricks,
-                        int slot, View view, const glm::mat4& light_from_world, const LampBox& part,
+                        int slot, View view, const glm::mat4& light_from_world, const ShadowMapBox& part,
                         FrameStats& stats) {
   if (!pipeline) {
     gpu::PipelineOptions o;
@@ -67,7 +67,7 @@ void ShadowPass::record(PassContext& context, VkCommandBuffer commands, VkDescri
   if (hi.x <= lo.x || hi.y <= lo.y) return;
   const VkRect2D scissor{{lo.x, lo.y},
                          {static_cast<std::uint32_t>(hi.x - lo.x), static_cast<std::uint32_t>(hi.y - lo.y)}};
-  const LampBox drawn{glm::vec2(lo) / side, glm::vec2(hi) / side};
+  const ShadowMapBox drawn{glm::vec2(lo) / side, glm::vec2(hi) / side};
   const std::vector<DrawGroup> groups = bricks.all(context.device, slot, view, glm::dmat4(light_from_world), drawn);
   begin_depth(commands, map, scissor);
   const VkViewport viewport{0, 0, side.x, side.y, 0, 1};

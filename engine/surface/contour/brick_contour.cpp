@@ -371,7 +371,7 @@ void Contourer::Scratch::find_crossings(std::vector<BrickContour::Edge>& edges) 
 // Shape number of a cell. If the neighbour across a face would touch the cell along two arcs, the shape is flipped
 // across this face.
 int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
-  const int doubtful = shapes.doubtful_faces(config);
+  const int doubtful = shapes.flippable_faces(config);
   if (doubtful == 0) return config;
   int flips = 0;
   for (int face = 0; face < 6; ++face) {
@@ -383,7 +383,7 @@ int Contourer::Scratch::shape_at(const glm::ivec3& cell, int config) const {
       const auto at = static_cast<std::size_t>(sample(other.x + (c & 1), other.y + (c >> 1 & 1), other.z + (c >> 2)));
       neighbour |= (brick->distance[at] < 0) << c;
     }
-    if (shapes.doubtful_faces(neighbour) >> (face ^ 1) & 1) flips |= 1 << face;
+    if (shapes.flippable_faces(neighbour) >> (face ^ 1) & 1) flips |= 1 << face;
   }
   return shapes.flipped(config, flips);
 }

@@ -31,8 +31,8 @@ class CellShapes {
 
   const CellShape& operator[](int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
   /// Faces on which both arcs belong to one patch; bit f is set for face f.
-  std::uint8_t doubtful_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
-  /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of doubtful_faces().
+  std::uint8_t flippable_faces(int config) const { return doubtful_[static_cast<std::size_t>(config)]; }
+  /// Shape number for a configuration with flipped faces; `flipped_faces` is a subset of flippable_faces().
   int flipped(int config, int flipped_faces) const {
     return flipped_[static_cast<std::size_t>(config)][static_cast<std::size_t>(flipped_faces)];
   }
