@@ -1,4 +1,4 @@
-// The part of the tissue that the carver hands to the servo: the base of what every contact model works in.
+// The part of the tissue that the carver passes to the servo: base class of the data in which contact models compute.
 #pragma once
 
 #include <cstdint>

@@ -19,9 +19,9 @@ struct TissueMesh {
   std::vector<Tissue> tissue;         // of each triangle: the tissue under it
 };
 
-/// The tissue's surface as a mesh, for the contact models that work on meshes. Where the volume was made from a mesh
-/// (TissueVolume::mesh), that mesh; else the zero set of its distance field, one or two triangles a cell of its grid,
-/// each with the tissue half a voxel below it. Set-up time; empty where there is no tissue.
+/// The tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh
+/// (TissueVolume::mesh), this mesh; otherwise the zero set of its distance field, with one or two triangles per cell of
+/// the grid, each with the tissue half a voxel below it. Set-up time; empty if there is no tissue.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

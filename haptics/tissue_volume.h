@@ -47,7 +47,7 @@ class TissueVolume {
 
   const VoxelFrame& frame() const;
   double band() const;  // m
-  /// True when distances outside the tissue were true distances before anything was cut.
+  /// True if distances outside the tissue were true distances before the first cut.
   bool exact_outside() const;
   /// The bounding box of all cuts within lo .. hi; a_lo > a_hi if there are none.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
