@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kShort = 1, kBend = 0.0025;  // voxels
+// voxels; longest path that is treated as one step, and limit of a sample's deviation from its chord
+constexpr double kShort = 1, kBend = 0.0025;
 
 }  // namespace
 

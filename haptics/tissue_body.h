@@ -24,7 +24,7 @@ class TissueBody {
   virtual void carve(const Cut& cut, bool continues) = 0;
   /// Adds the filling of `cut` (fill_radius > 0).
   virtual void fill(const Cut& cut) = 0;
-  /// The pieces that carve() set loose and removed since the last call.
+  /// Returns the pieces that carve() separated and removed since the last call.
   virtual std::vector<LoosePiece> take_pieces() = 0;
 
   // Strokes: all changes by carve() and fill() since begin_stroke() can be undone together.
