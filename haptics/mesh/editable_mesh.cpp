@@ -9,7 +9,7 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kMostAround = 64;  // faces around a vertex; with more of them an edge is not collapsed
+constexpr int kMostAround = 64;  // limit of the faces around a vertex; if there are more, its edges are not collapsed
 
 struct HalfEdge {
   Index lo, hi, face;
@@ -48,7 +48,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// The faces with the vertices of `mesh`, and which lies beside which.
+/// Creates the faces with the vertex indices of `mesh`, and links neighbours.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -78,9 +78,9 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// A vertex for each fan of faces around one of `mesh`.
+/// Creates one vertex for each fan of faces around a vertex of `mesh`.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
-  const std::vector<Face> old = faces_;  // with the numbers of `mesh`
+  const std::vector<Face> old = faces_;  // with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
   for (Index f = 0; f < faces_used_; ++f) {
     for (int c = 0; c < 3; ++c) {
@@ -91,7 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Once round, or in both directions as far as the border.
+      // Around the vertex, or in both directions up to the border.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -156,7 +156,7 @@ TissueMesh EditableMesh::copy() const {
 // The grid.
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  constexpr float kRounding = 1e-6f;  // of the coordinates: more than floats lose
+  constexpr float kRounding = 1e-6f;  // ratio to the coordinates; larger than the rounding error of floats
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -204,7 +204,7 @@ void EditableMesh::place(Index f) noexcept {
   place = now;
 }
 
-// Records.
+// Changes of vertices and faces, and recordings.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {
@@ -298,7 +298,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // A face whose vertices alone moved may lie in another cell now.
+  // A face of which only vertices moved may now belong to another cell.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -433,7 +433,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // Both may have just those two neighbours in common, or the surface would touch itself.
+  // If both vertices had other common neighbours, the surface would touch itself.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -444,7 +444,8 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });  // closed: `gone` is not on the border
+  // Closed fan, because `gone` is not on the border
+  around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
   };
