@@ -473,7 +473,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The faces beyond the two that go become neighbours. `second` or `first` in them is `kept` by now where it was gone.
+  // The neighbours of the two removed faces become neighbours of each other. In them, `kept` already replaces `gone`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);
