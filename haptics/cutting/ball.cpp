@@ -266,7 +266,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depth of eight samples of a row, and the mask of those that count; rows as in carve_block().
+/// Depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -288,7 +288,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Data shared by the samples of eight rows.
+/// Data that the samples of a row have in common, for eight rows.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;

@@ -27,7 +27,7 @@ namespace {
 constexpr int kLanes = 8;
 // voxels; samples up to this distance outside the filling get its label too, so that a query at the surface finds it
 constexpr float kLabelled = 1;
-constexpr float kSlip = 1e-3f;  // allowance for rounding of a chord
+constexpr float kSlip = 1e-3f;  // voxels, allowance for rounding of a chord
 
 /// Eight samples of a row. Samples outside the block count as full, so that nothing lowers them.
 struct Lanes {

@@ -90,7 +90,7 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, To
 namespace {
 
 constexpr int kStretch = 64;   // samples of a row that are listed together
-constexpr float kBent = 0.3f;  // allowance for a neighbouring piece that is an arc instead of a line
+constexpr float kBent = 0.3f;  // voxels, allowance for a neighbouring piece that is an arc instead of a line
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
 /// Eight blocks relative to a head: distances of their centres from the head and its pieces, and the outward direction.
@@ -284,7 +284,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// A group of samples from this voxel on, known to have this kind, may have a kind with a single piece.
+  /// Tries to reduce the kind of a group of samples from this voxel on to a kind with a single piece.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -302,7 +302,7 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // Already deep in the head at the previous pose: empty since then.
+    // The block was deep in the head at the previous pose, so it is empty already.
     slack = kNoEnd;
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
@@ -353,7 +353,7 @@ class HeadPass {
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
                       R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // in V
-    // Without a direction, only the change of one per voxel is known.
+    // Without a direction, the only bound is that the depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -484,10 +484,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of it
+              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of the block
               kinds[z - z0] = block.kind;
             }
-            // What the head at A leaves is examined again at B.
+            // Samples that remain after the cut at A are examined again at B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0 || !(ahead > 0)) continue;

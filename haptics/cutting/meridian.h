@@ -20,8 +20,9 @@ struct MeridianPiece {
   float ux, uz, wx, wz;      // from an arc's centre to its ends
   float corner_a, corner_b;  // tan(φ/2), where the outward normal rotates by φ to the neighbour's
 };
-inline constexpr int kManyPieces =
-    HeadField::kMaxPieces;  // kinds of groups: below this a single smooth piece, from here on a set of pieces
+// Limit of the kinds of groups: a smaller kind is the index of a single smooth piece, any other is this value plus a
+// set of pieces
+inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
 /// A pose of the head in voxels relative to a nearby voxel, so that floats have enough digits.
 struct HeadPose {

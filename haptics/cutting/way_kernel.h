@@ -44,7 +44,7 @@ struct NearestWithNormal {
   }
 };
 
-/// For several pieces, each a bit of `set`.
+/// Finds the nearest of several pieces; each piece is a bit of `set`.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -92,7 +92,7 @@ struct NearestOnWay {
   }
 };
 
-/// For several pieces, each a bit of `set`.
+/// Finds the nearest of several pieces; each piece is a bit of `set`.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
