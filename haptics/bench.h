@@ -67,7 +67,7 @@ struct MotionBenchOptions {
 std::vector<BenchRow> bench_motions(const MotionBenchOptions& options);
 /// Measures tick time and memory of a hand that slides over a mesh, for increasing numbers of vertices.
 std::vector<BenchRow> bench_mesh_lod(const TissueMesh& mesh, bool quick);
-/// Measures the tick of the model "vertex" on such meshes: a round bur slides, and a round bur carves.
+/// Measures the tick of the model "vertex" on meshes with different numbers of vertices: a round bur slides, or carves.
 std::vector<BenchRow> bench_vertex(const TissueMesh& mesh, bool quick);
 
 }  // namespace typodont::haptics

@@ -42,7 +42,7 @@ struct ContactInput {
 /// Result of a contact model. A constraint method fills in the proxy; a penalty method fills in force, torque and
 /// stored energy; both fill in the remaining members. SI, frame W, except for members in `unit`.
 struct Contact {
-  // From constrain().
+  // The members below are results of constrain().
   dvec3 p_WG{0};                  // m, head's centre at the proxy (for a penalty method: at the hand)
   bool touching = false;          // the head touches tissue
   bool breaking_through = false;  // the head has come free, and the proxy is still on its path to the hand
@@ -54,7 +54,7 @@ struct Contact {
   bool leading_out = false;       // the proxy moves out of tissue that it overlapped
   bool settled = true;            // a free head has no remaining state of this contact
   bool places = false;            // the tool stays in the tissue: the servo calls cut() even if the tool does not cut
-  // Vector from the hand to the position at which contacts alone hold the head; zero: none do
+  // Vector from the hand to the position at which contacts alone hold the head; zero: no contact holds it
   dvec3 held_off_direction{0};
   double area = 0;            // m², area of the head that lies on tissue; 0: none
   bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction

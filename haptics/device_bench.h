@@ -14,9 +14,9 @@ struct DeviceBenchOptions {
 };
 
 /// Measures the time from a device's sample to the written force (median and 99.9 %), with the safety layer, over a
-/// link in memory: this program's part of the latency, without USB. For comparison: the same loop without work. Then
-/// the same loop with the servo's contact, and the velocity estimator against plain differences, at the quantisation of
-/// a common arm and at several rates.
+/// link in memory: this program's part of the latency, without USB. A loop without work is measured for comparison.
+/// Then measures the loop with the servo's contact, and compares the velocity estimator with plain differences, at the
+/// quantisation of a common arm and at several rates.
 std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options);
 
 }  // namespace typodont::haptics

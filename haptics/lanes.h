@@ -46,7 +46,7 @@ TYPODONT_KERNEL void take_root(F8& v) {
   v = root;
 }
 
-/// For each set of lanes: a permutation that puts these lanes first.
+/// A table of permutations: for each set of lanes, the permutation that puts these lanes first.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {

@@ -13,7 +13,8 @@ namespace typodont::haptics {
 
 using PackingLoader = std::function<SpherePacking(const std::filesystem::path&)>;
 
-/// Declare at namespace scope, runs before main(): const PackingLoaderRegistration registration{session::load_packing};
+/// Registers a loader before main(). Declare it at namespace scope:
+///   const PackingLoaderRegistration registration{session::load_packing};
 struct PackingLoaderRegistration {
   explicit PackingLoaderRegistration(PackingLoader loader);
 };
@@ -21,8 +22,8 @@ struct PackingLoaderRegistration {
 /// Reads a closed mesh as a tool's head. `unit`: m per unit of the file.
 using ToolMeshReader = std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)>;
 
-/// Declare at namespace scope, runs before main(): const ToolMeshReaderRegistration
-/// registration{haptics::read_mesh_solid};
+/// Registers a reader before main(). Declare it at namespace scope:
+///   const ToolMeshReaderRegistration registration{haptics::read_mesh_solid};
 struct ToolMeshReaderRegistration {
   explicit ToolMeshReaderRegistration(ToolMeshReader reader);
 };

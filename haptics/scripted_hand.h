@@ -46,7 +46,7 @@ std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& fi
                                                  const std::vector<std::string>& tools = {});
 /// Duration of the hand that open_scripted_hand() opens, s. Throws Error.
 double length_of_scripted_hand(const std::filesystem::path& file, const std::vector<std::string>& tools = {});
-/// The same hands from values, for programs that compute their own path.
+/// Constructs scripted and simulated hands from values, for programs that compute their own path.
 std::unique_ptr<HapticDevice> make_scripted_hand(HandPath path, double rate, bool paced);
 std::unique_ptr<HapticDevice> make_simulated_hand(HandPath path, const HandModel& model, double rate, bool paced);
 

@@ -19,7 +19,7 @@ struct Snapshot {
   PerTissue taken_back{};       // m³ that undo brought back so far, less what redo removed again
   std::uint32_t pieces = 0;     // number of loose pieces that were removed before it was taken
   PerTissue loose{};            // m³, volume of these pieces
-  dvec3 center_W{0, 0, 0};      // m, the place that was asked for
+  dvec3 center_W{0, 0, 0};      // m, requested centre of the snapshot
 
   Snapshot() = default;
   Snapshot(const Snapshot&) = default;

@@ -290,8 +290,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// As part_inside(), but just outside all solids the nearest part, so that a label can be read on both sides of the
-/// surface.
+/// The part that contains the point; just outside all parts, the nearest part. So a label can be read on both sides of
+/// the surface.
 const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
   if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;

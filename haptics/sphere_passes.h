@@ -105,8 +105,8 @@ class SpherePasses {
 /// only if `any_device` is true, for tests and measurements.
 using SpherePassesMaker = std::function<std::unique_ptr<SpherePasses>(std::size_t spheres, bool any_device)>;
 
-/// Declare at namespace scope, runs before main(): const SpherePassesRegistration
-/// registration{make_vulkan_sphere_passes};
+/// Registers a maker before main(). Declare it at namespace scope:
+///   const SpherePassesRegistration registration{make_vulkan_sphere_passes};
 struct SpherePassesRegistration {
   explicit SpherePassesRegistration(SpherePassesMaker maker);
 };

@@ -115,7 +115,8 @@ FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 /// Trilinear weights of the eight labels around a point, without air. The sum is 1, or 0 in air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// The same weights, each multiplied by the hardness of its voxels (hardness.h). Without hardness: the weights alone.
+/// The weights of sample_tissue(), each multiplied by the hardness of its voxels (hardness.h). Without hardness: the
+/// weights alone.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
 /// The label of the nearest voxel; the patch must hold it.

@@ -29,12 +29,12 @@ class Sweep {
   bool carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x, std::size_t stride_y,
              const Tissue* tissue, PerTissue* removed) const noexcept;
 
-  /// Does the same in a whole patch of n³ samples from voxel `patch_lo` on; `front` stores which samples can change.
+  /// Carves a whole patch of n³ samples from voxel `patch_lo` on; `front` stores which samples can change.
   bool carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
              PerTissue* removed) const noexcept;
 
-  /// Does the same in one leaf: 8³ contiguous samples from voxel `lo` on. `slack`: voxels that the head's farthest
-  /// point may move in any direction before a sample of the leaf can change. `emptied`: a sample may have become air.
+  /// Result of carving one leaf of 8³ samples. `slack`: voxels that the head's farthest point may move in any direction
+  /// before a sample of the leaf can change. `emptied`: a sample may have become air.
   struct LeafCut {
     bool changed = false, emptied = false;
     float slack = 0;
@@ -66,7 +66,7 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  /// For a long path.
+  /// carve() for a long path.
   bool carve_way(const HeadTarget& target, PerTissue* removed) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,

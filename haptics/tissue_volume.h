@@ -73,7 +73,7 @@ class TissueVolume {
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  // The functions below update a copy instead of making it anew.
+  // The functions below update a copied box of samples instead of copying it again.
   /// Returns a number for the present state of the tissue, for written_since(). It is never 0 and never the number of
   /// another volume.
   std::uint64_t mark();

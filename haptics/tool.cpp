@@ -17,7 +17,7 @@ namespace {
 
 using glm::dvec2;
 
-// Ratio to the diameter: height above the free end below which the density of samples does not increase
+// Height above the free end, as a ratio to the diameter; below it, the density of samples does not increase
 constexpr double kBluntEnd = 0.1;
 
 /// One piece of a convex meridian (ρ ≥ 0, z): a chain of straight lines and arcs from the free end to the shank end.

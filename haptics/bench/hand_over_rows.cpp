@@ -61,7 +61,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
       {"16 cuts put into a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
   rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
                   std::max(quantile(handed_over, 0.5), 0.0), "patch"});
-  // The same if the patch arrives too late: the servo adds the missing cuts itself.
+  // If the patch arrives too late, the servo adds the missing cuts itself.
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
   rows.push_back({"patch hand-over, 16 cuts put in by the servo", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,

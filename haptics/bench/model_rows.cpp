@@ -342,7 +342,7 @@ class ModelBench {
     add("drag", "friction", 100 * worst, "%, greatest");
   }
 
-  /// The same bur and push on a sheet: whether the bur comes through, and what force remains afterwards.
+  /// The bur and push of drill(), on a sheet: whether the bur comes through, and what force remains afterwards.
   void break_through() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -385,7 +385,7 @@ class ModelBench {
       for (int k = 0; k < hands; ++k) {
         const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
         const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3 * step_mm);
-        // Far away, so that the next contact begins anew
+        // The hand is far away here, so the next contact begins anew.
         for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
         for (int i = 0; i < 20; ++i) scene.tick({from}, 0);
         dvec3 hand = from;

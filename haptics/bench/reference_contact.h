@@ -27,8 +27,8 @@ class ExactShape {
   /// The surface point nearest to p. If its distance exceeds `most`, returns the distance `most` and no surface point.
   Nearest nearest(const dvec3& p, double most) const;
 
-  /// For each face within `reach` of p, its point nearest to p: one point for a ball or torus, one per triangle for a
-  /// mesh.
+  /// Finds, for each face within `reach` of p, its point nearest to p: one point for a ball or torus, one per triangle
+  /// for a mesh.
   void all_near(const dvec3& p, double reach, std::vector<dvec3>& points) const;
 
  private:

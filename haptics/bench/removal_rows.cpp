@@ -79,7 +79,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       continue;
     }
 
-    // In the servo's patch: the cost within a tick.
+    // Cuts in the servo's patch, as in a tick.
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);

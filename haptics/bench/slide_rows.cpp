@@ -138,7 +138,7 @@ struct Slide {
     query_floor(patch, points, cubic_ns);
   }
 
-  /// Lower bound of a query: reads and adds the same 6 × 6 rows of samples, at points known in advance.
+  /// Lower bound of a query: reads and adds the 6 × 6 rows of samples that a query reads, at points known in advance.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 

@@ -349,7 +349,7 @@ class Stress {
     for (int k = 0; k < hands; ++k) {
       const double x = anywhere(random), y = anywhere(random), lean = 0.2 * anywhere(random);
       const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3);
-      // Far away, so that the next contact begins anew
+      // The hand is far away here, so the next contact begins anew.
       for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);
       for (int i = 0; i < 20; ++i) run.tick({from}, 0, 1e-3);
       dvec3 hand = from;

@@ -35,7 +35,7 @@ struct PassivityLaw {
   double lonely = 0.1;    // fraction of the greatest change; a smaller mean (start or end of one stroke) adds no margin
   double in_mean = 0.01;  // weight of one tick in the mean velocity change
   double hold = 1;  // s of motion for which greatest speed and change stay undiminished; time at rest does not count
-  // s, the same for the speed of a hand without contact, which may approach fast and land slowly
+  // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
   double hold_free = 0.15;
   double fading = 0.5;  // s, time constant of the decay after this time
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
@@ -120,7 +120,7 @@ inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock
 /// `twitch`: m, displacement that is expected of any hand.
 inline double way_back(const PassivityLaw& law, double along, double tick, double twitch,
                        const PassivityState& state) noexcept {
-  const bool uneven_clock = state.longest > 1.02 * tick;  // above the rounding of a clock in ns
+  const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
   const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
   const double at_once = law.again * state.change.most,
                restless = std::max(0.0, state.mean_change - law.lonely * state.change.most);

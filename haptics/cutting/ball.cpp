@@ -253,7 +253,7 @@ struct BallBlocks {
   int parts, part,
       first_layer;         // layers of blocks belong to parts in turn: number of parts, this part, the first layer's
   CutFront::Found* found;  // the listed groups
-  int listed, room;        // number of listed groups, which may exceed the room
+  int listed, room;        // number of listed groups, which may exceed `room`; capacity of the list
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -510,8 +510,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list is valid longer for a slow head; for a fast one none is made. If several parts are listed at once, they get
-  // different lengths of validity.
+  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once, they
+  // get different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

@@ -12,7 +12,7 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of samples to the nearest of some pieces, and whether they lie outside any piece.
+/// Squared distance of samples to the nearest of some pieces, and a mask of the samples outside any piece.
 struct NearestPiece {
   Floats square;
   Mask outside;

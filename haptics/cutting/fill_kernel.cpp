@@ -51,8 +51,8 @@ struct Lanes {
 };
 
 /// Where the tool's limit is nearer than the ball, the limit determines the distance. It is evaluated for each sample
-/// in `meant`, unless it is far from all eight. (These are aligned like the volume's leaves, so that the result does
-/// not depend on the block.)
+/// in `meant`, unless it is far from all eight. (Groups of eight are aligned like the volume's leaves, so that the
+/// result does not depend on the block.)
 void keep_within(const Fill& filling, const glm::ivec3& first, const I8& meant, F8& d) {
   constexpr double kHalf = (kLanes - 1) / 2.0;
   const double middle = filling.beyond_limit(dvec3(first) + dvec3(0, 0, kHalf));

@@ -221,9 +221,9 @@ TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const Meridia
   return {-greatest(-least, -w.z), greatest(most, w.z)};
 }
 
-/// Finds which of two neighbouring pieces (one bit each) is the only one that can be nearest to any of `count` samples
-/// along z while the head moves by `ahead`. `first`, `last`: these two, or the same piece. `v`: the first sample
-/// relative to the head, in V.
+/// Finds which of two neighbouring pieces (one bit each) is the only piece that can be nearest to any of `count`
+/// samples along z while the head moves by `ahead`. `first`, `last`: indices of the two pieces, or of one piece. `v`:
+/// the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -255,8 +255,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// For one end of its motion; `after`: the head was already cut out at the other end. `ahead`: path length for which
-  /// the results must be valid.
+  /// Begins a pass for one end of the head's motion. `after`: the head was already cut out at the other end. `ahead`:
+  /// path length for which the results must be valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -275,7 +275,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks; what() then tells what to do with each.
+  /// Evaluates the added blocks; what() then returns the work for each block.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];

@@ -25,8 +25,8 @@ struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. These
-/// tests are then skipped per sample.
+/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. If
+/// true, the corresponding test per sample is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {

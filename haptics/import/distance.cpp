@@ -11,7 +11,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Index of a sample; negative if there is no such sample.
+// Index of a sample; negative if the sample does not exist.
 template <class T>
 std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
@@ -224,7 +224,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    if (feature.v[k] < 0) {  // far away, the linear interpolant has the same sign
+    if (feature.v[k] < 0) {  // far away, the linear interpolant has the correct sign
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
     }

@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::importing {
 
-/// A box of samples; z runs fastest, as in DenseTissue.
+/// A box of samples; z runs fastest, like in DenseTissue.
 template <class T>
 struct Grid {
   glm::ivec3 size{0};

@@ -8,9 +8,9 @@ namespace typodont::haptics::importing {
 
 Imported import_scan(const std::filesystem::path& file, const ImportOptions& options);
 Imported import_mesh(const std::filesystem::path& file, const ImportOptions& options);
-/// For an intraoral scan.
+/// Imports an intraoral scan.
 Imported import_arch(const std::filesystem::path& file, const ImportOptions& options);
-/// For options.parts, which must not be empty.
+/// Imports options.parts, which must not be empty.
 Imported import_parts(const ImportOptions& options);
 
 /// Voxels outside the surface up to which labels are assigned.

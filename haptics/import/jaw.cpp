@@ -283,7 +283,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // For each class: the grey value with most voxels around it.
+  // The most frequent grey value of each class.
   const auto mode = [&](std::size_t from, std::size_t to) {
     constexpr std::size_t kHalf = 6;  // bins, half width of the window
     double most = -1, at = 0;
@@ -298,7 +298,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Ratio to dentin and cortical bone: enamel must be clearly denser.
+  // Lower limit of the ratio of enamel's density to that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
   // Metal must be much brighter than enamel.
   const double least_metal = 2 * greys.enamel - greys.hard;
@@ -369,7 +369,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
                                                       [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // Teeth with their cavities: whatever the surroundings reach only through gaps of one sample is inside.
+  // A tooth includes its cavities: space that the surroundings reach only through gaps of one sample is inside.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);

@@ -125,7 +125,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
       mine = high;
     }
     flooded[static_cast<std::size_t>(bin)] = mine;
-    // For the mass: the peak that is reached from here by climbing.
+    // The bin's mass belongs to the peak that is reached from the bin by climbing.
     int climb = bin;
     while (true) {
       const double here = h[static_cast<std::size_t>(climb)];

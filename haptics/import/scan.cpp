@@ -259,7 +259,7 @@ static Scan align(RawScan&& raw) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // In slabs, so that data is written soon after it is read.
+  // Works in slabs, so that data is written soon after it is read.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kBits = 21;  // bits per coordinate in a key of 64 bits
 
-/// Spreads the bits of v, with two zeros between each two.
+/// Inserts two zero bits between adjacent bits of v.
 std::uint64_t spread_bits(std::uint64_t v) {
   v = (v | v << 32) & 0x001f00000000ffffU;
   v = (v | v << 16) & 0x001f0000ff0000ffU;

@@ -22,10 +22,11 @@ struct MotionParameters {
 struct CuttingParameters {
   // s, limit of the saved energy in time at the present power, until a voxel yields or the bur lands again
   static constexpr double budget_time = 0.5;
-  static constexpr double held_time = 0.05;  // s, the same limit at a wall, or for an edge that the hand draws
+  // s, limit of the saved energy (as above) at a wall, or for an edge that the hand draws
+  static constexpr double held_time = 0.05;
   // m³, limit of the tissue that may be removed in advance of the motor's work (when a tip breaks in)
   static constexpr double owed_volume = 8e-12;
-  static constexpr double owed_voxels = 8;  // voxels, lower bound of the same limit, for coarse grids
+  static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume on coarse grids
 };
 
 /// Force and torque of the contact (coupling.cpp).

@@ -104,7 +104,7 @@ struct Servo::State {
     dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// Limits, last force, and the ledger's allowances.
+  /// Limits of the force, last force, and allowances of the ledger.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
