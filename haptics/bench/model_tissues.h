@@ -19,7 +19,7 @@ struct ModelTissue {
   std::string name;
   ExactShape shape;
   std::function<TissueVolume(double voxel_mm)> make;
-  dvec3 start;  // m, start of the ball's centre outside the tissue, less than 2 mm from the surface
+  dvec3 start;  // m, initial position of the ball's centre, outside the tissue and less than 2 mm from the surface
   /// Direction of the hand's path along the surface at tick `i`, for a contact at c with unit normal n out of the
   /// tissue. The direction need not be tangential or of unit length.
   std::function<dvec3(int i, const dvec3& c, const dvec3& n)> ahead;

@@ -46,7 +46,7 @@ struct BallFront {
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // origin of these positions, relative to the pose's base
+  glm::ivec3 origin;  // origin of the groups' positions, relative to the pose's base
   float* distance;
   float* along[3];  // table by height: coordinates along x, y, z in T
   CutFront::Listed groups;

@@ -205,7 +205,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // relative to the first pose's base
+  glm::ivec3 first;  // first sample, relative to the first pose's base
   float top, n[3], share;
   float bent;    // upper bound of the error of the centre's values for its samples
   unsigned set;  // the pieces that can be nearest to any sample on the path

@@ -104,9 +104,9 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces: of
-/// n·w for all their normals n, with the components of w perpendicular to the axis and along it. `tip`: the nearest
-/// point may be a tip.
+/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces:
+/// the largest n·w over the normals n of these pieces. `away`, `along`: components of w perpendicular to the axis and
+/// along it. `tip`: the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies

@@ -64,8 +64,8 @@ struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force in H (plus `holding` N·m on the bodies). If one exceeds its limit, all are scaled down,
-/// so that the force keeps its direction.
+/// Motor currents for a force in H (plus `holding` N·m on the bodies). If a current exceeds its limit, all currents are
+/// scaled down, so that the force keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

@@ -20,7 +20,7 @@ struct PedalKind {
   HidField axis;            // the axis of a rheostat, for kAxis
   double dead_band = 0.04;  // fraction of the axis's range at each end
 };
-/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nothing for other devices.
+/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nullopt for other devices.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
 /// The pedal's value, 0..1; nullopt if the report does not concern the pedal.

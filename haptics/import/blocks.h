@@ -157,7 +157,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 /// Connected components (over faces) of a dense mask.
 struct Bodies {
   std::vector<std::size_t> voxels;  // size of each component
-  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest, inclusive; lo > hi if there is none
+  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest component, inclusive; lo > hi if there is none
 };
 Bodies find_bodies(const Mask& mask);
 

@@ -91,7 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Around the vertex, or in both directions up to the border.
+      // Visits the faces around the vertex: a full circle, or in both directions up to the border.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -204,7 +204,7 @@ void EditableMesh::place(Index f) noexcept {
   place = now;
 }
 
-// Changes of vertices and faces, and recordings.
+// Functions that change vertices and faces, and that record these changes.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {

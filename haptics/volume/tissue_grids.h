@@ -103,8 +103,8 @@ struct TissueVolume::Impl {
   std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made, or null
   KeySet changed;                          // bricks that changed since the last take_changed_bricks()
   KeySet carved;                           // bricks with a cut: distances outside the tissue are no longer true there
-  // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive; lo > hi: no such box, or some
-  // were taken out again.
+  // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
+  // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
   LeafFront front;  // active leaves of the head that cuts
   KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h

@@ -33,7 +33,8 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Zero in the dead zone; above it increasing from zero, with a small slope at first.
+/// Response to the deflection of each axis: zero in the dead zone, then increasing from zero, with a small slope at
+/// first.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
