@@ -85,7 +85,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // the mesh shows the untouched tissue
+    left.set_mesh(nullptr);  // the mesh that the volume was made from shows the uncut tissue
   }
   return std::move(left);
 }

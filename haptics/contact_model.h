@@ -70,19 +70,20 @@ struct Contact {
   dquat R_WG{1, 0, 0, 0};
   dvec3 spindle_torque{0};  // N·m on the tool, from the work of its spindle; only if `holds_turn`
 
-  // From feel(). Contact i pushes along n_i at x_i with the weight w_i. There are `count` contacts: the first `own`
-  // belong to the head, the others to the shank or the safe end.
+  // Results of feel(). Contact i pushes along n_i at x_i with the weight w_i. There are `count` contacts: the first
+  // `own` belong to the head, the others to the shank or the safe end.
   int count = 0, own = 0;
-  bool turns_tool = false;    // `lever` and `turn` are valid
-  double unit = 1;            // m, length unit of `lever` and `turn`
-  dvec3 lever{0};             // Σ w (x - c) / Σ w, in `unit`; c: centre of the head
-  dvec3 turn{0};              // Σ w (x - c) × n, in `unit`; the sum of w n is the proxy's depth in `unit`
-  dvec3 on_head{0};           // Σ w n over the head's contacts
-  dvec3 on_smooth{0};         // Σ w n over the contacts of shank and safe end
+  bool turns_tool = false;  // `lever` and `turn` are valid
+  double unit = 1;          // m, length unit of `lever` and `turn`
+  dvec3 lever{0};           // Σ w (x - c) / Σ w, in `unit`; c: centre of the head
+  dvec3 turn{0};            // Σ w (x - c) × n, in `unit`
+  dvec3 on_head{0};         // Σ w n over the head's contacts, in `unit`
+  // Σ w n over the contacts of shank and safe end, in `unit`; added to `on_head`: the proxy's depth
+  dvec3 on_smooth{0};
   bool known_tissue = false;  // `tissue` is valid; otherwise the last value stays in use
   PerTissue tissue{};         // fraction of each tissue under the contacts; sum 1
   bool graded = false;        // `hardness` is valid; otherwise every tissue has its own hardness
-  PerTissue hardness{};       // mean hardness of each of these tissues, 0..1 (hardness.h)
+  PerTissue hardness{};       // mean hardness of each tissue under the contacts, 0..1 (hardness.h)
 
   // From feel() of a penalty method; the servo then adds no coupling. For a method that holds the tool's orientation:
   // `torque` and `stored` of the orientation spring, from constrain().

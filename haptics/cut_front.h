@@ -18,8 +18,8 @@ namespace typodont::haptics {
 /// Number of samples along z that this processor handles at once: 8 or 16.
 int widest_group() noexcept;
 
-/// For one tool, in one patch and its successors. Blocks are 4 × 4 × 8 voxels; z runs fastest. Buffers are allocated
-/// once, at set-up.
+/// Active front of one tool, in one patch and its successors. Blocks are 4 × 4 × 8 voxels; z runs fastest. Buffers are
+/// allocated once, at set-up.
 class CutFront {
  public:
   /// The buffers suffice for each of these tools. `lanes`: samples per group; the result does not depend on it.
@@ -48,13 +48,12 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// Sorted groups as arrays, one array per property. The arrays have a few elements more than groups, which may be
-  /// read.
+  /// Sorted groups as arrays, one array per property. A reader may read a few elements beyond the last group.
   struct Listed {
-    float* x;  // voxels, x from the origin of the groups
+    float* x;  // voxels, x coordinate from the origin of the groups
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // index relative to the sample at that origin
+    std::int32_t* at;      // array index, minus the index of the sample at the groups' origin
     std::uint8_t* length;  // number of samples that may change
     std::uint8_t* label;   // tissue of these samples
   };
@@ -142,7 +141,8 @@ class CutFront {
   std::vector<float> due_, moved_;  // path length at which a block may change; moved_ is a buffer for shifting due_
   static constexpr int kMostParts = 16;
   std::vector<Groups> parts_;  // number is a power of two; positions are relative to the first voxel of the front
-  glm::ivec3 listed_lo_{0};    // voxel of the first sample of the lists' patch; below, the patch's edge
+  // Voxel of the first sample of the patch for which the groups are listed; `listed_n_` is its edge in voxels
+  glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;

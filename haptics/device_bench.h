@@ -9,7 +9,7 @@
 namespace typodont::haptics {
 
 struct DeviceBenchOptions {
-  int ticks = 100'000;           // ticks per run; the 99.9th percentile needs many
+  int ticks = 100'000;           // ticks per run; the 99.9th percentile needs many ticks
   std::filesystem::path assets;  // folder that contains devices/*.json
 };
 

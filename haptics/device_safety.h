@@ -21,7 +21,6 @@ std::string describe_safety(std::uint32_t events);
 /// Installs atexit() and handlers of SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, once.
 /// Each handler sends zero to all guarded devices, then calls the previous handler. Handlers that are installed later
 /// should call release_all_devices() first.
-/// should call release_all_devices() first.
 void install_exit_guard();
 
 /// Adds a device to the guarded devices. Set-up time, any thread. Throws RunFailure for more than eight.

@@ -23,7 +23,7 @@ struct HandOptions {
   Pose X_WH;                          // pose of the device's base in the workbench, from the rig
   Pose X_ST;                          // pose of the tool's head relative to the stylus
   std::vector<std::string> tools;     // names of the session's tools, as scripts may use them
-  std::string pedal;                  // "", "auto", or a pedal's path or serial
+  std::string pedal;                  // name of the pedal: "auto", its path or its serial number; empty: no pedal
   std::filesystem::path assets;       // folder that contains devices/*.json
   std::optional<double> force_limit;  // N, limit of the force; can only lower the device's own limit
   double pedal_limit = 0;  // s, limit of the time for which the pedal may be held without a break; 0: the default

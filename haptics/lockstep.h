@@ -25,14 +25,14 @@ class LockStep {
   /// While true, the carver does nothing: cuts wait, and no snapshot is taken.
   void stall(bool stalled) { stalled_ = stalled; }
 
-  // The single steps.
+  // Single steps of a run
   /// The carver repeats the waiting cuts up to this index.
   void apply_cuts(std::uint64_t through);
   /// The carver takes a snapshot around `center_W`, m.
   void take_snapshot(const dvec3& center_W, std::uint32_t number = 0) {
     carver_.take_snapshot(center_W, *spare_, number);
   }
-  /// The servo adopts this snapshot.
+  /// The servo adopts the snapshot that the carver took.
   void adopt_snapshot();
   /// Runs only the servo; its cut waits for apply_cuts().
   bool tick_servo(const HandSample& hand, ServoTick& out, Cut& cut);

@@ -11,7 +11,7 @@
 
 namespace typodont::haptics {
 
-/// For one carver and one servo, each in its thread. Neither waits; lock-free on the servo's side (Latest).
+/// Connects one carver and one servo, each in its thread. Neither waits; lock-free on the servo's side (Latest).
 class PatchExchange {
  public:
   /// `carver` makes the empty snapshots; it need not outlive this call.

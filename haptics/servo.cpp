@@ -85,7 +85,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
   out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
-                   : motion.X_WG;  // if the pose is invalid, the last pose of the proxy
+                   : motion.X_WG;  // an invalid pose is replaced by the last pose of the proxy
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -308,7 +308,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // Illegal input, or no hand: zero force in this tick, and the proxy starts anew afterwards. The ledger ignores the
   // hand's motion in between, because the hand felt no force. Otherwise the last force times a jump of the pose could
   // become a debt, and a ledger in debt allows no force.
-  // The orientation is compared first, because it often stays the same
+  // The orientation is compared first, because it often stays the same.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {

@@ -10,11 +10,11 @@
 namespace typodont::haptics {
 
 struct PackOptions {
-  std::size_t spheres = 36000;  // count, 1 … kMaxSpheres
+  std::size_t spheres = 36000;  // number of spheres, 1 to kMaxSpheres
   std::uint64_t seed = 1;       // shifts the grid of candidate positions, which gives another packing of the same kind
   /// m, limit of the radius; 0: kDefaultMaxRadius times the radius at which `spheres` equal spheres have the tissue's
-  /// volume. A sphere is the smallest unit of a cut, and without a limit the first sphere of a molar would be as wide as
-  /// its crown.
+  /// volume. A sphere is the smallest unit of a cut, and without a limit the first sphere of a molar would be as wide
+  /// as its crown.
   double max_radius = 0;
   /// Called with the completed fraction, 0 to 1; stops the work by throwing an exception.
   std::function<void(double share)> progress;

@@ -102,7 +102,8 @@ struct FieldSample {
   dvec3 gradient{0, 0, 0};
 };
 
-// These three functions read the patch without bounds checks: the caller must check holds() first.
+// sample_linear(), sample_linear_gradient() and sample_cubic() read the patch without bounds checks: the caller must
+// check holds() first.
 
 /// Trilinear value: error h²/4R, 3–4 ns. For searches, never for a force.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
@@ -130,7 +131,7 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
 int patch_edge_for(std::span<const Tool> tools, double voxel);
 /// Voxels that a tool may move from the patch's centre before a new patch is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// A patch of that size, number 0; with the coarse patch for shanks if a tool has a shank.
+/// Patch number 0, with the edge patch_edge_for(); contains the coarse patch for shanks if a tool has a shank.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
 /// The hardness that the hand feels at sample `at`: the sample's byte, or the hardness of a filling there. Only for a

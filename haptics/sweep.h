@@ -57,7 +57,7 @@ class Sweep {
  private:
   bool carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed) const noexcept;
-  /// `leaf`, if given: the box is a leaf, and *leaf receives the other results.
+  /// `leaf`, if given: the box is a leaf, and *leaf receives `emptied` and `slack`.
   bool carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                   std::size_t stride_y, const Tissue* tissue, PerTissue* removed,
                   LeafCut* leaf = nullptr) const noexcept;

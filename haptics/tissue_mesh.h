@@ -16,7 +16,7 @@ class TissueVolume;
 struct TissueMesh {
   std::vector<dvec3> vertices;        // m
   std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
-  std::vector<Tissue> tissue;         // of each triangle: the tissue under it
+  std::vector<Tissue> tissue;         // tissue under each triangle
 };
 
 /// The tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh

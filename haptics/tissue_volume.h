@@ -31,9 +31,9 @@ struct RasterBlock {
 /// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
-/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something
-/// was filled, a third, "tissue_before_filling": the label from before, plus one. Where the hardness of any voxel is
-/// not its tissue's own, another, "hardness": int32, 1 to 255, see hardness.h; background 255.
+/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". A file with
+/// fillings has a third grid, "tissue_before_filling": the label before the filling, plus one. If any voxel's hardness
+/// is not its tissue's own, the file has a grid "hardness": int32, 1 to 255, see hardness.h; background 255.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -91,11 +91,11 @@ class TissueVolume {
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  /// As copy_for_patch(), but only the samples of `part`, which lies in the box.
+  /// Like copy_for_patch(), but copies only the samples of `part`, which lies in the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// As copy_part(), for the parts of these blocks that lie in the box.
+  /// Like copy_part(), but for the parts of these blocks that lie in the box.
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
-  /// As copy_every(), but only the samples of `part`, which lies in the box.
+  /// Like copy_every(), but copies only the samples of `part`, which lies in the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
   /// The box of those n-th samples that may have changed after writes within `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);

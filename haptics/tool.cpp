@@ -24,7 +24,7 @@ constexpr double kBluntEnd = 0.1;
 /// Every head has such a meridian: the distance to it in the half plane is the distance to the surface of revolution.
 struct Piece {
   dvec2 a, b;          // end points
-  dvec2 center{0, 0};  // of the arc
+  dvec2 center{0, 0};  // centre of the arc
   double radius = 0;   // 0: a straight line
 };
 
@@ -250,13 +250,13 @@ HeadField HeadField::with_way_out(const Tool& tool, double unit) {
 
 /// Signed distance in the half plane, and the unit direction in which the distance grows.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
-  double best2 = 1e300, best_x = 0, best_z = 0;  // vector from the closest point to (rho, z)
+  double best2 = 1e300, best_x = 0, best_z = 0;  // vector from the closest point to (ρ, z)
   double way_x = 0, way_z = 0;                   // outward normal of the closest piece, for points on the surface
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const double side = piece.dx * ez - piece.dz * ex;  // > 0: left of a→b, the inner side
+    const double side = piece.dx * ez - piece.dz * ex;  // positive on the left of a→b, the inner side
     double fx, fz, nx, nz;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
@@ -360,8 +360,9 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // The i-th sample is at the (i + 1/2)/count quantile of the meridian, at golden angles around the axis. Samples near
-  // the end are weighted by area / (height above the end)², so every octave of a tip's length has equally many.
+  // The i-th sample is at the (i + 1/2)/count quantile of the meridian's sample density; the angles are golden angles.
+  // Samples near the end are weighted by area / (height above the end)², so every octave of a tip's length has equally
+  // many samples.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;

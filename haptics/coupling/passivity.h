@@ -19,10 +19,10 @@ namespace typodont::haptics {
 struct PassivityLaw {
   double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
   double memory = 0.05;  // s, time constant of the memory of retreats
-  double turning = 2;  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick
-                       // continues inward
-  double human_tick = 1e-3;  // s, tick length for which this expectation holds; after much longer ticks the hand may
-                             // retreat as it advanced
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
+  double turning = 2;
+  // s, tick length for which `turning` holds; after much longer ticks the hand may retreat as it advanced
+  double human_tick = 1e-3;
   double long_way = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
   double twisting = 20;      // rad/s², expected angular acceleration of any hand
   // Positions are encoder counts, so their differences say nothing about changes of the hand's velocity
@@ -37,7 +37,7 @@ struct PassivityLaw {
   double hold = 1;  // s of motion for which greatest speed and change stay undiminished; time at rest does not count
   // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
   double hold_free = 0.15;
-  double fading = 0.5;  // s, time constant of the decay after this time
+  double fading = 0.5;  // s, time constant of the decay after the hold time
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion is rounding or rest
   double leap = 2;      // m/s; a faster motion is a jump of the input
@@ -65,7 +65,7 @@ struct PassivityState {
   double advance = 0;  // m per tick: greatest recent advance against the force
   dvec3 moved{0};      // m, displacement in the tick before
   double way = 0;      // m, length of `moved`
-  // s, tick length of the factors; 1/s, its inverse; decay factors per tick
+  // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
   Lately pace, change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
   double mean_change = 0;   // m/s, mean velocity change over about the last hundred ticks of motion
@@ -73,7 +73,7 @@ struct PassivityState {
   double fade = 1;          // decay factor per tick of `pace` and `change`
   double since_turn = 1e9;  // s of motion since the hand last reversed at a considerable speed
   double longest = 0;       // s, longest recent tick
-  // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before.
+  // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before
   double unturn = 0, turn_in = 0;
   dvec3 turned{0};
 };

@@ -50,8 +50,8 @@ class VelocityEstimator {
   void reset() noexcept { count_ = 0; }
 
   static constexpr std::size_t kWindow = 48;  // samples, limit of the window; 47 ms at 1 kHz
-  static constexpr Nanos kSpacing = 750'000;  // ns, minimum spacing of stored samples; below 1 ms, so that a 1 kHz loop
-                                              // with jitter stores every sample
+  // ns, minimum spacing of stored samples; below 1 ms, so that a 1 kHz loop with jitter stores every sample
+  static constexpr Nanos kSpacing = 750'000;
 
  private:
   static constexpr std::size_t kPast = kWindow - 1;

@@ -18,7 +18,8 @@ struct VibrationLaw {
   double rotor_mass = 5e-3;  // kg, mass of bur, chuck and rotor
   double balance = 6.3e-3;   // m/s, eccentricity × speed: balance quality grade G 6.3 of ISO 21940-11
   double run_out = 0.25;     // fraction of the tangential cutting force that oscillates once per revolution
-  // Fraction that oscillates once per tooth; our choice, after milling forces with few teeth engaged
+  // Fraction of the tangential cutting force that oscillates once per tooth; our choice, after milling forces with few
+  // teeth engaged
   double teeth = 0.12;
   int tooth_count = 6;  // ISO 6360 burs: 6 to 8 blades
 };

@@ -141,9 +141,9 @@ static RawScan read_metaimage(const ScanRequest& request) {
       {"MET_USHORT", Element::kUint16},
       {"MET_INT", Element::kInt32},
       {"MET_UINT", Element::kUint32},
+      // MET_LONG and MET_ULONG have 4 bytes in MetaImage, on every machine
       {"MET_LONG", Element::kInt32},
-      {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the
-                                        // machine
+      {"MET_ULONG", Element::kUint32},
       {"MET_LONG_LONG", Element::kInt64},
       {"MET_ULONG_LONG", Element::kUint64},
       {"MET_FLOAT", Element::kFloat},

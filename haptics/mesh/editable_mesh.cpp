@@ -153,7 +153,7 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// The grid.
+// Functions of the grid
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
   constexpr float kRounding = 1e-6f;  // ratio to the coordinates; larger than the rounding error of floats
@@ -336,7 +336,7 @@ std::uint64_t EditableMesh::hash() const noexcept {
   return h;
 }
 
-// Edits.
+// Functions that edit the mesh
 
 void EditableMesh::move(Index v, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(v);

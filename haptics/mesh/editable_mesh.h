@@ -211,7 +211,7 @@ class EditableMesh {
   int valence(Index v) const noexcept;
   void note_change(Index f) noexcept;
 
-  std::vector<Vertex> vertices_;  // the size of the pool
+  std::vector<Vertex> vertices_;  // all vertices of the pool, used and unused
   std::vector<Face> faces_;
   std::vector<Place> places_;
   std::vector<Index> heads_;  // first face of each bucket

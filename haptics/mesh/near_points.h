@@ -10,8 +10,8 @@
 
 namespace typodont::haptics::mesh {
 
-/// Points by their index, in doubles, and as arrays of floats, so that eight are tested at once. Servo thread;
-/// allocates only at construction. Equal calls give equal bits on every processor.
+/// Points by their index, stored as doubles and also as arrays of floats, so that eight points are tested at once.
+/// Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
 class NearPoints {
  public:
   /// `most`: limit of the number of points.
@@ -36,7 +36,7 @@ class NearPoints {
   dvec3 center_{0};
   std::vector<dvec3> points_;  // m, W
   std::vector<float> x_, y_,
-      z_;                          // m from center_; a whole batch can be read after the last one
+      z_;  // m, relative to center_; the arrays are longer, so that a whole batch can be read after the last point
   std::vector<std::uint32_t> at_;  // indices of the points found
 };
 

@@ -74,13 +74,13 @@ class SurfacePieces final : public TissueSurface {
   bool open_;
   std::vector<Piece> pieces_;
   std::unordered_map<glm::ivec3, std::uint32_t, KeyHash> by_cell_;
-  std::vector<std::uint32_t> piece_of_;  // index: face
+  std::vector<std::uint32_t> piece_of_;  // number of the piece of each face
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
   // State of the piece that is being generated.
   std::uint32_t stamp_ = 0;
-  std::vector<Local> locals_;  // index: vertex
+  std::vector<Local> locals_;  // state of each vertex
   std::vector<CornerNormal> normals_;
   std::vector<Copy> copies_;
 };

@@ -193,8 +193,8 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   keep_teeth_paid(now);
 }
 
-/// For a free head. The slew limit may have left a part of the teeth's force: this part fades instead of ending in a
-/// step. Without a snapshot the tissue is unknown, and the force ends at once.
+/// Fades the teeth's force of a free head. The slew limit may have left a part of this force, and the part fades
+/// instead of ending in a step. Without a snapshot the tissue is unknown, and the force ends at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;

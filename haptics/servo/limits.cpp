@@ -68,9 +68,9 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
-  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps against it, the stored
-  // energy of the coupling rises without work of the hand. The ledger allows this energy while the contact lasts. The
-  // hand must pay for any later rise.
+  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps against the tissue, the
+  // stored energy of the coupling rises without work of the hand. The ledger allows this energy while the contact
+  // lasts. The hand must pay for any later rise.
   const bool born_inside =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (born_inside || motion.leap > 0) {

@@ -20,9 +20,10 @@ struct MotionParameters {
 
 /// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  // s, limit of the saved energy in time at the present power, until a voxel yields or the bur lands again
+  // s, limit of the saved energy, as the time in which the present power delivers it; applies until a voxel yields or
+  // the bur lands again
   static constexpr double budget_time = 0.5;
-  // s, limit of the saved energy (as above) at a wall, or for an edge that the hand draws
+  // s, the same limit at a wall, or for an edge that the hand draws
   static constexpr double held_time = 0.05;
   // m³, limit of the tissue that may be removed in advance of the motor's work (when a tip breaks in)
   static constexpr double owed_volume = 8e-12;
@@ -58,7 +59,7 @@ struct LimitParameters {
   static constexpr double debt = 2e-9;      // J, limit of the ledger's debt that counts as rounding
   // N, force that the coupling may always give, even if the ledger is empty
   static constexpr double unpaid_force = 0.1;
-  // Ratio of the coupling's force to the force that the ledger's energy can pay for
+  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
   static constexpr double far_more = 2;
 };
 

@@ -46,9 +46,10 @@ struct ContactTick : TickData {
   double stored = 0;        // J stored in the coupling
 };
 
-/// The passivity law for these settings. In a larger scene with a proportionally softer coupling, the forces are equal.
-/// So the hand's expected motion and the ledger's credit grow in proportion, up to the upper limit of the credit. The
-/// hand of a device is a human hand in every scene, and its jumps are encoder counts: its law does not scale.
+/// The passivity law for these settings. In a scene n times larger, with an n times softer coupling, the forces are
+/// equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the upper limit of the
+/// credit. The hand of a device is a human hand in every scene, and its jumps are encoder counts: its law does not
+/// scale.
 PassivityLaw law_for(const ServoSettings& settings);
 
 /// Hardness 1 for all tissues: every tissue is as hard as its material.
@@ -89,7 +90,7 @@ struct Servo::State {
     double relative_stiffness = 1;        // factor on the stiffness in the settings, from the tissue under the head
     PerTissue tissue{};                   // fraction of each tissue under the head
     PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
-    double normal_force = 0;              // N, in the last tick
+    double normal_force = 0;              // N, normal force in the last tick
     double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
     dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head

@@ -24,7 +24,7 @@ struct FlatGrids {
 /// may also corrupt memory, so only the guarded process calls this function.
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names);
 
-/// The destination has no space, or a write failed for another reason.
+/// Reports that the destination has no space, or that a write failed for another reason.
 struct WriteFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

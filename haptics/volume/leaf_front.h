@@ -13,7 +13,7 @@
 
 namespace typodont::haptics {
 
-/// For one head. Carver thread. A key is a position in units of leaves of 8³ samples.
+/// Front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -53,7 +53,7 @@ class LeafFront {
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // no value: nothing is known
+  std::optional<Sweep> last_;  // no value: the position of the head is unknown
   double path_ = 0;            // voxels
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;

@@ -81,7 +81,7 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Forward and backward through the words, so that few rounds suffice for the whole part.
+      // Forward and backward through the words, so that a few rounds complete the part
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
     }

@@ -86,7 +86,7 @@ struct StrokeKept {
   Distance::Stroke distance;
   Labels::Stroke tissue;
   std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
-  // Valid after the stroke is complete:
+  // The next members are valid after the stroke is complete.
   std::vector<glm::ivec3> bricks;  // bricks that change with its undo or redo
   PerTissue back{};                // m³, volume that its undo brings back
   std::size_t bytes = 0;
