@@ -33,7 +33,7 @@ struct Block {
 /// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
 /// share.
 struct Work {
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: samples of a row
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
   F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
   I8 base[kRowBatches];                                                   // index of the row's first sample
   F8 z[kLongest];                 // z of eight samples beginning at each index, relative to A
@@ -250,8 +250,8 @@ struct BallBlocks {
   float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  int parts, part,
-      first_layer;         // layers of blocks belong to parts in turn: number of parts, this part, the first layer's
+  // Layers of blocks belong to the parts in turn: number of parts, number of this part, part of the first layer
+  int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
   int listed, room;        // number of listed groups, which may exceed `room`; capacity of the list
 };

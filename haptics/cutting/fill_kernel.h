@@ -29,7 +29,7 @@ struct FillBlock {
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// See Fill::lower().
+/// Lowers the distances of a block; see Fill::lower().
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

@@ -57,7 +57,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               untold[j] = 1;
-              // Never into an earlier bucket.
+              // A feature never enters an earlier bucket.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }

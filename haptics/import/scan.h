@@ -49,7 +49,7 @@ struct ScanRequest {
 /// A file format of scans. A new format is a file NAME.cpp that defines `const ScanFormat NAME_format`, and a row in
 /// the table of scan.cpp.
 struct ScanFormat {
-  std::string name;                      // "NRRD"
+  std::string name;                      // for example "NRRD"
   std::vector<std::string> endings;      // extensions shown to users, lower case: ".nrrd"
   std::vector<std::string> odd_endings;  // further extensions that are accepted
   /// Returns true if a file that begins with these bytes has this format, whatever its name. Null: the extension
@@ -62,7 +62,7 @@ const std::vector<ScanFormat>& scan_formats();
 /// Smallest and largest voxel with which the tissues can be distinguished, m.
 struct SpacingLimits {
   double smallest, largest;
-  std::string_view of;       // "a tooth"
+  std::string_view of;       // body to which the limits apply, for messages: "a tooth"
   std::string_view instead;  // advice for coarser voxels: "; …", may be empty
 };
 

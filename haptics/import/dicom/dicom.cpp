@@ -73,7 +73,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// A file beside a DICOMDIR that names it; nullopt if the name leads outside the folder.
+/// The file to which a DICOMDIR in `folder` refers; nullopt if its name leads outside the folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
@@ -321,7 +321,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     }
   }
 
-  // The pixels, file by file.
+  // Reads the pixels, file by file.
   std::vector<std::size_t> needed;
   for (const Slice& s : stack.slices) needed.push_back(s.file);
   std::ranges::sort(needed);
