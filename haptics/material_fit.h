@@ -24,7 +24,7 @@ struct FeedSample {
 struct FitOptions {
   /// η of eq. 14, density per newton; 0: each moment uses `relaxation` times the step that would remove its error.
   double eta = 0;
-  double relaxation = 0.3;  // η g Σw², dimensionless; eq. 14 converges between 0 and 2
+  double relaxation = 0.3;  // fraction of the error that one step removes, η g Σw²; eq. 14 converges between 0 and 2
   int rounds = 60;          // number of iterations over the whole curve
   int moments = 300;        // number of moments into which the curve is divided; the force of a moment is its mean
   std::function<void(double share)> progress;
@@ -36,7 +36,7 @@ struct MaterialFit {
   std::vector<bool> fitted;     // true for the spheres that the tool touched
   std::vector<double> error;    // N², mean square error over the moments, before each iteration and after the last one
   std::vector<double> t, measured, simulated;  // s, N, for every moment with contact; after the last iteration
-  double stability = 0;                        // largest η g Σw² of all moments
+  double stability = 0;                        // largest stability_of() of all moments
 };
 
 /// Eq. 14 for one moment: changes the densities of the spheres that the tool overlaps by `overlap` (m³ each). The
@@ -44,7 +44,7 @@ struct MaterialFit {
 /// densities of all spheres. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// η g Σw² of one moment; must be less than 2.
+/// Factor η g Σw² of eq. 14 for one moment: the fraction of the error that one step removes. Must be less than 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
 /// Simulates the measurement: the tool moves through the tissue on the recorded path, and the force of each moment is

@@ -106,7 +106,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After an interruption the proxy stays outside the tissue, unless the hand comes back far away from it.
+  // After an interruption the proxy stays outside the tissue, unless the hand is far away from it.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;

@@ -61,8 +61,8 @@ class TissueVolume {
   /// hardness.h). z fastest. An array whose pointer is null is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// As copy(), with labels in the encoding of a patch (see label.h). The hardness of a filled voxel is the one that it
-  /// had before the filling.
+  /// Like copy(), but with labels in the encoding of a patch (see label.h). The hardness of a filled voxel is the one
+  /// that it had before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// The bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
@@ -169,7 +169,7 @@ class TissueVolume {
 
   /// Volume per tissue, m³. Each voxel counts with the fraction of it that lies inside the surface.
   PerTissue volumes() const;
-  /// As volumes(), with each voxel's volume multiplied by its hardness, 0..1. The ratio to volumes() is the mean
+  /// Like volumes(), but each voxel's volume is multiplied by its hardness, 0..1. The ratio to volumes() is the mean
   /// hardness.
   PerTissue hardness_volumes() const;
   /// FNV-1a over the bytes of all active samples in index order, hardness included: equal fields, equal hashes.

@@ -40,10 +40,10 @@ class HeadField {
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;
-  /// Also computes the distance to each piece. A piece whose distance exceeds the least one by more than 2 r cannot be
-  /// the closest piece of any point within r.
+  /// Signed distance from a point in T, and the distance to each piece. A piece whose distance exceeds the least one by
+  /// more than 2 r cannot be the closest piece of any point within r.
   double distance(const dvec3& p_TQ, double (&to_piece)[4]) const noexcept;
-  /// Also computes the unit direction, in T, in which the distance grows.
+  /// Signed distance from a point in T, and the unit direction, in T, in which it grows.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept;
 
   // The chain, from the free end to the shank end, in double precision; sweeps use floats.

@@ -52,7 +52,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header uses the four headers above.
+// Included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -74,7 +74,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header uses the four headers above.
+// Included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,

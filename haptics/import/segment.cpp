@@ -199,8 +199,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
-  // A first surface. Its threshold is half the height of the brighter tissue if this is near, so that fissures in
-  // enamel stay open, but clearly below the grey value of the softer tissue.
+  // A first surface. Where a denser tissue is near, the threshold is half of its height, so that fissures in enamel
+  // stay open. But the threshold stays clearly below the grey value of the softer tissue.
   const double most_height = std::max(0.8, levels.height);
   Sparse<float> over(set, -0.5F, 0.5F);  // smoothed grey value minus the local threshold, divided by `rise`
   {

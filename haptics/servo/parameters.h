@@ -9,7 +9,8 @@ struct MotionParameters {
   // m/s, limit of a hand's speed; a faster motion is a jump of the input
   static constexpr double hand_speed_limit = 2.0;
   static constexpr double leap_time = 0.05;  // s, time in which the proxy may follow a jump of the input
-  // m; a hand that comes back farther than this from the proxy moves the proxy to itself
+  // m, limit of the proxy's distance from the hand after an interruption; at a larger distance the proxy begins at the
+  // hand
   static constexpr double lost_distance = 0.02;
   // m, limit of the hand's distance from the origin; a larger distance is illegal input
   static constexpr double workspace = 100;

@@ -100,7 +100,7 @@ struct Api {
   }
 };
 
-/// kInvalid if there is no such device; "" is the default device.
+/// Opens a device and returns its handle, or kInvalid if there is no such device; "" is the default device.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
