@@ -44,9 +44,9 @@ class Carver {
   /// Returns an empty snapshot with buffers of full size.
   std::unique_ptr<Snapshot> make_snapshot() const { return body_->make_snapshot(); }
   /// Returns true if the servo needs a new snapshot: it has none, the tissue was edited, or the tool moved far from the
-  /// last centre.
+  /// centre of the last snapshot.
   bool snapshot_due(const ServoTick& tick) const;
-  /// Returns the wanted centre of that snapshot: between the proxy and the hand. m.
+  /// Returns the centre for the next snapshot, m: between the proxy and the hand.
   dvec3 snapshot_center(const ServoTick& tick) const;
   /// Fills a snapshot with the tissue around `center_W`. `number`: the recorded number in a replay (a live servo may
   /// have skipped some numbers); 0: the next number.

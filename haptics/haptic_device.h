@@ -35,7 +35,8 @@ struct SafetyStatus {
   std::uint32_t events = 0;   // SafetyEvent bits since the last call of safety()
 };
 
-/// Opened at set-up (throws Error), then owned by the servo thread.
+/// A hand and the force on it: every device, simulated hand and script. Opened at set-up (throws Error), then owned by
+/// the servo thread.
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;

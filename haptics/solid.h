@@ -22,7 +22,7 @@ class Solid {
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
 
-/// Mesh files for solids, because JSON text only names them. haptics itself reads no mesh formats; `read_mesh_solid` of
+/// Finds and reads the mesh files that JSON text names. haptics itself reads no mesh formats; `read_mesh_solid` of
 /// Typodont::import does.
 struct SolidFiles {
   /// Finds the path of a named file. Empty: files are searched beside the JSON file.

@@ -31,7 +31,7 @@ class TissueBody {
   virtual void begin_stroke() = 0;
   /// Ends the stroke; later changes do not belong to it.
   virtual void end_stroke() = 0;
-  /// Both return false if there is no stroke to undo or redo.
+  /// undo() and redo() return false if there is no stroke to undo or redo.
   virtual bool undo() = 0;
   virtual bool redo() = 0;
   /// m³, volume that all undos brought back, minus what redos removed again.

@@ -141,8 +141,8 @@ class TissueVolume {
   void end_stroke();
   /// Volume that all undos so far brought back, minus what redos removed again, m³ (negative for undone fillings).
   const PerTissue& taken_back() const;
-  /// Both return false if there is no stroke to undo or redo. A stroke that begins after an undo discards what was
-  /// undone.
+  /// undo() and redo() return false if there is no stroke to undo or redo. A stroke that begins after an undo discards
+  /// what was undone.
   bool undo();
   bool redo();
   struct Strokes {

@@ -23,7 +23,7 @@ struct HeadBlock {
   std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // This plane bounds the depth of every sample, because the distance from a convex head is convex.
+  // A plane that bounds the depth of every sample, because the distance from a convex head is convex
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces

@@ -43,7 +43,7 @@ struct Tops {
   PerTissue* removed;
   bool changed = false;
   int count = 0;
-  float x[kRoom], y[kRoom], z[kRoom];  // voxels, relative to the base of that end
+  float x[kRoom], y[kRoom], z[kRoom];  // voxels, relative to the base of the pose at the end
   float* at[kRoom];
   std::uint8_t label[kRoom];
 

@@ -24,7 +24,7 @@ struct CuttingParameters {
   // s, limit of the saved energy, as the time in which the present power delivers it; applies until a voxel yields or
   // the bur lands again
   static constexpr double budget_time = 0.5;
-  // s, the same limit at a wall, or for an edge that the hand draws
+  // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
   static constexpr double held_time = 0.05;
   // m³, limit of the tissue that may be removed in advance of the motor's work (when a tip breaks in)
   static constexpr double owed_volume = 8e-12;
