@@ -55,7 +55,7 @@ class CutFront {
     std::int32_t* z;
     std::int32_t* at;      // array index, minus the index of the sample at the groups' origin
     std::uint8_t* length;  // number of samples that may change
-    std::uint8_t* label;   // tissue of these samples
+    std::uint8_t* label;   // tissue of the samples that may change
   };
 
   /// Call this when anything other than this tool's cuts lowered the field: fillings, undo, another tool.

@@ -50,8 +50,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// Restores the labels of a box of voxels in this way; one more sample must exist on every side. The result does not
-/// depend on how many cuts were made before the call. Returns true if any label changed.
+/// Applies restore_label() to a box of voxels; one more sample must exist on every side. The result does not depend on
+/// how many cuts were made before the call. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;

@@ -84,13 +84,13 @@ class Sweep {
   bool sphere_, continues_;
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, in voxels
   Straight back_;                                // path from B back to A, without its pointer to the pieces
-  glm::ivec3 base_;                              // origin of the coordinates below, so that floats keep their precision
-  glm::vec3 a_, ab_;                             // capsule, in voxels from base_
-  float inverse_length2_;                        // 1/|ab|², 0 for a point
-  float radius_;                                 // voxels
+  glm::ivec3 base_;        // origin of the coordinates of A and B, so that floats keep their precision
+  glm::vec3 a_, ab_;       // capsule: A and the vector from A to B, in voxels from base_
+  float inverse_length2_;  // 1/|ab|², 0 for a point
+  float radius_;           // voxels
   // Number of segments of a long path on which samples move straight through the head; not for balls
   int straights_ = 0;
-  double turn_ = 0;  // rad, rotation along that path
+  double turn_ = 0;  // rad, rotation of the head from A to B
   double reach_;     // voxels
   // voxels, half length of the axis, for heads that are not balls: the head lies within radius_ of the axis
   double half_length_;

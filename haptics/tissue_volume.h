@@ -93,7 +93,7 @@ class TissueVolume {
   };
   /// Like copy_for_patch(), but copies only the samples of `part`, which lies in the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// Like copy_part(), but for the parts of these blocks that lie in the box.
+  /// Like copy_part(), but for the parts of the blocks `keys` that lie in the box.
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
   /// Like copy_every(), but copies only the samples of `part`, which lies in the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
@@ -147,7 +147,7 @@ class TissueVolume {
   bool redo();
   struct Strokes {
     std::size_t done = 0, undone = 0;  // strokes that can be undone, and redone
-    std::size_t bytes = 0;             // memory of these strokes
+    std::size_t bytes = 0;             // bytes, memory of all strokes
   };
   Strokes strokes() const;
 

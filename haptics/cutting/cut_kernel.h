@@ -23,7 +23,7 @@ struct Taken {
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// Adds samples that all have this label.
+  /// Adds samples that all have the label `group_label`.
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label) {
     if (group_label != label) {
       close();
@@ -32,7 +32,7 @@ struct Taken {
     units += taken;
     if (++groups == 255) close();  // keeps the sum below 2^31: a voxel has 2^23 units
   }
-  /// Adds samples with these labels.
+  /// Adds samples with their labels.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
     std::uint64_t parts[kLanes / 8], differ = 0;
     std::memcpy(parts, labels, sizeof parts);

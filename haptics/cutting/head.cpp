@@ -143,7 +143,7 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined but not needed: see bound below.
+  // If the centre lies on the surface, the direction is undefined, but what() does not need it then.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;

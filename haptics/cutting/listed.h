@@ -27,7 +27,7 @@ struct Capsule {
 /// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  glm::ivec3 origin;  // origin of these positions, relative to the base of c
+  glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
   float* distance;    // at the origin
   struct {            // tables, indexed by the height (z)
     float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B

@@ -24,10 +24,10 @@ struct MeridianPiece {
 // set of pieces
 inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// A pose of the head in voxels relative to a nearby voxel, so that floats have enough digits.
+/// A pose of the head, in voxels relative to the nearby voxel `base`, so that floats have enough digits.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // position of the head relative to that voxel
+  float p[3];  // position of the head relative to `base`
   float R[9];  // rotation from V to T, column by column
 };
 

@@ -378,7 +378,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Blocks farther than this from the head's axis at A stay outside the head on the whole path.
+    // Blocks with a distance of more than `far` from the head's axis at A stay outside the head on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));

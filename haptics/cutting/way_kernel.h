@@ -66,7 +66,7 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 /// direction is given by its components perpendicular to the axis and along it, × rho.
 struct NearestOnWay {
   NearestPiece nearest;
-  Floats away;  // component of the direction away from that point, times the distance to it, × rho
+  Floats away;  // component of the direction away from the nearest point, times the distance to it, × rho
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {

@@ -79,8 +79,8 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
           count[static_cast<std::size_t>(i)] * std::exp(-0.5 * k * k / (sigma * sigma)) / norm;
     }
   }
-  // Finds peaks, from the highest to the lowest; a peak ends where it meets a higher one. A peak that rises less than
-  // 40 % of its height above this pass is part of its neighbour.
+  // Finds peaks, from the highest to the lowest; a peak ends at the pass (the lowest value between it and a higher
+  // peak). A peak that rises above its pass by less than 40 % of its height is part of the higher peak.
   struct Hill {
     int top;
     double pass = 0;

@@ -85,8 +85,8 @@ class EditableMesh {
   void settle_face(Index f) noexcept { place(f); }
   /// Splits edge i of f at a point. Returns the new vertex; kNone at a border or if the pool is empty.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// Replaces edge i of f by the other diagonal of its two faces. Returns false at a border, or if that edge exists
-  /// already.
+  /// Replaces edge i of f by the other diagonal of its two faces. Returns false at a border, or if the other diagonal
+  /// is an edge already.
   bool flip(Index f, int i) noexcept;
   /// Moves the first (`keeps_first` false) or second vertex of edge i of f to the other one and removes it. Returns
   /// false if a border vertex would be removed, or if the surface would touch itself.
@@ -175,8 +175,8 @@ class EditableMesh {
   struct Place {
     std::uint64_t key = 0;  // level and cell
     Index next = kNone, before = kNone;
-    glm::vec3 center{0};  // m, centre of a ball around the face
-    float radius = 0;     // m, radius of this ball, rounded up
+    glm::vec3 center{0};  // m, centre of a bounding ball of the face
+    float radius = 0;     // m, radius of the bounding ball, rounded up
     bool meets(const glm::vec3& lo, const glm::vec3& hi) const noexcept {
       const glm::vec3 off = center - glm::clamp(center, lo, hi);
       return glm::dot(off, off) <= radius * radius;

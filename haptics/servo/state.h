@@ -82,7 +82,7 @@ struct Servo::State {
     double phase = 0;         // rad, angle of the spindle
     double budget = 0;        // J that may be spent; negative: tissue was removed in advance
     double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
-    double wall_budget = 0;   // J, part of the budget that may be spent on this wall
+    double wall_budget = 0;   // J, part of the budget that may be spent on the wall
     double spindle_work = 0;  // J, total work of cutting so far
   };
   /// State of the contact force.

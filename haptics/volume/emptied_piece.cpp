@@ -42,7 +42,7 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  // KEmpty: limit of the new distances; kClose: tolerance for "nearest to the piece"; voxels
+  // kEmpty: limit of the new distances; kClose: tolerance for "nearest to the piece"; voxels
   constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;

@@ -198,8 +198,9 @@ class LoosePieces::SeenBlocks {
     SolidBits bits{};
     bool one_part = false;                     // the bits are known to be connected
     int beside[6] = {-1, -1, -1, -1, -1, -1};  // indices of the neighbours over faces; -1: not known yet
-    std::uint32_t look = 0;                    // number of the last search that visited this block
-    int first_part = 0, part_count = 0;        // the block's parts in that search
+    // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
+    std::uint32_t look = 0;
+    int first_part = 0, part_count = 0;  // the block's parts
   };
   struct Part {
     SolidBits bits{};

@@ -48,7 +48,7 @@ class LoosePieces {
   void after_edit();
   /// Number of bodies at the start.
   std::size_t bodies() const { return body_count_; }
-  /// Must be called after these pieces were removed from the volume.
+  /// Must be called after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
 
  private:

@@ -87,8 +87,8 @@ struct StrokeKept {
   Labels::Stroke tissue;
   std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
   // The next members are valid after the stroke is complete.
-  std::vector<glm::ivec3> bricks;  // bricks that change with its undo or redo
-  PerTissue back{};                // m³, volume that its undo brings back
+  std::vector<glm::ivec3> bricks;  // bricks that change when the stroke is undone or redone
+  PerTissue back{};                // m³, volume that comes back when the stroke is undone
   std::size_t bytes = 0;
 };
 

@@ -125,7 +125,7 @@ DeviceInfo describe(const Api& api, const std::string& name) {
                   number(kMaxStiffness) * kNewtonPerMillimetre,
                   0,
                   number(kMaxContinuousForce)};
-  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, that of the weakest model
+  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, limit of the weakest model
   return info;
 }
 
