@@ -13,11 +13,11 @@ namespace typodont::haptics {
 /// Buffers are sized once, at set-up.
 struct Snapshot {
   std::uint32_t number = 0;     // 1, 2, 3 …; 0: empty, no snapshot has been taken yet
-  std::uint64_t cuts = 0;       // index of the last cut that it contains
-  std::uint32_t edits = 0;      // number of undo and redo steps before it was taken
+  std::uint64_t cuts = 0;       // index of the last cut that the snapshot contains
+  std::uint32_t edits = 0;      // number of undo and redo steps before the snapshot was taken
   std::uint64_t edited_at = 0;  // index of the last cut before the newest undo or redo step
   PerTissue taken_back{};       // m³ that undo brought back so far, minus what redo removed again
-  std::uint32_t pieces = 0;     // number of loose pieces that were removed before it was taken
+  std::uint32_t pieces = 0;     // number of loose pieces that were removed before the snapshot was taken
   PerTissue loose{};            // m³, volume of the removed pieces
   dvec3 center_W{0, 0, 0};      // m, requested centre of the snapshot
 

@@ -32,7 +32,7 @@ struct CutSphere {
   double base_volume = 0;  // m³, volume of the base
   dvec3 away{0};           // unit, direction from the tool's path to the base
   double overlap = 0;      // m, deepest overlap so far; at 2 · base_radius the sphere is removed completely
-  double tool = 0;         // m, radius of the ball that cut it
+  double tool = 0;         // m, radius of the ball that cut the sphere
 
   bool operator==(const CutSphere&) const = default;
   double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }

@@ -20,7 +20,7 @@ namespace {
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
+  std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
   // A plane that bounds the depth of every sample, because the distance from a convex head is convex

@@ -147,7 +147,7 @@ struct Centres {
   F8 x, y, z;        // relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
-  F8 share;          // fraction of the path at which they are deepest
+  F8 share;          // fraction of the path at which the centres are deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")

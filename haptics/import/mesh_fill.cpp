@@ -125,7 +125,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   // Where inside and outside meet away from the mesh, an opening is capped.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    constexpr float kOnMesh = 1;  // voxels, limit of the distance
+    constexpr float kOnMesh = 1;  // voxels, limit of the distance from the mesh
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {
       if (distance.v[i] <= kOnMesh) continue;

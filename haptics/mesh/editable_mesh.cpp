@@ -378,7 +378,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // f: a m c, f2: m b c, g: b m d, g2: m a d.
+  // Corners after the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;

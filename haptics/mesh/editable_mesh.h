@@ -23,7 +23,7 @@ inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
   dvec3 p{0};          // m, W
-  Index face = kNone;  // one of its faces; kNone: not in use
+  Index face = kNone;  // one of the vertex's faces; kNone: not in use
   Index flags = 0;     // kBorder, kMoved; in an unused vertex: index of the next unused one
   bool on_border() const { return flags & kBorder; }
   bool was_moved() const { return flags & kMoved; }

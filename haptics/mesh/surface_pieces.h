@@ -38,7 +38,7 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // its faces, and some that have moved to another piece
+    std::vector<Index> faces;  // faces of the piece, and some that have moved to another piece
     bool dirty = false;
   };
   struct KeyHash {
@@ -53,7 +53,7 @@ class SurfacePieces final : public TissueSurface {
   struct Local {
     std::uint32_t stamp = 0;             // number of the last piece that contained the vertex
     std::uint32_t first = 0, count = 0;  // range in normals_
-    std::uint32_t copy = 0;              // index of its newest corner in the piece
+    std::uint32_t copy = 0;              // index of the vertex's newest corner in the piece
   };
   /// A corner of the piece; links to the previous corner of the same vertex.
   struct Copy {

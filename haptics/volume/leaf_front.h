@@ -22,7 +22,7 @@ class LeafFront {
   struct Place {
     Leaf* leaf = nullptr;      // null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
-    bool cut = false;          // true if it was cut since it was first examined
+    bool cut = false;          // the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
