@@ -44,7 +44,8 @@ struct PassivityLaw {
   // s, time constant of the memory of the longest tick: a clock that missed ticks will miss more
   double clock_memory = 10;
   double most_missed = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
-  // J by which the ledger may be overdrawn; part of the 1 nJ for rounding and a sudden reversal
+  // J by which the ledger may be overdrawn: a part of the allowed debt of 1 nJ; the rest is for rounding and a sudden
+  // reversal
   double credit = 0.5e-9;
 };
 

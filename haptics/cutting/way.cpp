@@ -239,7 +239,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // these have reached the maximum
+      const I8 full = old >= Sweep::kInner;  // samples that have reached the maximum
       const float off =
           block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
