@@ -32,7 +32,7 @@ struct ModelAnatomy {
   std::function<TissueVolume(double voxel_mm)> make;
   dvec3 start{0};      // point on the surface at which the hand touches down
   dvec3 out{0, 0, 1};  // unit, direction out of the surface, from which the hand comes
-  // Voxel sizes from coarse to fine, at least one; for a voxel file: the file's own size
+  // Voxel sizes from coarse to fine, at least one; a voxel file has only its own size
   std::vector<double> voxels_mm;
 };
 

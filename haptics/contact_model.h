@@ -85,8 +85,8 @@ struct Contact {
   bool graded = false;        // `hardness` is valid; otherwise every tissue has its own hardness
   PerTissue hardness{};       // mean hardness of each tissue under the contacts, 0..1 (hardness.h)
 
-  // From feel() of a penalty method; the servo then adds no coupling. For a method that holds the tool's orientation:
-  // `torque` and `stored` of the orientation spring, from constrain().
+  // Results of feel() of a penalty method; the servo then adds no coupling. For a method that holds the tool's
+  // orientation, constrain() sets `torque` and `stored` to the values of the orientation spring.
   dvec3 force{0};     // N on the tool, including the damper
   dvec3 torque{0};    // N·m on the tool about the head's centre
   double stored = 0;  // J, energy stored in the method's springs
@@ -115,7 +115,7 @@ class ContactModel {
 
   /// The hand came, or came back after illegal input; the tool is at the proxy.
   virtual void begin_anew() noexcept = 0;
-  /// The tool is far from all tissue: forgets the last contact. Called once per free motion.
+  /// Called once when the tool is far from all tissue: the model drops the state of the last contact.
   virtual void release() noexcept = 0;
   /// Returns true if the tool in the hand may be replaced by `tool` at the proxy, because neither touches anything.
   virtual bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept = 0;

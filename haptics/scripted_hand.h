@@ -41,7 +41,7 @@ struct HandModel {
 };
 
 /// Opens the hand of --hand: HAND.csv is followed exactly, HAND.json moves by its HandModel. `paced`: waits for each
-/// sample's time on the clock; otherwise as fast as possible, with equal samples. Throws Error.
+/// sample's time on the clock; otherwise equal samples come as fast as possible. Throws Error.
 std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& file, double rate, bool paced,
                                                  const std::vector<std::string>& tools = {});
 /// Duration of the hand that open_scripted_hand() opens, s. Throws Error.

@@ -51,8 +51,8 @@ struct SurfacePatch : Snapshot {
     hardness.resize(tissue.size());
     uncut.resize(tissue.size());
   }
-  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; the values of the
-  /// others are unspecified.
+  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; all other values
+  /// are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;

@@ -109,8 +109,8 @@ class Rows {
   }
 
  private:
-  /// A tool of many spheres moves through the surface: with a tree over the tissue's spheres, over the tool's, and
-  /// without.
+  /// A tool of many spheres moves through the surface: with a tree over the tissue's spheres, with a tree over the
+  /// tool's spheres, and without a tree.
   void collision(const SpherePacking& packing, bool quick) {
     Tool head;
     head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;

@@ -26,7 +26,7 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  int lo_x, lo_y, lo_z;  // relative to the base
+  int lo_x, lo_y, lo_z;  // voxel of the first sample, relative to the base
   int size_x, size_y, size_z;
 };
 
@@ -240,11 +240,11 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
 /// The blocks around a ball, the path length at which each is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // at the origin
+  const Tissue* tissue;  // label of the sample at the origin
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
-  float* due;                   // of the block at the origin
+  float* due;                   // path length at which the block at the origin is due
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed

@@ -352,7 +352,7 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // in V
+                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in V
     // Without a direction, the only bound is that the depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
@@ -381,7 +381,7 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // relative to the head
+  F8 center_[3];  // centres of the blocks, relative to the head
   Seen seen_;
   int lanes_ = 0;
 };

@@ -28,7 +28,7 @@ struct Capsule {
 struct BallFront {
   Capsule c;
   glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
-  float* distance;    // at the origin
+  float* distance;    // distance of the sample at the origin
   struct {            // tables, indexed by the height (z)
     float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
     float* ahead;     // z distance from A times the motion's z component

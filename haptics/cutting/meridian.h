@@ -17,7 +17,7 @@ struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
-  float ux, uz, wx, wz;      // from an arc's centre to its ends
+  float ux, uz, wx, wz;      // vectors from an arc's centre to its ends
   float corner_a, corner_b;  // tan(φ/2), where the outward normal rotates by φ to the neighbour's
 };
 // Limit of the kinds of groups: a smaller kind is the index of a single smooth piece, any other is this value plus a

@@ -1,7 +1,7 @@
-// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position;
-// and for a short motion a sample moves along a straight line in the head's frame. So the largest depth of a sample is
-// the single maximum of a concave curve, which is searched for each sample: for a long motion for all samples, for a
-// short one for those near the maximum.
+// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position.
+// During a short motion, a sample moves along a straight line in the head's frame. So its depth along the path is a
+// concave curve with a single maximum, and a search finds this maximum. A long motion searches for all samples, a short
+// one only for those near the maximum.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -75,7 +75,7 @@ struct Depth {
 /// intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
   unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
-  Points from, way;  // in the head's frame
+  Points from, way;  // start and path of the samples, in the head's frame
   F8 a, b, s;        // fractions of the path: the maximum lies between a and b, and is searched at s
   Depth at_a, at_b;
   F8 best, top, needed;
@@ -144,7 +144,7 @@ struct Centres {
   // input: limits of the depth; if no sample of a block is deeper than `outside`, or all are deeper than `emptied`, all
   // samples of the block are treated alike
   float outside, emptied;
-  F8 x, y, z;        // relative to the first pose's base
+  F8 x, y, z;        // positions, relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
   F8 share;          // fraction of the path at which the centres are deepest
@@ -337,8 +337,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Error of a tangent: rounding; near a corner twice the distance to it; or along the path the rounding of its
-  // direction.
+  // Upper bound of the error of a tangent: rounding; near a corner, twice the distance to the corner; and the rounding
+  // of the path's direction
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }

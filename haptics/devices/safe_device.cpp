@@ -104,7 +104,8 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // repeat until the servo has seen the trip, so that a force that it was just sending cannot stay
+  // The watchdog sends zero again until the servo has noticed the trip, so that a force that it was just sending cannot
+  // stay.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;

@@ -17,7 +17,7 @@ struct Placement {
 
 /// Stored only in the blocks near the surface.
 struct DistanceField {
-  Sparse<float> distance;     // in units of the source's voxels, negative where phi > 0, clamped to ± band
+  Sparse<float> distance;     // distance in units of the source's voxels, negative where phi > 0, clamped to ± band
   Sparse<glm::vec3> closest;  // closest surface point, in the source's index space; valid where |distance| < band
 };
 

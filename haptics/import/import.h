@@ -50,7 +50,7 @@ struct ImportOptions {
   double mesh_unit = 1e-3;       // m per unit of a mesh file
   std::optional<double> shell;   // m, for a mesh: thickness of the dense outer tissue
   std::optional<double> crown;   // m, for an arch without colours: height of a crown below its cusps
-  bool greys = true;             // also keep a scan's grey values, which write_preview() needs
+  bool greys = true;             // true: the scan's grey values are kept, which write_preview() needs
   std::optional<double> memory;  // bytes, limit; default: the free memory
   /// Called before the work begins, with the estimated memory in bytes.
   std::function<void(double)> estimated;

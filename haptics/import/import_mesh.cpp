@@ -105,8 +105,8 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
 }
 
-/// Integral of the normal over a surface: zero for a closed surface; for an open one a vector from the opening towards
-/// the far side, whose length is the area of the opening.
+/// Integral of the normal over a surface. It is zero for a closed surface. For an open surface it is a vector from the
+/// opening towards the far side; its length is the area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {

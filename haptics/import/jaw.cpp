@@ -389,8 +389,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   constexpr int kCanalReach = 5;  // voxels, limit of the distance from the middle of a canal
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // A canal ends halfway to the grey value of the bone around it; if it has a thin bright wall, dimmed by the blur, at
-  // a higher value.
+  // A canal ends halfway to the grey value of the bone around it. If the canal has a thin bright wall that the blur has
+  // dimmed, the limit is higher.
   const LayerBound layer_bound;
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
@@ -408,8 +408,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
-  // Dentin ends halfway to the grey value of soft tissue; if the soft layer is so thin that the blur fills it, at a
-  // higher value.
+  // Dentin ends halfway to the grey value of soft tissue. If the soft layer is so thin that the blur fills it, the
+  // limit is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);

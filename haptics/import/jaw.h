@@ -13,7 +13,7 @@ namespace typodont::haptics::importing {
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
   bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
-  std::optional<double> metal;  // only if the scan contains metal
+  std::optional<double> metal;  // grey value of metal; nullopt if the scan contains none
 
   double bright() const { return 0.5 * (cancellous + hard); }  // lower limit of dentin and cortical bone
   double crown() const { return 0.5 * (hard + enamel); }       // lower limit of enamel

@@ -172,7 +172,7 @@ struct HounsfieldScale {
 /// peaks.
 std::optional<HounsfieldScale> hounsfield_of(const std::vector<Peak>& peaks, double lo, double hi) {
   constexpr double kAir = -1000, kLeastApart = 880, kMostApart = 1100;
-  // Above water: brightest grey value of bone, at least, and of metal, at most
+  // Grey values relative to water: lower limit of the brightest bone, upper limit of metal
   constexpr double kLeastBone = 300, kMost = 8000;
   constexpr double kLeastMass = 0.01;  // fraction of all voxels that either peak must contain
   // Offsets of common scanners, most frequent first.

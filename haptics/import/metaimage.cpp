@@ -98,7 +98,7 @@ static std::vector<char> unpack(const std::filesystem::path& file, const std::ve
   if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // in pieces, because zlib counts in 32 bits
+  while (state == Z_OK && got < bytes) {  // decompresses in pieces, because zlib counts in 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));

@@ -158,7 +158,7 @@ class Surround {
   Grid<float> sum_, weight_;
 };
 
-// Outward normal at a sample: away from its closest point; on the surface, the gradient of the field.
+// Outward normal at a sample: the direction away from its closest point, or, on the surface, the gradient of the field.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;

@@ -80,7 +80,7 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
 
 /// Creates one vertex for each fan of faces around a vertex of `mesh`.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
-  const std::vector<Face> old = faces_;  // with the vertex indices of `mesh`
+  const std::vector<Face> old = faces_;  // faces with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
   for (Index f = 0; f < faces_used_; ++f) {
     for (int c = 0; c < 3; ++c) {

@@ -40,9 +40,9 @@ struct CouplingParameters {
   static constexpr double tissue_slew = 4;  // N/s, limit of the force change caused by another tissue under the head
   static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
   static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
-  // N/s, limit of the sum of normal force changes; tissue and damper may use what the depth leaves of it
+  // N/s, limit of the sum of all normal force changes; tissue and damper may use the part that the depth does not use
   static constexpr double waiting_slew = 16;
-  // N/s, limit of the sum of all force changes; the teeth's force may use what the others leave of it
+  // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
   static constexpr double total_slew = 18;
   // J that a rise of the stiffness may store in the coupling even if the ledger holds less
   static constexpr double unpaid = 0.15e-3;

@@ -79,7 +79,7 @@ inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// All changes of one stroke: the former leaves, and after an undo the later ones.
+/// All changes of one stroke: the leaves before the stroke, or, after an undo, the leaves after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;

@@ -23,7 +23,7 @@ struct StoredVolume {
 
 /// Reads a file and checks every value. Throws Error with the file and the wrong item.
 StoredVolume read_volume(const std::filesystem::path& file);
-/// Writes a file, completely or not at all; takes the grids over. Throws Error.
+/// Writes a file, completely or not at all. Changes the grids, so they must not be used afterwards. Throws Error.
 void write_volume(const std::filesystem::path& file, const StoredVolume& volume);
 
 }  // namespace typodont::haptics

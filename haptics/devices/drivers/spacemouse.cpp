@@ -61,7 +61,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // after a pause of the servo, do not make up for lost samples
+    // After a pause of the servo, lost samples are not delivered later.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];
