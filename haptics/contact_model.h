@@ -30,9 +30,9 @@ struct ContactInput {
 
   // Limits of this tick's removal.
   bool cuts = false;           // the tool cuts: its spindle turns, or its edge scrapes
-  bool scrapes = false;        // an edge that the hand draws over the surface, without rotation
+  bool scrapes = false;        // the tool cuts with an edge that the hand draws over the surface, without rotation
   bool must_earn = false;      // the scraping edge has removed more than it has earned, so it must not remove more now
-  double specific_energy = 0;  // J/m³ of the tissue under the head
+  double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J that may be spent on removal
   double wall_budget = 0;      // J, part of the budget that may be spent on a wall of harder tissue
   double power = 0;            // W, power at the teeth
@@ -58,17 +58,18 @@ struct Contact {
   dvec3 held_off_direction{0};
   double area = 0;            // m², area of the head that lies on tissue; 0: none
   bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction
-  bool gives_force = false;   // penalty method: force, torque, stored and depth come from feel()
+  bool gives_force = false;   // true for a penalty method: feel() fills in force, torque, stored and depth
   double wall = 0;  // fraction of the power that a wall of harder tissue leaves for the head; 0: no wall holds the head
   std::uint32_t faults = 0;  // Fault bits
   std::uint32_t level = 0;   // level of detail, for a method with several; 0: the finest
-  dvec3 side_normal{0};      // unit, out of a wall between tissues that holds the tool from the side; zero: no wall
+  // unit, normal of a wall between tissues that holds the tool from the side, out of the wall; zero: no wall
+  dvec3 side_normal{0};
   // Stiffness along side_normal, relative to the settings; the coupling becomes at least this stiff there
   double side_stiffness = 0;
   bool holds_turn = false;  // the tissue also holds the tool's orientation: X_WG turns to R_WG
-  // Orientation of the proxy, if `holds_turn`; the rest of the rotation gives `torque` and `stored`
+  // Orientation of the proxy, if `holds_turn`; the rotation from the hand to the proxy determines `torque` and `stored`
   dquat R_WG{1, 0, 0, 0};
-  dvec3 spindle_torque{0};  // N·m on the tool, from the work of its spindle; only if `holds_turn`
+  dvec3 spindle_torque{0};  // N·m, torque on the tool from the work of its spindle; only if `holds_turn`
 
   // Results of feel(). Contact i pushes along n_i at x_i with the weight w_i. There are `count` contacts: the first
   // `own` belong to the head, the others to the shank or the safe end.
@@ -87,8 +88,8 @@ struct Contact {
 
   // Results of feel() of a penalty method; the servo then adds no coupling. For a method that holds the tool's
   // orientation, constrain() sets `torque` and `stored` to the values of the orientation spring.
-  dvec3 force{0};     // N on the tool, including the damper
-  dvec3 torque{0};    // N·m on the tool about the head's centre
+  dvec3 force{0};     // N, force on the tool, including the damper
+  dvec3 torque{0};    // N·m, torque on the tool about the head's centre
   double stored = 0;  // J, energy stored in the method's springs
   double depth = 0;   // m, the deepest penetration
 };

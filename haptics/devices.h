@@ -64,9 +64,9 @@ std::unique_ptr<HapticDevice> open_hand(const std::string& address, const HandOp
 /// Opens a hand for a session: hardware may be unplugged and plugged in again. Throws Error.
 std::unique_ptr<HapticDevice> open_live_hand(const std::string& address, const HandOptions& options);
 
-/// Adds a foot pedal to a hand; of pedal and button, the one that is pressed further counts. `pedal`: see
-/// HandOptions::pedal; returns the hand alone if it is empty, or if "auto" finds no pedal. An unplugged pedal is
-/// searched for again. open_hand() calls this for hardware. Throws Error if the named pedal does not exist.
+/// Adds a foot pedal to a hand; the larger of the values of pedal and button counts. `pedal`: see HandOptions::pedal.
+/// Returns the hand alone if `pedal` is empty, or if "auto" finds no pedal. An unplugged pedal is searched for again.
+/// open_hand() calls this for hardware. Throws Error if the named pedal does not exist.
 std::unique_ptr<HapticDevice> add_pedal(std::unique_ptr<HapticDevice> hand, const std::string& pedal);
 
 /// All connected devices, with pedals. Never throws for a broken or forbidden device: its row says how to repair the

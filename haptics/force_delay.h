@@ -22,8 +22,8 @@ class ForceDelay {
   /// `settings`: settings of the servo whose force is delayed. `most`: s, limit of the delay in pass().
   ForceDelay(const ServoSettings& settings, double most);
 
-  /// Call once per tick. Returns the force and torque that the servo computed at least `delay` ns ago; for a delay of 0
-  /// the tick's own force, unchanged.
+  /// Call once per tick. Returns the force and torque that the servo computed at least `delay` ns ago; with a delay of
+  /// 0, returns the tick's own force unchanged.
   Wrench pass(const ServoTick& tick, Nanos delay) noexcept;
 
  private:

@@ -46,8 +46,9 @@ class HapticDevice {
   virtual bool read(HandSample& sample) noexcept = 0;
   /// Sets force and torque on the hand, W, N and N·m. They stay until the next call; the destructor sends zero.
   virtual void write(const dvec3& f_T_W, const dvec3& tau_T_W) noexcept = 0;
-  /// Call before write(). True if the tool touches tissue, lies in tissue, or its contact is unknown, whatever the
-  /// force. Motors that were released give no force until the value has been false for some time. Servo thread.
+  /// Call before write(). The value is true if the tool touches tissue, lies in tissue, or its contact is unknown,
+  /// whatever the force. Motors that were released give no force until the value has been false for some time. Servo
+  /// thread.
   virtual void contact(bool) noexcept {}
   /// Call after write(), with the servo's answer to the last sample. Used by simulated hands that react to their tool,
   /// but not by hardware. Servo thread; never allocates.

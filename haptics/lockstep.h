@@ -49,7 +49,7 @@ class LockStep {
   Carver carver_;
   Servo servo_;
   std::unique_ptr<Snapshot> spare_;
-  std::deque<Cut> waiting_;  // made by the servo, not yet repeated by the carver
+  std::deque<Cut> waiting_;  // cuts of the servo that the carver has not repeated yet
   ServoTick placed_;         // time and positions of hand and proxy in the last tick; other members are not set
   std::uint64_t ticks_ = 0;
   bool stalled_ = false, fresh_ = false;

@@ -19,9 +19,10 @@ struct TissueMesh {
   std::vector<Tissue> tissue;         // tissue under each triangle
 };
 
-/// The tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh
-/// (TissueVolume::mesh), this mesh; otherwise the zero set of its distance field, with one or two triangles per cell of
-/// the grid, each with the tissue half a voxel below it. Set-up time; empty if there is no tissue.
+/// Returns the tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh
+/// (TissueVolume::mesh), returns that mesh. Otherwise returns the zero set of its distance field, with one or two
+/// triangles per cell of the grid, each with the tissue half a voxel below it. Set-up time; empty if there is no
+/// tissue.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

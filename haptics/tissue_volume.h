@@ -54,7 +54,7 @@ class TissueVolume {
   /// Inclusive bounds, in voxels, of all voxels nearer to a surface than the band; lo > hi if there are none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
-  /// Whether any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
+  /// True if any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
   bool graded() const;
 
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels, hardness (see

@@ -70,7 +70,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// The tip is at the free end.
+/// A cone whose tip is at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -110,7 +110,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Widest at the free end; the neck is half as wide.
+/// The head is widest at the free end; the neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;

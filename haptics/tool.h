@@ -68,7 +68,9 @@ struct Tool {
   double length = 1.2e-3;      // m, length along the axis; for a ball its diameter
   bool cuts = true;            // false for probes and gauges, which touch but never remove tissue
   double side_efficiency = 1;  // fraction of the normal force that cuts, for a contact on the flank
-  double end_efficiency = 1;   // fraction for a contact at the end; in between, interpolated by the squared cosine
+  // Fraction of the normal force that cuts, for a contact at the end; between flank and end, it is interpolated by the
+  // squared cosine
+  double end_efficiency = 1;
   // Fraction of the push that cuts along the hand's path, for an edge that does not turn; 0: no such edge
   double scrapes = 0;
   double sink_yield = 0;             // N, force at which the tip sinks into softened tissue; 0: never
