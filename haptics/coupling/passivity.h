@@ -105,8 +105,8 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
   state.heading = moved;
 }
 
-/// How probable it is that the hand reverses at once, 0..1: 1 if the hand did so recently, moves in jumps, rests, or
-/// has an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
+/// Probability that the hand reverses at once, 0..1. It is 1 if the hand did so recently, moves in jumps, rests, or has
+/// an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
 inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock,
                          const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
@@ -116,9 +116,9 @@ inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// Greatest expected outward displacement of the hand in the next tick, m. The velocity changes as recently, or more if
-/// the hand may reverse at once; the speed exceeds the recent speed only slightly. `along`: m/s, outward velocity;
-/// `twitch`: m, displacement that is expected of any hand.
+/// Greatest expected outward displacement of the hand in the next tick, m. The velocity is expected to change as much
+/// as recently, or more if the hand may reverse at once; the speed exceeds the recent speed only slightly. `along`:
+/// m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
 inline double way_back(const PassivityLaw& law, double along, double tick, double twitch,
                        const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns

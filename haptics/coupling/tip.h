@@ -21,9 +21,9 @@ struct TipState {
 };
 
 /// One tick of a sunk tip. The tip is plastic in both directions, so it only takes energy: its position p follows the
-/// hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`: N/m, of
-/// the coupling; `soft`: the tissue ahead is soft enough to sink deeper. Returns the force on the tool, N; state.sunk
-/// becomes 0 when the tip comes out.
+/// hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`: stiffness
+/// of the coupling, N/m; `soft`: the tissue ahead is soft enough to sink deeper. Returns the force on the tool, N;
+/// state.sunk becomes 0 when the tip comes out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double bears = law.yield + law.hardening * state.sunk, holds = law.grip * bears;
   dvec3 pull = hand - state.p;

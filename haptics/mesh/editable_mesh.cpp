@@ -14,7 +14,7 @@ constexpr int kMostAround = 64;  // limit of the faces around a vertex; if there
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  bool forward;  // runs from lo to hi
+  bool forward;  // the edge runs from lo to hi
 };
 
 }  // namespace
@@ -406,7 +406,7 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // f: a d c, g: d b c.
+  // Corners after the flip: f: a, d, c; g: d, b, c
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);

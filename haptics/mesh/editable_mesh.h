@@ -88,8 +88,8 @@ class EditableMesh {
   /// Replaces edge i of f by the other diagonal of its two faces. Returns false at a border, or if the other diagonal
   /// is an edge already.
   bool flip(Index f, int i) noexcept;
-  /// Moves the first (`keeps_first` false) or second vertex of edge i of f to the other one and removes it. Returns
-  /// false if a border vertex would be removed, or if the surface would touch itself.
+  /// Removes the first vertex of edge i of f (the second one if `keeps_first`) and connects its faces to the other
+  /// vertex of the edge. Returns false if a border vertex would be removed, or if the surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 

@@ -159,13 +159,13 @@ struct Servo::State {
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
   /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: the
-  /// hand's pose was written just before, and a called function would read it in other pieces, which waits for the
-  /// stores.
+  /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
+  /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
   /// Takes the wanted tool if the spindle has stopped and neither that tool nor the one in the hand touches tissue.
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
-  /// Returns false, without a result, if a contact, a force or a state of one may be left.
+  /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
   bool fly(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
@@ -181,7 +181,8 @@ struct Servo::State {
   void spend(ContactTick& now, double energy) noexcept;
 
   // servo/coupling.cpp
-  /// Computes coupling, damper, friction and teeth. For a penalty method: its own force, with friction and teeth.
+  /// Computes coupling, damper, friction and teeth. For a penalty method, takes its own force and adds friction and
+  /// teeth.
   void feel(ContactTick& now) noexcept;
   /// A sharp tip in softened tissue: it sinks under a push and sticks on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
