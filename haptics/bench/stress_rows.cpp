@@ -336,8 +336,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Hands that move through a sheet of 0.3 mm with 1 mm per tick: whether a force still holds them back beyond the
-  /// sheet.
+  /// Moves hands through a sheet of 0.3 mm with 1 mm per tick: measures whether a force still holds them back beyond
+  /// the sheet.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;

@@ -34,7 +34,7 @@ inline double clock_ns() {
 
 /// Number of equal runs. The minimum of each tick over the runs is its time without interrupts.
 inline constexpr int kRuns = 3;
-template <class Run>  // returns the times of the ticks, ns
+template <class Run>  // `run` returns the times of the ticks, ns
 std::vector<double> least_of(Run&& run) {
   const double clock = clock_ns();
   std::vector<double> least = run();

@@ -65,7 +65,7 @@ std::vector<Peak> peaks_of(const Grid<float>& greys, double blur) {
   for (const auto& own : counts) {
     for (std::size_t bin = 0; bin < kBins; ++bin) count[bin] += own[bin];
   }
-  // Smoothed with the width of the noise.
+  // The histogram is smoothed with the width of the noise.
   const double sigma = std::clamp(blur / width, 4.0, 40.0);
   std::vector<double> h(kBins, 0);
   const int r = static_cast<int>(4 * sigma);

@@ -163,7 +163,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
     present = static_cast<double>(size_of_file(file));
   }
   const std::string encoding = state->encoding == nrrdEncodingAscii ? "ascii" : state->encoding->name;
-  double least = 0;  // bytes of the encoded data, at least
+  double least = 0;  // bytes, lower limit of the encoded data
   if (encoding == "raw") least = bytes;
   if (encoding == "gzip") least = bytes / 1032;  // the highest compression ratio of deflate
   if (encoding == "bzip2") least = bytes / 46e6;

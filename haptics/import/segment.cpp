@@ -387,8 +387,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   constexpr double kInfinity = std::numeric_limits<float>::max();
 
-  // Denser tissue: samples brighter than halfway between both tissues. The depth class
-  // of a sample decides which rule applies.
+  // Denser tissue: samples brighter than halfway between the softer and the denser tissue. The depth class of a sample
+  // decides which rule applies.
   enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
   Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {

@@ -111,7 +111,8 @@ class ArmDevice : public HapticDevice {
 
  private:
   /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is late,
-  /// and a board may send without request; only the newest gives the hand's position. Returns as Link::read.
+  /// and a board may send without request; only the newest gives the hand's position. Returns the result of
+  /// Link::read().
   int hear(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
