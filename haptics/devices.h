@@ -47,7 +47,7 @@ struct Driver {
   std::string scheme;  // scheme of the address: "spacemouse" opens "spacemouse:REST"
   std::string rest;    // description of REST for help: "[PATH]"
   std::string about;   // description in one line
-  // Adds the safety layer, the pedal and the rig's base pose; poses are in the device's base frame
+  // true: open_hand() adds the safety layer, the pedal and the rig's base pose; poses are in the device's base frame
   bool hardware = true;
   std::function<std::unique_ptr<HapticDevice>(const std::string& rest, const HandOptions&)> open;  // throws Error
   std::function<std::vector<FoundDevice>()> find;  // may be empty; does not throw if a device is absent

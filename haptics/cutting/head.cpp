@@ -266,7 +266,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds a block by its first voxel; true when there are eight.
+  /// Adds a block by its first voxel. Returns true when there are eight blocks.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;

@@ -21,7 +21,7 @@ constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two checks while there
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // also affects devices that are opened later
+std::atomic<bool> all_stopped{false};  // true: devices that are opened later are stopped, too
 
 }  // namespace
 

@@ -133,7 +133,7 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // Fraction of the voxel on the inner side of a plane at this distance.
+        // Fraction of the voxel on the inner side of a plane at the distance d
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += share * h * h * h;
