@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kStrokePause = 0.3;  // s without a cut: the next one begins another stroke
+constexpr double kStrokePause = 0.3;  // s, limit of the pause between two cuts of one stroke
 
 const SharedContactMethod& or_default(const SharedContactMethod& method) {
   return method ? method : default_contact_method();
@@ -53,7 +53,7 @@ void Carver::apply(const Cut& cut) {
   if (cut.fill_radius > 0) {
     body_->fill(cut);
   } else {
-    // After an edit the head may stand in tissue that has come back: the sweep starts from its whole shape again.
+    // After an edit, the tissue at the head may have been restored, so the sweep begins with the whole head again.
     const bool edited = edits_ > 0 && cuts_ == edited_at_;
     body_->carve(cut, cuts_ > 0 && !edited && cut.tool == end_tool_ && same(cut.X_WA, end_));
     end_ = cut.X_WB;
@@ -76,7 +76,7 @@ std::vector<LoosePiece> Carver::take_pieces() {
 }
 
 bool Carver::undo() {
-  in_stroke_ = false;  // whether or not there is a stroke to take back, the one being made is over
+  in_stroke_ = false;  // ends the present stroke, even if there is no stroke to undo
   return edit(body_->undo());
 }
 
@@ -85,7 +85,7 @@ TissueVolume Carver::take_tissue() {
   if (TissueSurface* own = surface()) {
     left.set_mesh(std::make_shared<const TissueMesh>(own->mesh()));
   } else if (cuts_ > 0) {
-    left.set_mesh(nullptr);  // that of the untouched tissue
+    left.set_mesh(nullptr);  // the mesh that the volume was made from shows the uncut tissue
   }
   return std::move(left);
 }

@@ -1,5 +1,5 @@
-// One published method of contact, as the servo sees it: where the tool may be, what it touches there, what a cut
-// takes.
+// The servo's half of a contact method: the poses that the tool may have, the tissue that it touches, the tissue that a
+// cut removes.
 //
 // A method consists of two halves that share no data: a ContactModel on the servo thread and a TissueBody
 // (tissue_body.h) on the carver thread. Cuts go from the model to the body, snapshots from the body to the model. A
@@ -13,79 +13,84 @@
 
 namespace typodont::haptics {
 
-/// The hand and the last tick's push, as a contact model needs them. SI, frame W.
+/// Input of a contact model: the hand, and the force of the last tick. SI, frame W.
 struct ContactInput {
-  Nanos t = 0;             // of the hand's sample
+  Nanos t = 0;             // time of the hand's sample
   std::uint64_t tick = 0;  // index of this tick
   double dt = 1e-3;        // s since the last tick
-  Pose X_WT;               // the tool where the hand holds it
+  Pose X_WT;               // pose of the tool in the hand
   Pose X_WG;               // the proxy at the end of the last tick
-  dvec3 moved{0};          // m, the hand since the last tick
-  double pedal = 0;        // 0..1
+  dvec3 moved{0};          // m, displacement of the hand since the last tick
+  double pedal = 0;        // 0..1; negative: backwards, for a tool with a thread
 
-  // What the last tick pushed with.
+  // Contact force of the last tick.
   double normal_force = 0;        // N
   dvec3 normal{0};                // unit, out of the tissue
-  double relative_stiffness = 1;  // stiffness of the coupling under the head, over that of the settings
+  double relative_stiffness = 1;  // factor on the stiffness in the settings, from the tissue under the head
 
-  // What this tick may remove.
+  // Limits of this tick's removal.
   bool cuts = false;           // the tool cuts: its spindle turns, or its edge scrapes
-  bool scrapes = false;        // an edge that the hand draws
-  bool must_earn = false;      // that edge has removed more than it has earned
-  double specific_energy = 0;  // J/m³ of the tissue under the head
+  bool scrapes = false;        // the tool cuts with an edge that the hand draws over the surface, without rotation
+  bool must_earn = false;      // the scraping edge has removed more than it has earned, so it must not remove more now
+  double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J that may be spent on removal
-  double wall_budget = 0;      // J, the part of it that may be spent on a wall of harder tissue
-  double power = 0;            // W at the teeth
-  double spindle = 0;          // rad/s
+  double wall_budget = 0;      // J, part of the budget that may be spent on a wall of harder tissue
+  double power = 0;            // W, power at the teeth
+  double spindle = 0;          // rad/s, speed of the spindle under load
 };
 
-/// What the head does in the tissue. A constraint method fills in the proxy, a penalty method force, torque and stored
-/// energy; both the rest. SI, frame W, but for what is counted in `unit`.
+/// Result of a contact model. A constraint method fills in the proxy; a penalty method fills in force, torque and
+/// stored energy; both fill in the remaining members. SI, frame W, except for members in `unit`.
 struct Contact {
-  // From constrain().
-  dvec3 p_WG{0};                  // m, the proxy's head centre (of a penalty method: the hand's)
+  // The members below are results of constrain().
+  dvec3 p_WG{0};                  // m, head's centre at the proxy (for a penalty method: at the hand)
   bool touching = false;          // the head touches tissue
-  bool breaking_through = false;  // the head came free, and the proxy still has to catch up with the hand
-  bool lost = false;              // the snapshot does not reach as far as the tool
-  bool deep = false;              // the head lies inside the tissue, with no surface in reach
-  bool bridging = false;          // the last contact's plane stands in for the missing snapshot
-  bool late = false;              // that snapshot has been missing for longer than any carver needs
-  bool rejoining = false;         // the proxy finds back to the surface after that
-  bool leading_out = false;       // the proxy is led out of tissue that it overlapped
-  bool settled = true;            // nothing of this contact goes on if the head is free
-  bool places = false;            // the tool stays in the tissue: cut() is called, whether or not the tool cuts
-  dvec3 held_off_direction{0};    // from the hand to where contacts alone hold the head; zero where they do not
-  double area = 0;                // m² of the head that lies on tissue; 0 where none
-  bool own_friction = false;      // p_WG lags by friction already: the servo adds none
-  bool gives_force = false;       // of a penalty method: force, torque, stored and depth come from feel()
-  double wall = 0;            // a wall of harder tissue holds the head: fraction of the power that it leaves; 0: none
-  std::uint32_t faults = 0;   // Fault bits
-  std::uint32_t level = 0;    // of detail, of a method that has several; 0: the finest
-  dvec3 side_normal{0};       // unit, out of a wall between tissues that holds the tool from the side; zero: none
-  double side_stiffness = 0;  // along it, over that of the settings; the coupling is never softer than without
-  bool holds_turn = false;    // the tissue holds the tool's orientation, too: X_WG turns to R_WG, …
-  dquat R_WG{1, 0, 0, 0};     // … and the hand feels `torque` and `stored` for the rest of the way
-  dvec3 spindle_torque{0};    // N·m on the tool, by the work of its spindle; only where `holds_turn` is set
+  bool breaking_through = false;  // the head has come free, and the proxy is still on its path to the hand
+  bool lost = false;              // the tool is outside the snapshot
+  bool deep = false;              // the head is inside the tissue, and no surface is near enough to be found
+  bool bridging = false;          // the plane of the last contact replaces the missing snapshot
+  bool late = false;              // the snapshot has been missing for longer than any carver needs
+  bool rejoining = false;         // the proxy returns to the surface after a missing snapshot
+  bool leading_out = false;       // the proxy moves out of tissue that it overlapped
+  bool settled = true;            // a free head has no remaining state of this contact
+  bool places = false;            // the tool stays in the tissue: the servo calls cut() even if the tool does not cut
+  // Vector from the hand to the position at which contacts alone hold the head; zero: no contact holds it
+  dvec3 held_off_direction{0};
+  double area = 0;            // m², area of the head that lies on tissue; 0: none
+  bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction
+  bool gives_force = false;   // true for a penalty method: feel() fills in force, torque, stored and depth
+  double wall = 0;  // fraction of the power that a wall of harder tissue leaves for the head; 0: no wall holds the head
+  std::uint32_t faults = 0;  // Fault bits
+  std::uint32_t level = 0;   // level of detail, for a method with several; 0: the finest
+  // unit, normal of a wall between tissues that holds the tool from the side, out of the wall; zero: no wall
+  dvec3 side_normal{0};
+  // Stiffness along side_normal, relative to the settings; the coupling becomes at least this stiff there
+  double side_stiffness = 0;
+  bool holds_turn = false;  // the tissue also holds the tool's orientation: X_WG turns to R_WG
+  // Orientation of the proxy, if `holds_turn`; the rotation from the hand to the proxy determines `torque` and `stored`
+  dquat R_WG{1, 0, 0, 0};
+  dvec3 spindle_torque{0};  // N·m, torque on the tool from the work of its spindle; only if `holds_turn`
 
-  // From feel(). Each contact i pushes with the weight w_i along n_i at x_i, out of `count`, of which the first `own`
-  // are the head's and the others the shank's or the safe end's.
+  // Results of feel(). Contact i pushes along n_i at x_i with the weight w_i. There are `count` contacts: the first
+  // `own` belong to the head, the others to the shank or the safe end.
   int count = 0, own = 0;
-  bool turns_tool = false;    // lever and turn are filled in
-  double unit = 1;            // m, of lever and turn
-  dvec3 lever{0};             // Σ w (x - c) / Σ w, in `unit`
-  dvec3 turn{0};              // Σ w (x - c) × n, weights as the proxy's depth in `unit`
-  dvec3 on_head{0};           // Σ w n of the head's own contacts
-  dvec3 on_smooth{0};         // Σ w n of the others
-  bool known_tissue = false;  // `tissue` is filled in; else the last one still holds
-  PerTissue tissue{};         // fractions of the tissue under the contacts; sum 1
-  bool graded = false;        // `hardness` is filled in; else every tissue has its own hardness
-  PerTissue hardness{};       // mean hardness of each of these tissues, 0..1 (hardness.h)
+  bool turns_tool = false;  // `lever` and `turn` are valid
+  double unit = 1;          // m, length unit of `lever` and `turn`
+  dvec3 lever{0};           // Σ w (x - c) / Σ w, in `unit`; c: centre of the head
+  dvec3 turn{0};            // Σ w (x - c) × n, in `unit`
+  dvec3 on_head{0};         // Σ w n over the head's contacts, in `unit`
+  // Σ w n over the contacts of shank and safe end, in `unit`; added to `on_head`: the proxy's depth
+  dvec3 on_smooth{0};
+  bool known_tissue = false;  // `tissue` is valid; otherwise the last value stays in use
+  PerTissue tissue{};         // fraction of each tissue under the contacts; sum 1
+  bool graded = false;        // `hardness` is valid; otherwise every tissue has its own hardness
+  PerTissue hardness{};       // mean hardness of each tissue under the contacts, 0..1 (hardness.h)
 
-  // From feel(), of a penalty method: the servo adds no coupling of its own. Of a method that holds the tool's
-  // orientation: torque and energy of the spring that does, from constrain().
-  dvec3 force{0};     // N on the tool, damper included
-  dvec3 torque{0};    // N·m on the tool about the head's centre
-  double stored = 0;  // J in its springs
+  // Results of feel() of a penalty method; the servo then adds no coupling. For a method that holds the tool's
+  // orientation, constrain() sets `torque` and `stored` to the values of the orientation spring.
+  dvec3 force{0};     // N, force on the tool, including the damper
+  dvec3 torque{0};    // N·m, torque on the tool about the head's centre
+  double stored = 0;  // J, energy stored in the method's springs
   double depth = 0;   // m, the deepest penetration
 };
 
@@ -95,38 +100,37 @@ class ContactModel {
  public:
   virtual ~ContactModel() = default;
 
-  /// Takes the content of `fresh`, brings it up to date with the cuts made since it was taken, and leaves the old
-  /// buffers in it. `removed`, m³ so far, is corrected by what undo brought back and what came loose.
+  /// Adopts the content of `fresh` and adds the cuts made since it was taken; `fresh` receives the old buffers.
+  /// `removed`: m³ so far, corrected by undone cuts and loose pieces.
   virtual void adopt(Snapshot& fresh, PerTissue& removed) noexcept = 0;
-  /// The snapshot that it works in: the same object, with changing content, as long as the model lives.
+  /// The snapshot in use. During the model's life this is always the same object; its content changes.
   virtual const Snapshot& snapshot() const noexcept = 0;
-  /// m that the tool may move away from the snapshot's centre before the servo needs another one; infinity where a
-  /// snapshot holds all of the tissue.
+  /// m that the tool may move from the snapshot's centre before the servo needs a new one; infinity if a snapshot
+  /// contains all of the tissue.
   virtual double travel() const noexcept = 0;
 
-  /// m that the proxy at X_WG may move before it can touch anything; 0 or less where that is not known. What was free
-  /// stays free until adopt(), unless `turns_matter()`: then the servo asks in every tick.
+  /// Clearance: m that the proxy at X_WG may move before it can touch anything; 0 or less if unknown. It stays valid
+  /// until adopt(), unless turns_matter(): then the servo queries it in every tick.
   virtual double clearance(const Pose& X_WG) noexcept = 0;
   virtual bool turns_matter() const noexcept { return false; }
 
-  /// The hand came, or came back after illegal input, and holds the tool at the proxy.
+  /// The hand came, or came back after illegal input; the tool is at the proxy.
   virtual void begin_anew() noexcept = 0;
-  /// The tool is far from all tissue: forgets the last contact. Called once per free flight.
+  /// Called once when the tool is far from all tissue: the model drops the state of the last contact.
   virtual void release() noexcept = 0;
-  /// Whether the tool in the hand may be exchanged for `tool` where the proxy is: neither touches anything.
+  /// Returns true if the tool in the hand may be replaced by `tool` at the proxy, because neither touches anything.
   virtual bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
-  /// Where the tool is held. Fills in the first part of `out`.
+  /// Computes the proxy. Fills in the first part of `out`.
   virtual void constrain(const ContactInput& in, Contact& out) noexcept = 0;
-  /// Removes what the energy of this tick pays for, or adds a filling. True, and `cut` filled in but for its normal,
-  /// where any tissue changed. `energy`: J that this took. Not called in a tick in which the tool neither cuts nor
-  /// fills.
+  /// Removes the tissue that this tick's energy pays for, or adds a filling. If tissue changed, returns true and fills
+  /// in `cut`, except for its normal. `energy`: J used. Not called in a tick in which the tool neither cuts nor fills.
   virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
-  /// What the head touches at its new place, after the cut. Fills in the second part of `out`. Called only while the
-  /// tissue holds the tool back.
+  /// Computes the contacts at the head's new position, after the cut. Fills in the second part of `out`. Called only
+  /// while the tissue holds the tool back.
   virtual void feel(const ContactInput& in, Contact& out) noexcept = 0;
-  /// The tissue at a point, as far as the snapshot reaches; air elsewhere.
+  /// The tissue at a point within the snapshot; air outside.
   virtual Tissue tissue_at(const dvec3& p_W) const noexcept = 0;
 };
 

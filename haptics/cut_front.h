@@ -1,7 +1,7 @@
-// Which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in the head
-// cannot change before the head has moved that far. So each block of voxels stores the path length at which it must be
-// examined again, and most cuts touch only the samples just ahead of the head. These are listed for the next voxel of
-// path, in parts that are renewed by turns.
+// Finds which samples of a patch the next cuts can change. A sample whose value is `slack` voxels above its depth in
+// the head cannot change before the head has moved that far. So each block of voxels stores the path length at which it
+// must be examined again, and most cuts examine only the samples just ahead of the head. Lists contain these samples
+// for the next voxel of path. The lists are split into parts, which are renewed in turn.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@
 
 namespace typodont::haptics {
 
-/// How many samples along z this processor raises at once: 8 or 16.
+/// Number of samples along z that this processor handles at once: 8 or 16.
 int widest_group() noexcept;
 
-/// For one tool, in one patch and those that follow it. Blocks are 4 × 4 × 8 voxels, z fastest. Buffers are sized once,
-/// at set-up.
+/// Active front of one tool, in one patch and its successors. Blocks are 4 × 4 × 8 voxels; z runs fastest. Buffers are
+/// allocated once, at set-up.
 class CutFront {
  public:
-  /// Large enough for any of these tools. `lanes`: of a group; which of them this processor has changes no bit.
+  /// The buffers suffice for each of these tools. `lanes`: samples per group; the result does not depend on it.
   CutFront(std::span<const Tool> tools, double voxel, int lanes = widest_group());
 
-  /// The lists are kept in parts, which are renewed by turns: part i holds every n-th layer of blocks along x. The
-  /// larger the head, the more parts, so that the ticks in which a part is renewed stay short beside the others.
+  /// Number of parts of the lists. Part i contains every n-th layer of blocks along x. A larger head has more parts, so
+  /// that renewing a part does not make a tick much longer.
   int parts() const noexcept { return static_cast<int>(parts_.size()); }
 
-  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each can change, fewer than
-  /// there are lanes. None of them changes before the head has moved `stage` eighths of the list's lifetime (always 0
-  /// for heads that are no balls).
+  /// Consecutive groups of the same kind. `narrow`: only the first kNarrowest samples of each group can change. None of
+  /// the groups changes before the head has moved `stage` eighths of the list's lifetime (always 0 for heads that are
+  /// not balls).
   struct Run {
     int kind;
     bool narrow;
@@ -39,7 +39,7 @@ class CutFront {
   };
   static constexpr int kStages = 8, kNarrowest = 8;
 
-  /// A group as it is found.
+  /// One group, before sorting.
   struct Found {
     float x, y;
     std::int32_t z, at;
@@ -48,26 +48,26 @@ class CutFront {
     std::uint8_t length, label;
   };
 
-  /// Groups as arrays, one per property. A few elements beyond the last may be read.
+  /// Sorted groups as arrays, one array per property. A reader may read a few elements beyond the last group.
   struct Listed {
-    float* x;  // from the origin of the groups
+    float* x;  // voxels, x coordinate from the origin of the groups
     float* y;
     std::int32_t* z;
-    std::int32_t* at;      // from the sample at that origin
-    std::uint8_t* length;  // samples that may change …
-    std::uint8_t* label;   // … and what they are
+    std::int32_t* at;      // array index, minus the index of the sample at the groups' origin
+    std::uint8_t* length;  // number of samples that may change
+    std::uint8_t* label;   // tissue of the samples that may change
   };
 
-  /// Call it when anything other than this tool's cuts lowered the field: fillings, undo, another tool.
+  /// Call this when anything other than this tool's cuts lowered the field: fillings, undo, another tool.
   void forget() noexcept { known_ = false; }
-  /// Where the groups that are listed now begin, from the first sample of a patch of edge n that begins at that voxel,
-  /// and how wide they are.
+  /// The first sample of a listed group, as an index in a patch of edge n whose first voxel is `patch_lo`, and the
+  /// number of lanes of the group.
   struct Place {
     std::ptrdiff_t at;
     int lanes;
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
-  /// Call it when only labels changed.
+  /// Call this when only labels changed: the lists are renewed.
   void list_anew() noexcept { drop_listed(); }
 
  private:
@@ -75,77 +75,79 @@ class CutFront {
 
   static constexpr int kRows = 4, kDeep = 8;
   static constexpr double kRound =
-      512;  // voxels of way after which counting starts anew, so that floats keep their digits
+      512;  // voxels; after this path length, counting restarts at 0, so that floats keep their precision
   static constexpr float kNever = 1e9f;
-  static constexpr int kKinds = 20;  // of groups, at most
-  // Lifetime of a list, voxels of path. A longer one is renewed less often, but holds more groups, and more of them
-  // near several pieces of the head's outline.
+  static constexpr int kKinds = 20;  // limit of the number of kinds of groups
+  // Lifetime of a list, voxels of path, for balls and for other heads. A longer lifetime means fewer renewals, but
+  // larger lists.
   static constexpr double kListedOfBall = 1, kListedOfHead = 0.75;
-  static constexpr double kMostListed = 0.2;  // voxels a sweep; a faster head outruns its lists, so it gets none
+  // voxels per sweep; a faster head uses no lists, because it would leave them at once
+  static constexpr double kMostListed = 0.2;
 
-  /// Groups of samples along z that the head may change before its way is `until`: first sample, where it lies in the
-  /// patch, how many may change, and their tissue.
+  /// Groups of samples along z that the head may change before its path length is `until`: first sample, index in the
+  /// patch, number of samples that may change, and their tissue.
   struct Groups {
     std::vector<float> x, y;
     std::vector<std::int32_t> z, at;
     std::vector<std::uint8_t> length, label;
     int count = 0;
-    double until = -1, lasts = 0;  // voxels of way
+    double until = -1, lasts = 0;  // voxels of path: end of the list's lifetime, and its length
     int room() const { return static_cast<int>(x.size()) - kRoom; }
     Listed listed() { return {x.data(), y.data(), z.data(), at.data(), length.data(), label.data()}; }
-    static constexpr int kRoom = 40;  // groups that may be looked at beyond the last
+    static constexpr int kRoom = 40;  // groups after the last one that may be read
 
-    // Sorted by the pieces of the meridian that can be the closest (of a ball: by where they lie beside it), and by
-    // when they may change.
+    // Groups are sorted by the pieces of the meridian that can be closest (for a ball: by their position relative to
+    // it), and by the stage at which they may change.
     std::vector<Found> found;
     std::array<Run, kKinds * 2 * kStages> runs;
     int run_count = 0;
     void sort(int listed) noexcept;
-    /// To which stage the head has come.
+    /// The stage that the head has reached.
     int stage(double way) const noexcept { return static_cast<int>((way - (until - lasts)) / lasts * kStages); }
   };
 
-  /// Whether there is room for all blocks around lo..hi (voxels).
+  /// Returns true if there is room for all blocks around lo..hi (voxels).
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
-  /// The head comes to `X_V` (voxels); `way`: of its farthest point.
+  /// Moves the head to `X_V` (voxels); `way`: voxels, path length of the head's farthest point.
   void come_to(const Pose& X_V, double way) noexcept;
-  /// Makes room for the blocks around lo..hi.
+  /// Moves the front so that it contains the blocks around lo..hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {
     const glm::ivec3 at = block - first_;
     return due_.data() + (at.x * size_.y + at.y) * size_.z + at.z;
   }
 
-  /// Which part a layer of blocks belongs to, counted from the front's first.
+  /// The part of a layer of blocks; layers count from the first layer of the front.
   int part_of(int layer) const noexcept { return (first_.x + layer) & (parts() - 1); }
-  /// Tells the lists which patch they refer to. Lists of another patch stay valid if this one holds all their samples
-  /// (`holds`).
+  /// Sets the patch of the lists. Lists of another patch stay valid if this patch contains all their samples (`holds`).
   void keep_listed(const glm::ivec3& patch_lo, int n, bool holds) noexcept;
   void drop_listed() noexcept {
     for (Groups& part : parts_) part.until = -1;
   }
-  /// How many parts are to be listed anew.
+  /// Number of parts that must be renewed.
   int outdated() const noexcept;
-  /// A part that had better be listed anew now, before it has to be, so that no tick of this way (voxels) need list
-  /// several; -1: none.
+  /// A part that should be renewed now, before it expires, so that no tick must renew several parts; -1: none. `way`:
+  /// voxels of path per tick.
   int renewed_early(double way) const noexcept;
 
-  /// Table `k` of something that depends on the height of a sample alone.
+  /// Table `k` of values that depend only on the height (z) of a sample.
   float* heights(int k) noexcept { return heights_.data() + k * (size_.z * kDeep + kBeyond); }
 
-  static constexpr int kBeyond = 32;  // samples of a group that begins at the front's last one, and more
+  // Samples after the front's last one that the tables cover, because a group may begin at the last sample
+  static constexpr int kBeyond = 32;
   int lanes_;
-  glm::ivec3 size_{0};              // blocks
-  glm::ivec3 first_{0};             // block at the beginning of due_
-  std::vector<float> due_, moved_;  // way at which a block may change; the same while they are shifted
+  glm::ivec3 size_{0};              // blocks, size of the front
+  glm::ivec3 first_{0};             // key of the first block in due_
+  std::vector<float> due_, moved_;  // path length at which a block may change; moved_ is a buffer for shifting due_
   static constexpr int kMostParts = 16;
-  std::vector<Groups> parts_;  // a power of two; positions count from the first voxel of the front's first block
-  glm::ivec3 listed_lo_{0};    // of the patch they lie in, and its edge
+  std::vector<Groups> parts_;  // number is a power of two; positions are relative to the first voxel of the front
+  // Voxel of the first sample of the patch for which the groups are listed; `listed_n_` is its edge in voxels
+  glm::ivec3 listed_lo_{0};
   int listed_n_ = 0;
   std::vector<float> heights_;
   bool known_ = false;
-  double way_ = 0;  // voxels so far
-  Pose X_V_;        // where the head is, voxels
+  double way_ = 0;  // voxels, path length so far
+  Pose X_V_;        // pose of the head, in voxels
 };
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// Tissue as plain arrays, and a box of voxels. Knows no OpenVDB, no file format and no other header of haptics.
+// Tissue as plain arrays, and a box of voxels. Independent of OpenVDB, of file formats and of other headers of haptics.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace typodont::haptics {
 
-/// Voxels lo .. hi, inclusive; none where lo > hi.
+/// Voxels lo .. hi, inclusive; empty if lo > hi.
 struct VoxelBox {
   glm::ivec3 lo{1}, hi{0};
   bool empty() const { return lo.x > hi.x; }
@@ -21,17 +21,18 @@ inline VoxelBox common(const VoxelBox& a, const VoxelBox& b) {
   return glm::all(glm::lessThanEqual(box.lo, box.hi)) ? box : VoxelBox{};
 }
 
-/// A whole box of tissue as plain arrays, as importers and analytic solids make it. z runs fastest:
-/// index (x·size.y + y)·size.z + z.
+/// A box of tissue as plain arrays, made by importers and analytic solids. z runs fastest: index (x·size.y + y)·size.z
+/// + z.
 struct DenseTissue {
-  VoxelFrame frame;  // voxel (0,0,0) of the arrays lies at frame.origin
+  VoxelFrame frame;  // voxel (0,0,0) of the arrays is at frame.origin
   glm::ivec3 size{0};
-  std::vector<float> distance;  // m, negative inside, a true distance wherever |distance| < band
-  std::vector<Tissue> tissue;   // of every voxel; outside the surface the nearest tissue is kept as far as one voxel
-                                // or more, so that labels can be read at the surface; kAir elsewhere
-  std::vector<std::uint8_t> hardness;  // of every voxel, see hardness.h; empty: kOwnHardness everywhere
-  double band = 1.5e-3;                // m
-  bool exact_outside = true;           // outside the tissue the distance is never more than the true one
+  std::vector<float> distance;  // m, negative inside; the true distance wherever |distance| < band
+  // Tissue of every voxel. At least one voxel outside the surface has the nearest tissue as well, so that labels can be
+  // read at the surface; kAir elsewhere.
+  std::vector<Tissue> tissue;
+  std::vector<std::uint8_t> hardness;  // hardness of every voxel, see hardness.h; empty: kOwnHardness everywhere
+  double band = 1.5e-3;                // m, limit of the stored distances
+  bool exact_outside = true;           // outside the tissue, the distance never exceeds the true one
 
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * size.y + static_cast<std::size_t>(y)) * size.z + static_cast<std::size_t>(z);

@@ -1,4 +1,4 @@
-// What a hand costs and how well its velocity is known: rows for `typodont bench`.
+// Latency of a hand's device, and accuracy of its velocity: rows for `typodont bench`.
 #pragma once
 
 #include <filesystem>
@@ -9,13 +9,14 @@
 namespace typodont::haptics {
 
 struct DeviceBenchOptions {
-  int ticks = 100'000;           // the 99.9th percentile wants many
-  std::filesystem::path assets;  // where devices/*.json lie
+  int ticks = 100'000;           // ticks per run; the 99.9th percentile needs many ticks
+  std::filesystem::path assets;  // folder that contains devices/*.json
 };
 
-/// From a device's sample to its force written, median and 99.9 %, safety layer included, over a link that is memory:
-/// our share, not USB's. Beside the same loop with no work in it. Then the same with the servo's contact in between,
-/// and the velocity estimator at a common arm's quantisation beside plain differences, at several rates.
+/// Measures the time from a device's sample to the written force (median and 99.9 %), with the safety layer, over a
+/// link in memory: this program's part of the latency, without USB. A loop without work is measured for comparison.
+/// Then measures the loop with the servo's contact, and compares the velocity estimator with plain differences, at the
+/// quantisation of a common arm and at several rates.
 std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options);
 
 }  // namespace typodont::haptics

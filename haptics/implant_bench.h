@@ -1,4 +1,4 @@
-// What a tick of the contact model "implant" costs: rows for `typodont bench`.
+// Time of a tick with the contact model "implant": rows for `typodont bench`.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace typodont::haptics {
 
-/// Ticks of the model "implant", free and in a bed. `quick`: fewer of them.
+/// Ticks of the model "implant", free and in a bed. `quick`: fewer ticks.
 std::vector<BenchRow> bench_implant(bool quick);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// A voxel's label as patch and volume keep it: the tissue it shows, and, where a filling was put into the air, the
-// label that the air had: a cavity that is emptied again is the cavity it was. Both in one byte.
+// A voxel's label in patch and volume: the tissue that it shows, and, for a filling, the label before the filling, so
+// that an emptied cavity has its old labels again. Both are stored in one byte.
 #pragma once
 
 #include <cstddef>
@@ -22,18 +22,18 @@ inline bool is_filled(Tissue label) noexcept {
   return static_cast<std::uint8_t>(label) > kShown;
 }
 
-/// The label of a voxel of air that comes to lie in a filling, or beside one.
+/// The label of a voxel of air that a filling covers or touches.
 inline Tissue filled(Tissue label, Tissue filling) noexcept {
   const int before = is_filled(label) ? static_cast<std::uint8_t>(label) >> kBeforeShift : static_cast<int>(label) + 1;
   return static_cast<Tissue>(before << kBeforeShift | static_cast<int>(filling));
 }
-/// What it was before.
+/// The label before the filling.
 inline Tissue emptied(Tissue label) noexcept {
   return is_filled(label) ? static_cast<Tissue>((static_cast<std::uint8_t>(label) >> kBeforeShift) - 1) : label;
 }
 
-/// Gives a voxel its label from before the filling, where it lies in the air and none of its 26 neighbours is filled
-/// and solid. A function of distances and labels alone. Returns whether that changed it.
+/// Restores a voxel's label from before the filling, if the voxel is air and none of its 26 neighbours is solid
+/// filling. Depends only on distances and labels. Returns whether the label changed.
 inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t at, std::ptrdiff_t stride_x,
                           std::ptrdiff_t stride_y) noexcept {
   if (!is_filled(label[at]) || distance[at] <= 0) return false;
@@ -50,8 +50,8 @@ inline bool restore_label(const float* distance, Tissue* label, std::ptrdiff_t a
   return true;
 }
 
-/// The same for a box of voxels, with a sample more on every side: it does not matter after which of the cuts it is
-/// called. True when it changed any.
+/// Applies restore_label() to a box of voxels; one more sample must exist on every side. The result does not depend on
+/// how many cuts were made before the call. Returns true if any label changed.
 inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue* label, std::ptrdiff_t stride_x,
                            std::ptrdiff_t stride_y) noexcept {
   bool changed = false;
@@ -59,7 +59,7 @@ inline bool restore_labels(const glm::ivec3& size, const float* distance, Tissue
     for (int y = 0; y < size.y; ++y) {
       const std::ptrdiff_t row = x * stride_x + y * stride_y;
       for (int z = 0; z < size.z; ++z) {
-        if (z + 8 <= size.z) {  // mostly there is nothing
+        if (z + 8 <= size.z) {  // most groups of eight have no filling
           std::uint64_t eight;
           std::memcpy(&eight, label + row + z, sizeof eight);
           if (!(eight & 0xf0f0f0f0f0f0f0f0u)) {

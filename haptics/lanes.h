@@ -1,5 +1,5 @@
-// Eight floats side by side, for kernels that are compiled for several processors (engine/base/dispatch.h): GCC's
-// vectors, so that every processor computes the same. Private to the .cpp files of the haptics.
+// Vectors of eight floats, for kernels that are compiled for several processors (engine/base/dispatch.h). GCC's vector
+// types make the result the same on every processor. Private to the .cpp files of haptics.
 #pragma once
 
 #include <cmath>
@@ -13,10 +13,10 @@ typedef double D8 __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float F4 __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16), aligned(4), may_alias));
 
-/// Everything here is part of the kernel that uses it, and so is compiled for the same processor.
+/// Inlines a function into the kernel that calls it, so that it is compiled for the same processor.
 #define TYPODONT_KERNEL inline __attribute__((always_inline))
 
-/// A bit for each lane of a mask.
+/// One bit for each lane of a mask.
 TYPODONT_KERNEL unsigned bits_of(const I8& mask) {
 #ifdef __SSE2__
   const I4 low = __builtin_shufflevector(mask, mask, 0, 1, 2, 3),
@@ -39,14 +39,14 @@ TYPODONT_KERNEL bool any_of(const I8& mask) {
 }
 
 TYPODONT_KERNEL void take_root(F8& v) {
-  // Through memory, or the compiler takes some of the eight one by one.
+  // Forces the value through memory; otherwise the compiler computes some of the eight roots one by one.
   asm("" : "+m"(v));
   F8 root;
   for (int i = 0; i < 8; ++i) root[i] = std::sqrt(v[i]);
   v = root;
 }
 
-/// For each set of lanes: these lanes first.
+/// A table of permutations: for each set of lanes, the permutation that puts these lanes first.
 struct Compaction {
   I8 order[256] = {};
   Compaction() {
@@ -60,7 +60,7 @@ struct Compaction {
 inline const Compaction kCompaction;
 
 TYPODONT_KERNEL void gather_lanes(const F8& v, const I8& order, F8& first) {
-#ifdef __clang__  // has no shuffle by a variable
+#ifdef __clang__  // clang has no shuffle with a variable order
   for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
 #else
   first = __builtin_shuffle(v, order);

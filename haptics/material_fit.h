@@ -1,4 +1,4 @@
-// Densities of a sphere packing from a recorded force curve (S2, eq. 14). Set-up time.
+// Fits the densities of a sphere packing to a recorded force curve (paper S2 in docs/papers.md, eq. 14). Set-up time.
 #pragma once
 
 #include <cstdint>
@@ -14,43 +14,43 @@
 
 namespace typodont::haptics {
 
-/// One moment of a measurement: a machine feeds the turning tool and records what it takes.
+/// One sample of a measurement: a machine feeds the turning tool and records the force.
 struct FeedSample {
   double t = 0;      // s
-  Pose X_WT;         // the tool
-  double force = 0;  // N
+  Pose X_WT;         // pose of the tool
+  double force = 0;  // N, measured force
 };
 
 struct FitOptions {
-  /// η of eq. 14, density per newton; 0: each moment takes `relaxation` of the step that would settle it at once.
+  /// η of eq. 14, density per newton; 0: each moment uses `relaxation` times the step that would remove its error.
   double eta = 0;
-  double relaxation = 0.3;  // η g Σw²; eq. 14 converges for 0 to 2
-  int rounds = 60;          // through the whole curve
-  int moments = 300;        // into which the curve is divided; the force of each is its mean
+  double relaxation = 0.3;  // fraction of the error that one step removes, η g Σw²; eq. 14 converges between 0 and 2
+  int rounds = 60;          // number of iterations over the whole curve
+  int moments = 300;        // number of moments into which the curve is divided; the force of a moment is its mean
   std::function<void(double share)> progress;
 };
 
 struct MaterialFit {
-  std::uint64_t seed = 0, tissue_hash = 0;  // of the packing
-  std::vector<float> hardness;              // of every sphere, over its tissue's own; 1 where the tool never was
-  std::vector<bool> fitted;                 // whether the tool was there
-  std::vector<double> error;                // N², mean square over the moments, before each round and after the last
-  std::vector<double> t, measured, simulated;  // s, N, of every moment with contact; after the last round
-  double stability = 0;                        // the largest η g Σw² of all moments
+  std::uint64_t seed = 0, tissue_hash = 0;  // identity of the packing and its tissue
+  std::vector<float> hardness;  // fraction of the tissue's own hardness, for every sphere; 1 where the tool never was
+  std::vector<bool> fitted;     // true for the spheres that the tool touched
+  std::vector<double> error;    // N², mean square error over the moments, before each iteration and after the last one
+  std::vector<double> t, measured, simulated;  // s, N, for every moment with contact; after the last iteration
+  double stability = 0;                        // largest stability_of() of all moments
 };
 
-/// Eq. 14 for one moment: changes the densities of the spheres that the tool overlaps by `overlap` (m³ each) so that
-/// the simulated force, `gain` times the mean density weighted by overlap, comes nearer to the measured one. Returns
-/// the force before that, N. `rho`: of all spheres.
+/// Eq. 14 for one moment: changes the densities of the spheres that the tool overlaps by `overlap` (m³ each). The
+/// simulated force, `gain` times the mean density weighted by overlap, comes closer to the measured force. `rho`:
+/// densities of all spheres. Returns the simulated force before the change, N.
 double adjust_densities(std::span<const std::pair<int, double>> overlap, double gain, double eta, double measured,
                         std::span<double> rho) noexcept;
-/// η g Σw² of such a moment, which must lie below 2.
+/// Factor η g Σw² of eq. 14 for one moment: the fraction of the error that one step removes. Must be less than 2.
 double stability_of(std::span<const std::pair<int, double>> overlap, double gain, double eta) noexcept;
 
-/// The virtual recreation of the measurement: the tool goes the recorded way through the tissue, and the force of each
-/// moment is what the motor needs to remove what it removes there (see PackingModel). `settings`: tool, spindle,
-/// materials and a method "packing". Throws Error where the method is another, the curve has no contact or the step
-/// size is unstable; `curve` names the measurement in messages.
+/// Simulates the measurement: the tool moves through the tissue on the recorded path, and the force of each moment is
+/// the force that the motor needs for the removal there (see PackingModel). `settings`: tool, spindle, materials and a
+/// method "packing". Throws Error if the method is another one, the curve has no contact or the step size is unstable;
+/// `curve` names the measurement in messages.
 MaterialFit fit_material(const TissueVolume& tissue, const ServoSettings& settings, std::span<const FeedSample> samples,
                          const FitOptions& options, std::string_view curve);
 

@@ -1,4 +1,4 @@
-// Triangles as OpenVDB makes them of a level set (volumeToMesh), on one thread. Only a yardstick for bench rows.
+// Triangles of a level set by OpenVDB's volumeToMesh, on one thread. Only a reference for bench rows.
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@ namespace typodont::haptics {
 
 class MeshBaseline {
  public:
-  static constexpr double kBand = 4;  // voxels: OpenVDB's own level sets are no narrower than 3
+  static constexpr double kBand = 4;  // voxels; OpenVDB's own level sets have a half width of at least 3
 
-  /// Far outside everywhere.
+  /// The empty level set: every sample is far outside.
   MeshBaseline();
   ~MeshBaseline();
   MeshBaseline(const MeshBaseline&) = delete;
   MeshBaseline& operator=(const MeshBaseline&) = delete;
 
-  /// A sample within the band, voxels, negative inside.
+  /// Sets a sample within the band. `distance`: voxels, negative inside.
   void set(const glm::ivec3& i, float distance);
-  /// After the last sample: what lies within the band gets its sign.
+  /// Call after the last sample: sets the signs of the samples outside the band.
   void finish();
 
   struct Mesh {
     std::vector<glm::vec3> points;  // voxels
     std::vector<std::array<std::uint32_t, 3>> triangles;
   };
-  /// Median of so many extractions, ns; the mesh of the last.
+  /// Extracts the mesh `repeats` times. Returns the median time, ns, and the last mesh.
   double extract(int repeats, Mesh& mesh) const;
 
  private:

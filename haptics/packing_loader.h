@@ -1,5 +1,5 @@
-// Files of the model "packing" that this module cannot read: it links no HDF5 and no reader of meshes, so whoever does
-// says how they are read.
+// Readers for files of the model "packing". This module links neither HDF5 nor a mesh reader, so a module that can read
+// these files registers a function.
 #pragma once
 
 #include <filesystem>
@@ -13,15 +13,17 @@ namespace typodont::haptics {
 
 using PackingLoader = std::function<SpherePacking(const std::filesystem::path&)>;
 
-/// Before main(), at namespace scope: const PackingLoaderRegistration registration{session::load_packing};
+/// Registers a loader before main(). Declare it at namespace scope:
+///   const PackingLoaderRegistration registration{session::load_packing};
 struct PackingLoaderRegistration {
   explicit PackingLoaderRegistration(PackingLoader loader);
 };
 
-/// A closed mesh as a tool's head; `unit` in m.
+/// Reads a closed mesh as a tool's head. `unit`: m per unit of the file.
 using ToolMeshReader = std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)>;
 
-/// Before main(), at namespace scope: const ToolMeshReaderRegistration registration{haptics::read_mesh_solid};
+/// Registers a reader before main(). Declare it at namespace scope:
+///   const ToolMeshReaderRegistration registration{haptics::read_mesh_solid};
 struct ToolMeshReaderRegistration {
   explicit ToolMeshReaderRegistration(ToolMeshReader reader);
 };

@@ -20,18 +20,18 @@ using P = MotionParameters;
 bool is_unit(const dquat& R) {
   return std::abs(glm::dot(R, R) - 1) < 1e-3;
 }
-/// Made of unit length, unless it is that already but for rounding: what a tick gave out (ServoTick::X_WT) comes back
-/// as the same bits, so that a replay feels what the hand felt.
+/// Normalises R, except if it is already a unit quaternion within rounding. So an orientation that a tick returned
+/// (ServoTick::X_WT) keeps its bits as input of a replay, and the replay computes the same force.
 dquat made_unit(const dquat& R) {
-  constexpr double kRounding = 1e-14;  // of |R|², more than a normalisation leaves
+  constexpr double kRounding = 1e-14;  // tolerance of |R|²; larger than the rounding error of a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
 bool is_near(const dvec3& p) {
   return glm::dot(p, p) < P::workspace * P::workspace;  // false for NaN
 }
 
-/// Copies a tick in pieces of 16 bytes: the compiler would make a string instruction of the whole, which is slow to
-/// start.
+/// Copies a tick in pieces of 16 bytes. For the whole struct the compiler would emit a string instruction, which starts
+/// slowly.
 void copy_tick(const ServoTick& from, ServoTick& to) noexcept {
   static_assert(std::is_trivially_copyable_v<ServoTick> && sizeof(ServoTick) % 8 == 0);
   constexpr std::size_t kPiece = 16, kPieces = sizeof(ServoTick) / kPiece, kRest = sizeof(ServoTick) % kPiece;
@@ -84,7 +84,8 @@ Servo::State::State(const ServoSettings& s) : settings(s), tools(tool_set(settin
 void Servo::State::rest(TickData& now, bool valid) noexcept {
   const HandSample& hand = now.hand;
   ServoTick& out = now.out;
-  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)} : motion.X_WG;  // where the device left it
+  out.X_WT = valid ? Pose{hand.X_WT.p, made_unit(hand.X_WT.R)}
+                   : motion.X_WG;  // an invalid pose is replaced by the last pose of the proxy
   out.X_WG = motion.placed ? motion.X_WG : out.X_WT;
   out.faults = hand.faults & kNoPose ? hand.faults & kNoPose : bits(Fault::kBadInput);
   if (settings.spindle.run_up_time > 0) {
@@ -105,7 +106,7 @@ void Servo::State::rest(TickData& now, bool valid) noexcept {
 void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   Motion& m = motion;
   m.began = t;
-  // After illegal input the tool is where it was: outside.
+  // After an interruption the proxy stays outside the tissue, unless the hand is far away from it.
   if (!m.placed || glm::length(X_WT.p - m.X_WG.p) > P::lost_distance) m.X_WG = X_WT;
   m.placed = true;
   m.last_hand = X_WT;
@@ -129,8 +130,8 @@ inline void Servo::State::account(TickData& now, bool turns) noexcept {
   now.turned = turns ? rotation_vector(motion.last_hand.R, now.X_WT.R) : dvec3(0);
   const bool leaps = glm::dot(now.moved, now.moved) > P::hand_speed_limit * P::hand_speed_limit * now.dt * now.dt;
   motion.leap = std::max(0.0, (leaps ? P::leap_time : motion.leap) - now.dt);
-  if (motion.idle) return;  // nothing was felt
-  // Exactly last force × way (numbers.md, "Stability"), and last torque × turn.
+  if (motion.idle) return;  // the hand felt no force
+  // Exact, because the force was constant during the tick: last force × displacement + last torque × rotation.
   now.given_to_hand = glm::dot(l.last_force, now.moved) + glm::dot(l.last_torque, now.turned);
   sums.energy -= now.given_to_hand;
   sums.spindle_energy += glm::dot(l.last_spindle_force, now.moved);
@@ -167,8 +168,8 @@ bool Servo::State::fly(TickData& now) noexcept {
     return false;
   }
   const double way = glm::length(now.X_WT.p - m.X_WG.p), least = settings.frame.voxel;
-  // What was free around the last place is so around the next, less the way there. The model is asked only when that
-  // runs out.
+  // The clearance around the last position, minus the distance to the new position, is still free. The model is queried
+  // again only when this clearance is used up.
   if (!(m.room > least && way <= m.room)) {
     m.room = model->clearance({m.X_WG.p, now.X_WT.R});
     if (!(m.room > least && way <= m.room)) return false;
@@ -180,7 +181,7 @@ bool Servo::State::fly(TickData& now) noexcept {
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
   out.faults = m.due_for > P::stale_time ? bits(Fault::kStalePatch) : 0;
-  cutting.budget = std::min(cutting.budget, 0.0);  // a free head has earned nothing
+  cutting.budget = std::min(cutting.budget, 0.0);  // a head without contact earns no energy
   cutting.wall_budget = 0;
   Limits& l = limits;
   l.ramp = now.hand.faults & bits(Fault::kHeld) ? 0 : 1;
@@ -213,7 +214,8 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.relative_stiffness = coupling.relative_stiffness;
 }
 
-/// A snapshot that has long been due: the carver is late. What the snapshot holds is still true, so the force stays.
+/// Sets kStalePatch if a new snapshot has been due for too long: the carver is late. The old snapshot is still correct,
+/// so the force stays.
 void Servo::State::watch_snapshot(ContactTick& now) noexcept {
   const dvec3 wanted_W = snapshot_center_for(now.contact.p_WG, now.X_WT.p, travel);
   const bool due = snapshot->number == 0 || snapshot_due_for(wanted_W, snapshot->center_W, travel);
@@ -293,7 +295,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   const ServoSettings& settings = s.settings;
   TickData now{hand, out, cut};
 
-  // Time since the last tick, as measured; a jump of the clock counts as one ordinary tick.
+  // Measured time since the last tick; a jump of the clock counts as one tick of nominal length.
   now.dt = s.motion.started ? to_seconds(hand.t - s.motion.last_t) : settings.tick;
   if (!(now.dt > 0 && now.dt < P::longest_tick)) now.dt = settings.tick;
 
@@ -303,10 +305,11 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   out.patch = s.snapshot->number;
   out.tool = s.in_hand;
 
-  // Illegal input, or no hand: zero force in this very tick, and the proxy starts anew afterwards. What the hand did
-  // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
-  // in debt gives no force ever again.
-  const bool comes_turned = hand.X_WT.R != s.motion.came_R;  // most hands only move
+  // Illegal input, or no hand: zero force in this tick, and the proxy starts anew afterwards. The ledger ignores the
+  // hand's motion in between, because the hand felt no force. Otherwise the last force times a jump of the pose could
+  // become a debt, and a ledger in debt allows no force.
+  // The orientation is compared first, because it often stays the same.
+  const bool comes_turned = hand.X_WT.R != s.motion.came_R;
   const bool valid = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
     s.rest(now, valid);
@@ -319,7 +322,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
     turns = R_WT != s.motion.R_WT;
     s.motion.R_WT = R_WT;
   }
-  // Each from its source: one copied from the other would be read back before its stores are through.
+  // Both poses are copied from the same source. Copying one pose to the other would wait for pending stores.
   out.X_WT.p = now.X_WT.p = hand.X_WT.p;
   out.X_WT.R = s.motion.R_WT;
   now.X_WT.R = s.motion.R_WT;

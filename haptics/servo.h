@@ -1,4 +1,4 @@
-// The servo: hand pose in, force out, at 1 kHz or more, cutting the tissue on the way.
+// The servo: reads the hand's pose, cuts the tissue and returns the force, at 1 kHz or more.
 #pragma once
 
 #include <algorithm>
@@ -19,78 +19,85 @@ namespace typodont::haptics {
 
 class ContactMethod;
 
-/// Everything a run needs to know before its first tick. SI.
+/// Everything that the servo needs before its first tick. SI units.
 struct ServoSettings {
-  double stiffness = 1000;  // N/m, virtual coupling; what enamel feels. Other tissues scale with their own stiffness
-  double damping = 2;       // N·s/m, along the contact normal
+  // N/m, stiffness of the coupling in enamel; other tissues scale this value by their own stiffness
+  double stiffness = 1000;
+  double damping = 2;  // N·s/m, damping along the contact normal
   bool friction = true;
   bool cutting = true;
-  bool passivity = true;       // the controller; the ledger runs always
-  bool boundary_walls = true;  // one-sided walls from soft to hard tissue
-  double force_limit = 20;     // N
-  double torque_limit = 0.5;   // N·m
-  bool gives_torque =
-      true;  // the hand's device resists turns (DeviceInfo); else its torque is for show, not in the ledger
-  double slew_limit = 0;     // N/s that the force may rise by; 0: as it comes
-  double position_step = 0;  // m, of the hand's device (DeviceInfo); the damper then goes by an estimate of velocity
-  double ramp_time = 15e-3;  // s from nothing to the whole force at the start, and back at the end
-  VibrationLaw vibration;    // of the spindle, through the arm; without a band there is none
-  ForceFilter filter = ForceFilter::kNone;  // for comparison with the literature
+  bool passivity = true;       // enables the passivity controller; the energy ledger always runs
+  bool boundary_walls = true;  // enables one-sided walls: a bur in soft tissue is held back by harder tissue
+  double force_limit = 20;     // N, limit of the force
+  double torque_limit = 0.5;   // N·m, limit of the torque
+  // The device can resist rotation (DeviceInfo); if false, the torque is only reported and not in the ledger
+  bool gives_torque = true;
+  double slew_limit = 0;  // N/s, limit of the force's rise; 0: no limit
+  // m, position resolution of the device (DeviceInfo); above 0, the damper uses an estimated velocity
+  double position_step = 0;
+  // s, time in which the force rises from zero to full at the start, and falls to zero at the end
+  double ramp_time = 15e-3;
+  VibrationLaw vibration;  // vibration of the spindle, which the arm transmits to the hand; a band of 0 disables it
+  ForceFilter filter = ForceFilter::kNone;  // force filter from the literature, for comparison
   double tick = 1e-3;                       // s, nominal period
   MaterialTable materials{};
-  Tool tool;                // in the hand at first
-  std::vector<Tool> tools;  // all that can be taken up, `tool` first; empty: only that one. See tool_set()
+  Tool tool;                // tool in the hand at the start
+  std::vector<Tool> tools;  // all tools that the hand can take, `tool` first; empty: only `tool`. See tool_set()
   Spindle spindle;
-  VoxelFrame frame;                             // of the tissue volume
-  std::uint32_t laws = kServoLaws;              // version of the force laws; a replay takes the recording's
-  std::shared_ptr<const ContactMethod> method;  // of contact; null: default_contact_method()
+  VoxelFrame frame;                             // frame of the tissue volume
+  std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording
+  std::shared_ptr<const ContactMethod> method;  // contact method; null: default_contact_method()
 };
 
-/// The tools of a session, as ServoTick::tool, Cut::tool and HandSample::tool count them.
+/// The tools of a session. ServoTick::tool, Cut::tool and HandSample::tool are indices into this list.
 inline std::span<const Tool> tool_set(const ServoSettings& settings) {
   return settings.tools.empty() ? std::span<const Tool>(&settings.tool, 1) : std::span<const Tool>(settings.tools);
 }
 
-/// The hand at one tick.
+/// State of the hand at one tick.
 struct HandSample {
   Nanos t = 0;
   Pose X_WT;
-  double pedal = 0;          // 0..1; down to -1, backwards, of a tool with a thread
-  std::uint32_t tool = 0;    // the one that is wanted: taken up as soon as pedal, drill and tissue allow it
-  std::uint32_t faults = 0;  // Fault bits of the device; with one of kNoPose the pose is not where the hand is
+  double pedal = 0;  // 0..1; for a tool with a thread -1..1, negative: backwards
+  // Index of the wanted tool; the servo takes it as soon as pedal, spindle and tissue allow the change
+  std::uint32_t tool = 0;
+  std::uint32_t faults = 0;  // Fault bits of the device; if a bit of kNoPose is set, X_WT is not the pose of the hand
 };
-/// The hand is not where the sample says, nor did it feel the last force: Servo::tick gives none, and begins anew after
-/// it.
+/// Faults that make the pose invalid and mean that the hand did not feel the last force. Servo::tick then returns zero
+/// force, and starts anew with the next valid pose.
 inline constexpr std::uint32_t kNoPose = bits(Fault::kBadInput) | bits(Fault::kDeviceLost);
 
-/// A pedal below this, of its range 0..1, is up; a spindle below this fraction of its free speed stands.
+/// Limit, as a fraction: a pedal below it counts as released, a spindle below this fraction of its free speed as
+/// stopped.
 inline constexpr double kPedalUp = 0.01;
 
-/// One hand in one tissue. Servo thread only; tick() is noexcept, never allocates, never locks, is deterministic: equal
-/// samples and equal snapshots give equal bits. Another tool is taken up in the first tick in which the pedal is up,
-/// the drill stands, and neither the old head nor the new one touches anything: the force cannot jump.
+/// Contact, cutting and force of one hand in one tissue. Servo thread only; tick() is noexcept, never allocates and
+/// never locks. Deterministic: equal samples and equal snapshots give equal bits. The servo takes another tool in the
+/// first tick in which the pedal is released, the spindle has stopped, and neither the old head nor the new one touches
+/// tissue. So a tool change causes no force step.
 class Servo {
  public:
-  /// `settings` must be complete, their frame included. Throws Error where the contact method refuses them.
+  /// `settings` must be complete, including the frame. Throws Error if the contact method rejects the settings.
   explicit Servo(const ServoSettings& settings);
   ~Servo();
   Servo(Servo&&) noexcept;
   Servo& operator=(Servo&&) noexcept;
 
-  /// Takes up a fresh snapshot from the carver, brings it up to date with the cuts made since it was taken, and leaves
-  /// the old one's buffers in its place.
+  /// Adopts a new snapshot from the carver and adds the cuts made since it was taken. Afterwards `fresh` contains the
+  /// buffers of the old snapshot.
   void adopt(Snapshot& fresh) noexcept;
 
-  /// One tick. `cut` is filled and true returned when tissue was removed.
+  /// Computes one tick. Returns true and fills `cut` if the tissue changed.
   bool tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept;
 
-  /// Other stiffnesses of the tissues, N/m, from the next tick on: where tissue is being made, and nothing recorded.
+  /// Sets new stiffnesses of the tissues, N/m, from the next tick on. Not for recorded sessions: a replay would not
+  /// know the change.
   void set_stiffness(const PerTissue& stiffness) noexcept;
 
-  /// From now on the force fades within ramp_time; for the end of a session.
+  /// From now on the force fades to zero within ramp_time. For the end of a session.
   void ramp_out() noexcept;
 
-  /// The tissue that it works in.
+  /// The snapshot in use.
   const Snapshot& snapshot() const noexcept;
 
  private:
@@ -98,15 +105,17 @@ class Servo {
   std::unique_ptr<State> state_;
 };
 
-/// Where a snapshot should lie, m: between the tool outside the tissue and the hand that pulls it, `travel` in m.
+/// The wanted centre of a snapshot, W, m: between the proxy p_WG and the hand p_WT, at most travel / 2 from the proxy.
+/// `travel`: m, see ContactModel::travel().
 dvec3 snapshot_center_for(const dvec3& p_WG, const dvec3& p_WT, double travel) noexcept;
-/// True when a snapshot that lies around `center_W` should be replaced by one around `wanted_W`.
+/// Returns true if a snapshot centred at `center_W` should be replaced by one centred at `wanted_W`.
 inline bool snapshot_due_for(const dvec3& wanted_W, const dvec3& center_W, double travel) noexcept {
   const dvec3 off = wanted_W - center_W;
   return std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) > travel / 2;
 }
 
-/// The largest fraction of a step, 0..1, with |rest + fraction · step| <= most, or the one that comes nearest to that.
+/// The largest fraction of a step, 0..1, with |rest + fraction · step| <= most. If no fraction satisfies this, the
+/// fraction that minimises |rest + fraction · step|.
 double largest_fraction(const dvec3& step, const dvec3& rest, double most);
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// The share of a voxel that lies inside a surface, as all of the haptics count it: in whole units, so that volumes are
-// exact sums, whatever their order, and what is taken, put down and left over adds up to the last unit.
+// The fraction of a voxel that lies inside a surface, for all of haptics. It is counted in integer units, so volumes
+// are exact sums in any order, and removed, added and remaining volumes add up exactly.
 #pragma once
 
 #include <bit>
@@ -9,10 +9,11 @@ namespace typodont::haptics {
 
 inline constexpr double kShareUnit = 1.0 / (1 << 23);
 
-/// Of a surface that passes at `distance` voxels from the voxel's centre, in units. Between 1 and 2 floats are evenly
-/// spaced, a unit apart, and so are their bits.
+/// The fraction in units, for a surface that passes at `distance` voxels from the voxel's centre. Between 1 and 2,
+/// floats have equal spacing (one unit), and so have their bit patterns.
 inline std::int32_t units_inside(float distance) {
-  const float above = distance < -0.5f ? -0.5f : distance;  // without a branch: whole leaves are summed up in one go
+  // Without a branch, so that the compiler can vectorise the sum over a leaf
+  const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);
 }

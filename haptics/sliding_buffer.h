@@ -110,8 +110,8 @@ class SlidingBuffer {
   }
 
   T* memory_ = nullptr;
-  std::size_t count_ = 0;  // elements
-  std::size_t ring_ = 0;   // elements after which the memory repeats
+  std::size_t count_ = 0;  // number of elements
+  std::size_t ring_ = 0;   // number of elements after which the memory repeats
   std::size_t first_ = 0;  // index of the array's first element in the ring
 };
 

@@ -1,4 +1,4 @@
-// The part of the tissue that the carver hands to the servo: the base of what every contact model works in.
+// The part of the tissue that the carver passes to the servo: base class of the data in which contact models compute.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 
 namespace typodont::haptics {
 
-/// Which tissue a snapshot shows. A tissue body derives its own snapshot type from it (the dense patch of the field
-/// models, a list of spheres …). The carver writes it, the servo owns it from ContactModel::adopt() on. Buffers are
-/// sized once, at set-up.
+/// Describes which tissue a snapshot contains. A tissue body derives its own snapshot type from it (the dense patch of
+/// the field models, a list of spheres …). The carver writes it, the servo owns it from ContactModel::adopt() on.
+/// Buffers are sized once, at set-up.
 struct Snapshot {
   std::uint32_t number = 0;     // 1, 2, 3 …; 0: empty, no snapshot has been taken yet
-  std::uint64_t cuts = 0;       // index of the last cut that it contains
-  std::uint32_t edits = 0;      // number of undo and redo steps before it was taken
-  std::uint64_t edited_at = 0;  // index of the last cut before the newest of these steps
-  PerTissue taken_back{};       // m³ that undo brought back so far, less what redo removed again
-  std::uint32_t pieces = 0;     // number of loose pieces that were removed before it was taken
-  PerTissue loose{};            // m³, volume of these pieces
-  dvec3 center_W{0, 0, 0};      // m, the place that was asked for
+  std::uint64_t cuts = 0;       // index of the last cut that the snapshot contains
+  std::uint32_t edits = 0;      // number of undo and redo steps before the snapshot was taken
+  std::uint64_t edited_at = 0;  // index of the last cut before the newest undo or redo step
+  PerTissue taken_back{};       // m³ that undo brought back so far, minus what redo removed again
+  std::uint32_t pieces = 0;     // number of loose pieces that were removed before the snapshot was taken
+  PerTissue loose{};            // m³, volume of the removed pieces
+  dvec3 center_W{0, 0, 0};      // m, requested centre of the snapshot
 
   Snapshot() = default;
   Snapshot(const Snapshot&) = default;

@@ -67,21 +67,21 @@ struct Cylinder : Solid {
   }
 };
 
-/// A truncated cone, or one with a tip; the distance in the half-plane through its axis, to the outline there.
+/// A truncated cone, or one with a tip. The distance is computed in the half plane through the axis, to the outline.
 struct Cone : Solid {
   dvec3 center, axis;
-  double radius, top_radius, half;  // the radius below, at -half along the axis, and above
+  double radius, top_radius, half;  // m, radius at -half along the axis, radius at +half, half the height
 
   double distance(const dvec3& p) const override {
     const dvec3 d = p - center;
     const double z = glm::dot(d, axis);
     const glm::dvec2 q(glm::length(d - z * axis), z), corner(radius, -half), side(top_radius - radius, 2 * half);
-    // To the ends and to the slope, each as far as it reaches.
+    // Distances to the two end discs and to the slope.
     const double below = glm::length(glm::dvec2(std::max(q.x - radius, 0.0), q.y + half));
     const double above = glm::length(glm::dvec2(std::max(q.x - top_radius, 0.0), q.y - half));
     const double s = std::clamp(glm::dot(q - corner, side) / glm::dot(side, side), 0.0, 1.0);
     const double nearest = std::min({below, above, glm::length(q - corner - s * side)});
-    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // of the slope
+    const double out = side.y * (q.x - corner.x) - side.x * (q.y - corner.y);  // > 0: outside the slope
     return std::abs(z) < half && out < 0 ? -nearest : nearest;
   }
   void bounds(dvec3& lo, dvec3& hi) const override {
@@ -268,20 +268,21 @@ struct Part {
   std::unique_ptr<Solid> solid;
 };
 
-constexpr double kHalfVoxel = 0.87;  // voxels, from its middle to its corners
-constexpr double kTies = 1e-6;       // voxels: surfaces nearer to each other than this are one, the later solid's
+constexpr double kHalfVoxel = 0.87;  // voxels, more than the distance from a voxel's centre to its corners
+// voxels, tolerance: surfaces closer to each other count as one surface, which belongs to the later solid
+constexpr double kTies = 1e-6;
 
-/// Where in a voxel its label is read, from the middle and in voxels. Along each axis it is evenly spread over the
-/// plane across (the sequence R2 of Roberts 2018, "The unreasonable effectiveness of quasirandom sequences"), so that
-/// along a border between tissues as many voxels show each of the two as it has volume there: read in the middle,
-/// borders lie half a voxel off.
+/// The point in a voxel at which its label is read, relative to the centre, in voxels. Along each axis these points are
+/// evenly distributed over a plane of voxels (the sequence R2 of Roberts 2018, "The unreasonable effectiveness of
+/// quasirandom sequences"). So the number of voxels of each tissue at a border matches its volume; reading at the
+/// centres would shift borders by up to half a voxel.
 dvec3 place_within(const glm::ivec3& voxel) {
   constexpr double a = 0.7548776662466927, b = 0.5698402909980532, along = 0.5497004779019703;
   const dvec3 v(voxel);
   return glm::fract(a * dvec3(v.y, v.z, v.x) + b * dvec3(v.z, v.x, v.y) + along * v) - 0.5;
 }
 
-/// The last one that holds the place; null outside all of them.
+/// The last part that contains the point; null outside all parts.
 const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   for (auto part = near.rbegin(); part != near.rend(); ++part) {
     if ((*part)->solid->distance(p) <= 0) return *part;
@@ -289,7 +290,8 @@ const Part* part_inside(const std::vector<const Part*>& near, const dvec3& p) {
   return nullptr;
 }
 
-/// The same, and just outside the nearest solid, so that a label can be read at the surface from either side.
+/// The part that contains the point; just outside all parts, the nearest part. So a label can be read on both sides of
+/// the surface.
 const Part* part_around(const std::vector<const Part*>& near, const dvec3& p, double h) {
   if (const Part* const inside = part_inside(near, p)) return inside;
   double nearest = 3 * h;
@@ -345,7 +347,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     lo -= dense.band;
     hi += dense.band;
   }
-  // Voxel centres lie on multiples of h, so that the same solid sampled in two domains has the same samples.
+  // Voxel centres are multiples of h, so that a solid sampled in two domains has the same samples.
   const dvec3 first = glm::floor(lo / h), last = glm::ceil(hi / h);
   const dvec3 size = last - first + 1.0;
   constexpr double kMaxVoxels = 6e8;
@@ -361,8 +363,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
   if (std::ranges::any_of(parts, [](const Part& part) { return part.hardness != kOwnHardness; }))
     dense.hardness.assign(count, kOwnHardness);
 
-  // Block by block. A distance changes by no more than the way gone, so one look at a block's middle tells which solids
-  // matter in it, and mostly that all of it is air or deep inside.
+  // Block by block. A distance changes by no more than the displacement, so the distances at a block's centre show
+  // which solids matter in the block, and often that the whole block is air or deep inside.
   constexpr int kBlock = 8;
   const double reach = 0.5 * std::sqrt(3.0) * (kBlock - 1) * h;
   const auto label = [&](std::size_t i, const Part* part) {
@@ -374,7 +376,8 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
     const dvec3 middle = dense.frame.to_world(dvec3(from) + 0.5 * (kBlock - 1));
     near.clear();
     const Part* deep = nullptr;
-    bool crossed = false, covered = false;  // by a label's border; by one solid, all of it beyond the band
+    // Crossed: a label's border crosses the block; covered: one solid contains the block, deeper than the band
+    bool crossed = false, covered = false;
     for (const Part& part : parts) {
       const double own = part.solid->distance(middle);
       if (own - reach >= dense.band) continue;
@@ -415,7 +418,7 @@ DenseTissue read_solids(const Json& json, const SolidFiles& files) {
       }
     }
   };
-  const auto slab = [&](int x0, int x1) {  // in blocks
+  const auto slab = [&](int x0, int x1) {  // x0, x1: in blocks
     std::vector<const Part*> near;
     for (int x = x0 * kBlock; x < std::min(x1 * kBlock, dense.size.x); x += kBlock) {
       for (int y = 0; y < dense.size.y; y += kBlock) {

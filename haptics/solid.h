@@ -1,4 +1,4 @@
-// Analytic solids: tissue for tests, teaching and benchmarks, with exact distances.
+// Analytic solids with exact distances: tissue for tests, teaching and benchmarks.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@
 
 namespace typodont::haptics {
 
-/// A closed shape with its signed distance, negative inside; where shapes were intersected or taken away it may be less
-/// than the true one, never more. Metres, frame W.
+/// A closed shape with its signed distance, negative inside. For intersections and differences the distance may be less
+/// than the true one, but never more. Metres, frame W.
 class Solid {
  public:
   virtual ~Solid() = default;
@@ -22,12 +22,12 @@ class Solid {
   virtual void bounds(dvec3& lo, dvec3& hi) const = 0;
 };
 
-/// What a solid needs that its JSON text does not hold: the mesh files that it names. haptics itself reads no mesh
-/// formats: `read_mesh_solid` of Typodont::import does.
+/// Finds and reads the mesh files that JSON text names. haptics itself reads no mesh formats; `read_mesh_solid` of
+/// Typodont::import does.
 struct SolidFiles {
-  /// Where a named file lies. Without it a file is looked for beside the JSON file.
+  /// Finds the path of a named file. Empty: files are searched beside the JSON file.
   std::function<std::filesystem::path(const std::string& name)> find;
-  /// Makes a solid of a mesh file; `unit` in m per unit of the file. Throws Error. Without it a mesh is an error.
+  /// Makes a solid from a mesh file; `unit`: m per unit of the file. Throws Error. Empty: a mesh is an error.
   std::function<std::unique_ptr<Solid>(const std::filesystem::path& file, double unit)> read_mesh;
 };
 
@@ -35,18 +35,18 @@ struct SolidFiles {
 /// Error.
 std::unique_ptr<Solid> read_solid(const Json& json, const SolidFiles& files = {});
 
-/// All nearer than `radius` to the line from a to b, which may be a point.
+/// All points nearer than `radius` to the segment from a to b; a and b may be equal.
 std::unique_ptr<Solid> capsule(const dvec3& a_W, const dvec3& b_W, double radius);
 
-/// The key "hardness" of an object, 0..1 of the tissue's own hardness, as a byte (hardness.h); kOwnHardness where it is
-/// not given. Throws Error.
+/// Reads the key "hardness" of an object, a fraction 0..1 of the tissue's own hardness, as a byte (hardness.h);
+/// kOwnHardness if there is no such key. Throws Error.
 std::uint8_t read_hardness(const Json& json);
 
-/// The "tissue" object of a scene with "solids": samples them on voxels. Later solids overwrite label and hardness of
-/// earlier ones where they overlap. Throws Error, also when the volume would not fit into memory.
+/// Reads the "tissue" object of a scene with "solids" and samples it on voxels. Where solids overlap, the later one
+/// determines label and hardness. Throws Error, also if the volume is too large.
 DenseTissue read_solids(const Json& json, const SolidFiles& files = {});
 
-/// Names of the mesh files in a solid or a "tissue" object, as they stand there.
+/// Names of the mesh files in a solid or a "tissue" object, as written there.
 std::vector<std::string> mesh_files(const Json& json);
 
 }  // namespace typodont::haptics

@@ -7,14 +7,14 @@
 
 namespace typodont::haptics {
 
-/// A sphere as cuts left it.
+/// A sphere after the cuts so far.
 struct ShownSphere {
   dvec3 p_W{0};        // m
   double radius = 0;   // m
-  double density = 0;  // over dentin's: what decides how fast it is cut
+  double density = 0;  // density relative to dentin's; determines the cutting speed
 };
 
-/// All that are left. Carver thread. Empty where the carver's method is another.
+/// All remaining spheres; empty if the carver uses another method. Carver thread.
 std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings);
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// What turns the bur: an ideal motor of constant speed, or one with a torque–speed line.
+// The motor of the bur: an ideal motor with constant speed, or one with a linear torque–speed curve.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,15 @@
 
 namespace typodont::haptics {
 
-/// T = T_s (1 − ω/ω₀): straight for air turbines, nearly so for electric handpieces and implant motors.
+/// T = T_s (1 − ω/ω₀): exact for air turbines, approximate for electric handpieces and implant motors.
 struct Spindle {
   std::string name = "ideal";
   double free_speed = 0;    // rad/s at full pedal
-  double stall_torque = 0;  // N·m at full pedal; 0: ideal, the speed never falls
-  double run_up_time = 0;   // s to 63 % of a new speed; 0: at once
+  double stall_torque = 0;  // N·m at full pedal; 0: ideal motor, the speed does not fall under load
+  double run_up_time = 0;   // s until 63 % of a speed change; 0: immediate
 };
 
-/// Speed and cutting power while the tissue asks for `torque` at pedal 0..1; stalls (0, 0) above the stall torque.
+/// Speed and cutting power under a load of `torque`, at pedal 0..1. The spindle stalls (0, 0) above the stall torque.
 struct SpindleLoad {
   double speed = 0;  // rad/s
   double power = 0;  // W available for cutting
@@ -28,7 +28,7 @@ inline SpindleLoad load_spindle(const Spindle& spindle, double free_speed_now, d
   return {free_speed_now * share, torque * free_speed_now * share};
 }
 
-/// From a file of assets/motors/. Throws Error.
+/// Reads a file of assets/motors/. Throws Error.
 Spindle read_spindle(const Json& json);
 
 }  // namespace typodont::haptics

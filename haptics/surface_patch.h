@@ -1,4 +1,5 @@
-// The dense cut-out of the tissue in which the servo feels and cuts. The carver fills it, the servo owns it afterwards.
+// The dense copy of the tissue in which the servo computes contact and cuts. The carver fills it, then the servo owns
+// it.
 #pragma once
 
 #include <algorithm>
@@ -21,17 +22,18 @@ namespace typodont::haptics {
 struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
-  double band = 1e300;         // voxels; farther from the surface the field tells no distance
+  double band = 1e300;         // voxels; the field stores distances up to this distance from the surface
   bool exact_outside = false;  // distances outside the tissue are exact or too small, except near cuts and fillings
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
-  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // the same around all fillings
+  glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box of voxels, inclusive, around all fillings
   SlidingBuffer<float> distance;
-  SlidingBuffer<Tissue> tissue;          // see label.h
-  SlidingBuffer<std::uint8_t> hardness;  // see hardness.h; of a filled sample that of what was there before. Empty in
-                                         // tissue that is not graded (TissueVolume::graded): all kOwnHardness
-  std::vector<float> uncut;              // scratch of carve(); empty as `hardness` is
-  std::vector<SurfacePatch>
-      wide;  // one where a tool has a shank: every `every`-th sample, in voxels as large, far around
+  SlidingBuffer<Tissue> tissue;  // see label.h
+  // Hardness, see hardness.h; for a filled sample the hardness before the filling. Empty if the tissue is not graded
+  // (TissueVolume::graded): then every sample has kOwnHardness.
+  SlidingBuffer<std::uint8_t> hardness;
+  std::vector<float> uncut;  // buffer of carve(); empty if `hardness` is empty
+  // If a tool has a shank: one coarse patch with every `every`-th sample, in voxels of that size, with a larger range.
+  std::vector<SurfacePatch> wide;
   int every = 1;
   // The samples that the carver must copy again when it reuses the patch: changes of the tissue since `copied_at`
   // (TissueVolume::mark(); 0: all samples), and the box of voxels, inclusive, in which the servo wrote to the patch.
@@ -44,13 +46,13 @@ struct SurfacePatch : Snapshot {
     distance.assign(count, 0);
     tissue.assign(count, Tissue::kAir);
   }
-  /// Makes room for hardness, in a patch of graded tissue.
+  /// Allocates the hardness, for a patch of graded tissue.
   void grade() {
     hardness.resize(tissue.size());
     uncut.resize(tissue.size());
   }
-  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; the values of the
-  /// others are unspecified.
+  /// Moves the patch so that it begins at voxel `first`. Samples that stay inside keep their values; all other values
+  /// are unspecified.
   void move_to(const glm::ivec3& first) noexcept {
     const glm::ivec3 by = first - lo;
     const std::ptrdiff_t samples = (static_cast<std::ptrdiff_t>(by.x) * n + by.y) * n + by.z;
@@ -62,14 +64,14 @@ struct SurfacePatch : Snapshot {
   std::size_t at(int x, int y, int z) const {
     return (static_cast<std::size_t>(x) * n + static_cast<std::size_t>(y)) * n + static_cast<std::size_t>(z);
   }
-  /// True when everything within `reach` voxels of p (in voxels) can be sampled, cubic stencil included.
+  /// True if the patch contains all samples within `reach` voxels of p (in voxels), cubic stencil included.
   bool holds(const dvec3& p_V, double reach) const {
     if (number == 0) return false;
     const dvec3 q = p_V - dvec3(lo);
     const double room = reach + 3, top = n - 1 - room;
     return q.x >= room && q.y >= room && q.z >= room && q.x <= top && q.y <= top && q.z <= top;
   }
-  /// The greatest such reach around a p that is held.
+  /// The largest `reach` for which holds() is true at p.
   double reach_around(const dvec3& p_V) const {
     const dvec3 low = p_V - dvec3(lo), nearest = glm::min(low, dvec3(n - 1) - low);
     return std::min({nearest.x, nearest.y, nearest.z}) - 3;
@@ -80,12 +82,12 @@ struct SurfacePatch : Snapshot {
 inline void mark_written(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.written_lo = glm::min(patch.written_lo, lo), patch.written_hi = glm::max(patch.written_hi, hi);
 }
-/// Extends the box of what was cut.
+/// Extends the box around all cuts.
 inline void mark_cut(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3& hi) {
   patch.cut_lo = glm::min(patch.cut_lo, lo), patch.cut_hi = glm::max(patch.cut_hi, hi);
 }
-/// True when the field around p (in voxels), whose value there is `distance`, is as it was before any cut: neither the
-/// samples of the cubic stencil nor the tissue that they are nearest to lie where something was cut.
+/// True if cuts have not changed the field around p (in voxels), whose value there is `distance`: neither the samples
+/// of the cubic stencil nor the tissue nearest to them lie in the box of the cuts.
 inline bool is_true_around(const SurfacePatch& patch, const dvec3& p_V, double distance) {
   constexpr double kStencil = 5.2;  // voxels from a point to the corners of its stencil, 3√3
   if (!patch.exact_outside) return false;
@@ -100,20 +102,22 @@ struct FieldSample {
   dvec3 gradient{0, 0, 0};
 };
 
-// The three samplers read the patch without bounds checks: the caller has asked holds().
+// sample_linear(), sample_linear_gradient() and sample_cubic() read the patch without bounds checks: the caller must
+// check holds() first.
 
-/// Trilinear value: error h²/4R, 3–4 ns. For looking around, never for a force.
+/// Trilinear value: error h²/4R, 3–4 ns. For searches, never for a force.
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Trilinear value with its own gradient.
+/// Trilinear value with the gradient of the trilinear interpolation.
 FieldSample sample_linear_gradient(const SurfacePatch& patch, const dvec3& p_V) noexcept;
-/// Quasi-interpolating cubic B-spline on 6³ samples: C², reproduces cubics, error O(h⁴), and because the prefilter is
-/// local and folded into the weights a cut needs no update of coefficients (Condat, Blu & Unser 2005, sec. III).
+/// Quasi-interpolating cubic B-spline on 6³ samples: C², reproduces cubics, error O(h⁴). The prefilter is local and
+/// part of the weights, so a cut needs no update of coefficients (Condat, Blu & Unser 2005, sec. III).
 FieldSample sample_cubic(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// Shares of the eight labels around a point by trilinear weight, air left out; sums to 1, or to 0 in air.
+/// Trilinear weights of the eight labels around a point, without air. The sum is 1, or 0 in air.
 PerTissue sample_tissue(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
-/// The same shares, each times the hardness that its voxels have (hardness.h). In a patch without hardness: the shares.
+/// The weights of sample_tissue(), each multiplied by the hardness of its voxels (hardness.h). Without hardness: the
+/// weights alone.
 PerTissue sample_hardness(const SurfacePatch& patch, const dvec3& p_V) noexcept;
 
 /// The label of the nearest voxel; the patch must hold it.
@@ -122,16 +126,16 @@ inline Tissue tissue_at(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   return shown(patch.tissue[patch.at(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z))]);
 }
 
-/// Edge, in samples, of the patch that these tools need: their reach, room to travel while the carver works, and the
-/// stencil.
+/// Edge, in samples, of a patch for these tools. It includes their reach, the stencil, and the distance that they may
+/// move while the carver works.
 int patch_edge_for(std::span<const Tool> tools, double voxel);
-/// Voxels that any of the tools may move from the patch's centre before a new one is due.
+/// Voxels that a tool may move from the patch's centre before a new patch is due.
 double patch_travel_for(std::span<const Tool> tools, double voxel);
-/// A patch of that size, with the coarse patch that shanks are felt in where a tool has one. Number 0.
+/// Patch number 0, with the edge patch_edge_for(); contains the coarse patch for shanks if a tool has a shank.
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel);
 
-/// The hardness that sample `at` has for the hand: its own byte, or that of the filling in its place. Only in a patch
-/// that holds hardness.
+/// The hardness that the hand feels at sample `at`: the sample's byte, or the hardness of a filling there. Only for a
+/// patch with hardness.
 inline std::uint8_t felt_hardness(const SurfacePatch& patch, std::size_t at) noexcept {
   return is_filled(patch.tissue[at]) ? kOwnHardness : patch.hardness[at];
 }

@@ -10,7 +10,8 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kShort = 1, kBend = 0.0025;  // voxels
+// voxels; longest path that is treated as one step, and limit of a sample's deviation from its chord
+constexpr double kShort = 1, kBend = 0.0025;
 
 }  // namespace
 
@@ -30,7 +31,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
   half_length_ = tool.length / 2 / frame.voxel;
   travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
   if (!sphere_) {
-    // Seen from a head that turns the way of a sample bends: from its chord by an eighth of how its direction changes.
+    // In the frame of a turning head, the path of a sample is curved. It deviates from its chord by an eighth of the
+    // change of its direction.
     turn_ = turn_between(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
@@ -40,7 +42,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);
   }
 
-  // A slender head fills little of the ball around it: the box of its cylinder, at both ends of a short way.
+  // A slender head fills only a small part of its bounding ball. For a short path, the box of its cylinder at both ends
+  // suffices.
   const auto extent = [&](const Pose& X) {
     if (sphere_ || straights_ > 0) return dvec3(reach + kMargin);
     const dvec3 axis = X.R * dvec3(0, 0, 1);
@@ -93,10 +96,10 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept {
-  // Since the front was last looked at the head may have gone some way in the air.
+  // The head may have moved through air since the last call.
   const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : way_between(front.X_V_, X_VA_, reach_);
   front.come_to(X_VB_, (front.known_ ? way : 0) + travel_);
-  // What is listed now must last for a voxel more.
+  // Lists must stay valid for another voxel of path.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
   if (!inside || straights_ > 0 || !front.holds(lo_ - 1, hi_ + 1)) {

@@ -16,12 +16,13 @@ class TissueVolume;
 struct TissueMesh {
   std::vector<dvec3> vertices;        // m
   std::vector<glm::uvec3> triangles;  // counter-clockwise seen from outside
-  std::vector<Tissue> tissue;         // of each triangle: the tissue under it
+  std::vector<Tissue> tissue;         // tissue under each triangle
 };
 
-/// The tissue's surface as a mesh, for the contact models that work on meshes. Where the volume was made from a mesh
-/// (TissueVolume::mesh), that mesh; else the zero set of its distance field, one or two triangles a cell of its grid,
-/// each with the tissue half a voxel below it. Set-up time; empty where there is no tissue.
+/// Returns the tissue's surface as a mesh, for contact models that work on meshes. If the volume was made from a mesh
+/// (TissueVolume::mesh), returns that mesh. Otherwise returns the zero set of its distance field, with one or two
+/// triangles per cell of the grid, each with the tissue half a voxel below it. Set-up time; empty if there is no
+/// tissue.
 TissueMesh surface_mesh(const TissueVolume& volume);
 
 }  // namespace typodont::haptics

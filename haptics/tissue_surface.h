@@ -1,4 +1,4 @@
-// The surface of a body that consists of triangles, piece by piece, for pictures. Carver thread.
+// The triangle surface of a tissue body in pieces, for pictures. Carver thread.
 #pragma once
 
 #include <array>
@@ -16,28 +16,28 @@ struct SurfaceCorner {
   glm::vec3 p{0};        // m, from the origin of the volume's frame
   glm::vec3 n{0, 0, 1};  // unit, out of the tissue
   std::array<Tissue, 2> tissue{Tissue::kAir, Tissue::kAir};
-  float second = 0;  // 0..1: share of tissue[1]; the border between the two runs where it is a half
+  float second = 0;  // 0..1, fraction of tissue[1]; the border between both tissues is where it is 0.5
 };
 
-/// The faces whose centroids lie in one cell of a grid in space.
+/// The faces whose centroids are in one cell of a spatial grid.
 struct SurfacePiece {
   glm::ivec3 cell{0};
   std::vector<SurfaceCorner> corners;
-  std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside; none: nothing is left of it
+  std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside; empty: the piece is empty now
 };
 
 class TissueSurface {
  public:
   virtual ~TissueSurface() = default;
 
-  /// It has a border, so that its back can be seen.
+  /// True if the surface has a border, so that its back can be seen.
   virtual bool open() const = 0;
-  /// The first time all pieces; afterwards those whose faces, normals or tissues changed since the last call. A piece
-  /// depends on the mesh alone, not on how that came about.
+  /// The first call returns all pieces, later calls the pieces whose faces, normals or tissues changed since the last
+  /// call. A piece depends only on the mesh, not on the mesh's history.
   virtual std::vector<SurfacePiece> take_changed() = 0;
-  /// All of it.
+  /// The whole surface as one mesh.
   virtual TissueMesh mesh() const = 0;
-  /// The labels below the surface. Its distances are those of some earlier state.
+  /// The labels below the surface. The distances of this volume may be older than the surface.
   virtual const TissueVolume& labels() const = 0;
 };
 

@@ -31,9 +31,9 @@ struct RasterBlock {
 /// Sole owner of the tissue. One thread at a time (the carver's). Set-up functions throw Error.
 ///
 /// File format (.vdb): grids "distance" (float, mm, level set, background = band) and "tissue" (int32 labels, see
-/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". Where something
-/// was filled, a third, "tissue_before_filling": the label from before, plus one. Where the hardness of any voxel is
-/// not its tissue's own, another, "hardness": int32, 1 to 255, see hardness.h; background 255.
+/// contract/tissue.h), both with the voxel in mm as linear transform, and metadata "typodont_version". A file with
+/// fillings has a third grid, "tissue_before_filling": the label before the filling, plus one. If any voxel's hardness
+/// is not its tissue's own, the file has a grid "hardness": int32, 1 to 255, see hardness.h; background 255.
 class TissueVolume {
  public:
   explicit TissueVolume(const DenseTissue& dense);
@@ -47,22 +47,22 @@ class TissueVolume {
 
   const VoxelFrame& frame() const;
   double band() const;  // m
-  /// True when distances outside the tissue were true distances before anything was cut.
+  /// True if distances outside the tissue were true distances before the first cut.
   bool exact_outside() const;
   /// The bounding box of all cuts within lo .. hi; a_lo > a_hi if there are none.
   void cut_box(const glm::ivec3& lo, const glm::ivec3& hi, glm::ivec3& a_lo, glm::ivec3& a_hi) const;
   /// Inclusive bounds, in voxels, of all voxels nearer to a surface than the band; lo > hi if there are none.
   void bounds(glm::ivec3& lo, glm::ivec3& hi) const;
 
-  /// Whether any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
+  /// True if any voxel was ever given a hardness other than its tissue's own. While false, hardness needs no memory.
   bool graded() const;
 
   /// Copies a box of samples starting at voxel `lo`: distances in voxels (clamped to the band), labels, hardness (see
   /// hardness.h). z fastest. An array whose pointer is null is not copied.
   void copy(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
             std::uint8_t* hardness = nullptr) const;
-  /// As copy(), with labels in the encoding of a patch (see label.h). The hardness of a filled voxel is the one that it
-  /// had before the filling.
+  /// Like copy(), but with labels in the encoding of a patch (see label.h). The hardness of a filled voxel is the one
+  /// that it had before the filling.
   void copy_for_patch(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* labels,
                       std::uint8_t* hardness = nullptr) const;
   /// The bounding box of all fillings within lo .. hi; a_lo > a_hi if there are none.
@@ -73,7 +73,7 @@ class TissueVolume {
   void copy_every(int n, const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue,
                   std::uint8_t* hardness = nullptr) const;
 
-  // The functions below update a copy instead of making it anew.
+  // The functions below update a copied box of samples instead of copying it again.
   /// Returns a number for the present state of the tissue, for written_since(). It is never 0 and never the number of
   /// another volume.
   std::uint64_t mark();
@@ -91,11 +91,11 @@ class TissueVolume {
     Tissue* tissue;
     std::uint8_t* hardness = nullptr;
   };
-  /// As copy_for_patch(), but only the samples of `part`, which lies in the box.
+  /// Like copy_for_patch(), but copies only the samples of `part`, which lies in the box.
   void copy_part(const Copied& box, const VoxelBox& part) const;
-  /// As copy_part(), for the parts of these blocks that lie in the box.
+  /// Like copy_part(), but for the parts of the blocks `keys` that lie in the box.
   void copy_blocks(const Copied& box, std::span<const glm::ivec3> keys) const;
-  /// As copy_every(), but only the samples of `part`, which lies in the box.
+  /// Like copy_every(), but copies only the samples of `part`, which lies in the box.
   void copy_part_of_every(int n, const Copied& box, const VoxelBox& part) const;
   /// The box of those n-th samples that may have changed after writes within `written`.
   static VoxelBox every_around(int n, const VoxelBox& written);
@@ -141,13 +141,13 @@ class TissueVolume {
   void end_stroke();
   /// Volume that all undos so far brought back, minus what redos removed again, m³ (negative for undone fillings).
   const PerTissue& taken_back() const;
-  /// Both return false if there is no stroke to undo or redo. A stroke that begins after an undo discards what was
-  /// undone.
+  /// undo() and redo() return false if there is no stroke to undo or redo. A stroke that begins after an undo discards
+  /// what was undone.
   bool undo();
   bool redo();
   struct Strokes {
     std::size_t done = 0, undone = 0;  // strokes that can be undone, and redone
-    std::size_t bytes = 0;             // memory of these strokes
+    std::size_t bytes = 0;             // bytes, memory of all strokes
   };
   Strokes strokes() const;
 
@@ -169,7 +169,7 @@ class TissueVolume {
 
   /// Volume per tissue, m³. Each voxel counts with the fraction of it that lies inside the surface.
   PerTissue volumes() const;
-  /// As volumes(), with each voxel's volume multiplied by its hardness, 0..1. The ratio to volumes() is the mean
+  /// Like volumes(), but each voxel's volume is multiplied by its hardness, 0..1. The ratio to volumes() is the mean
   /// hardness.
   PerTissue hardness_volumes() const;
   /// FNV-1a over the bytes of all active samples in index order, hardness included: equal fields, equal hashes.

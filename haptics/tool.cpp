@@ -17,13 +17,14 @@ namespace {
 
 using glm::dvec2;
 
-constexpr double kBluntEnd = 0.1;  // diameters of height above the free end, below which samples are no denser
+// Height above the free end, as a ratio to the diameter; below it, the density of samples does not increase
+constexpr double kBluntEnd = 0.1;
 
-/// A convex meridian (ρ ≥ 0, z) as a chain of straight lines and arcs, from the free end to the shank end.
-/// Every head is one: the distance to it in the half plane is the distance to the surface of revolution.
+/// One piece of a convex meridian (ρ ≥ 0, z): a chain of straight lines and arcs from the free end to the shank end.
+/// Every head has such a meridian: the distance to it in the half plane is the distance to the surface of revolution.
 struct Piece {
   dvec2 a, b;          // end points
-  dvec2 center{0, 0};  // of the arc
+  dvec2 center{0, 0};  // centre of the arc
   double radius = 0;   // 0: a straight line
 };
 
@@ -41,7 +42,7 @@ HeadField::Piece scaled(const Piece& piece, double unit) {
   return {a.x, a.y, b.x, b.y, d.x, d.y, 1 / glm::dot(d, d), c.x, c.y, piece.radius / unit};
 }
 
-// The meridian of each shape, convex, from the free end to the shank end.
+// The meridian of each shape, from the free end to the shank end.
 
 Meridian sphere(const Tool& tool) {
   const double r = tool.radius();
@@ -59,7 +60,7 @@ Meridian cylinder(const Tool& tool) {
   return m;
 }
 
-/// A hemisphere at the free end, length over all.
+/// A hemisphere at the free end; the length includes it.
 Meridian round_end_cylinder(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -69,7 +70,7 @@ Meridian round_end_cylinder(const Tool& tool) {
   return m;
 }
 
-/// Pointed at the free end.
+/// A cone whose tip is at the free end.
 Meridian cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -78,12 +79,12 @@ Meridian cone(const Tool& tool) {
   return m;
 }
 
-/// A round free end of full width, a tangent cone to a neck half as wide.
+/// A hemisphere of full width at the free end, then a tangent cone to a neck half as wide.
 Meridian pear(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const dvec2 center(0, -half + r);
   const dvec2 neck(r / 2, half);
-  // The tangent from the neck to the circle: the point where the radius meets the line at a right angle.
+  // Tangent from the neck to the circle: at the tangent point, the radius is perpendicular to the line.
   const dvec2 d = neck - center;
   const double angle = std::atan2(d.x, d.y) + std::acos(std::min(1.0, r / glm::length(d)));
   const dvec2 touch = center + r * dvec2(std::sin(angle), std::cos(angle));
@@ -94,7 +95,7 @@ Meridian pear(const Tool& tool) {
   return m;
 }
 
-/// A pointed arc through the widest place, a third of the way up, to a neck half as wide.
+/// From the tip, an arc to the widest circle at a third of the length, then a cone to a neck half as wide.
 Meridian flame(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double belly = -half + tool.length / 3;
@@ -109,7 +110,7 @@ Meridian flame(const Tool& tool) {
   return m;
 }
 
-/// Wide at the free end, the neck half as wide.
+/// The head is widest at the free end; the neck is half as wide.
 Meridian inverted_cone(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   Meridian m;
@@ -119,7 +120,7 @@ Meridian inverted_cone(const Tool& tool) {
   return m;
 }
 
-/// A shank: a cylinder that widens from its neck.
+/// A shank: a cylinder that becomes wider from its neck on.
 Meridian shaft(const Tool& tool) {
   const double r = tool.radius(), half = tool.length / 2;
   const double neck = tool.neck_diameter / 2, taper = -half + tool.neck_length;
@@ -135,12 +136,12 @@ Meridian shaft(const Tool& tool) {
   return m;
 }
 
-/// All that distinguishes one shape from another.
+/// All properties that differ between shapes.
 struct ShapeKind {
   HeadShape shape;
-  std::string_view name;  // in scenes
+  std::string_view name;  // name in scenes
   Meridian (*meridian)(const Tool&);
-  double least_length;  // diameters; 0: any length
+  double least_length;  // ratio to the diameter, smallest allowed length; 0: any length
 };
 constexpr std::array kShapes = {
     ShapeKind{HeadShape::kSphere, "sphere", sphere, 1},
@@ -152,7 +153,7 @@ constexpr std::array kShapes = {
     ShapeKind{HeadShape::kInvertedCone, "inverted_cone", inverted_cone, 0},
 };
 
-/// Its row; null for a shaft.
+/// The shape's row in kShapes; null for a shaft.
 const ShapeKind* kind_of(HeadShape shape) {
   const auto row = std::find_if(kShapes.begin(), kShapes.end(), [&](const ShapeKind& s) { return s.shape == shape; });
   return row == kShapes.end() ? nullptr : &*row;
@@ -163,7 +164,7 @@ Meridian meridian(const Tool& tool) {
   return kind ? kind->meridian(tool) : shaft(tool);
 }
 
-/// "sphere, cylinder or cone".
+/// The names of all shapes as a list: "sphere, cylinder or cone".
 std::string names_of_shapes() {
   std::string text;
   for (std::size_t i = 0; i < kShapes.size(); ++i) {
@@ -201,7 +202,7 @@ std::optional<SmoothPart> shank_of(const Tool& tool) {
   shape.neck_diameter = tool.neck_diameter;
   shape.length = tool.shank_length;
   shape.neck_length = std::min(tool.neck_length, tool.shank_length);
-  // From a ball it leaves where it is as wide as its neck.
+  // The shank begins where the ball is as wide as the shank's neck.
   const double neck = tool.neck_diameter / 2;
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
@@ -216,7 +217,7 @@ std::optional<SmoothPart> safe_end_of(const Tool& tool) {
   shape.shape = HeadShape::kRoundEndCylinder;
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
-  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the rest of it is inside the head
+  shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of it is inside the head
   return SmoothPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 
@@ -247,15 +248,15 @@ HeadField HeadField::with_way_out(const Tool& tool, double unit) {
   return field;
 }
 
-/// Distance in the half plane, with the direction in which it grows.
+/// Signed distance in the half plane, and the unit direction in which the distance grows.
 double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) const noexcept {
-  double best2 = 1e300, best_x = 0, best_z = 0;  // from the closest point to here
+  double best2 = 1e300, best_x = 0, best_z = 0;  // vector from the closest point to (ρ, z)
   double way_x = 0, way_z = 0;                   // outward normal of the closest piece, for points on the surface
   bool outside = false;
   for (int i = 0; i < count; ++i) {
     const Piece& piece = pieces[i];
     const double ex = rho - piece.ax, ez = z - piece.az;
-    const double side = piece.dx * ez - piece.dz * ex;  // > 0: left of a→b, the inner side
+    const double side = piece.dx * ez - piece.dz * ex;  // positive on the left of a→b, the inner side
     double fx, fz, nx, nz;
     if (piece.radius == 0) {
       const double s = std::clamp((ex * piece.dx + ez * piece.dz) * piece.inverse2, 0.0, 1.0);
@@ -263,8 +264,8 @@ double HeadField::nearest(double rho, double z, double& n_rho, double& n_z) cons
       nx = piece.dz, nz = -piece.dx;
       outside |= side < 0;
     } else {
-      // On the arc when the direction from the centre lies between its ends (arcs here turn from a to b, less than
-      // 180°, counter-clockwise in (ρ, z)).
+      // The closest point is on the arc if the direction from the centre is between the arc's ends. (Arcs turn from a
+      // to b by less than 180°, counter-clockwise in (ρ, z).)
       const double vx = rho - piece.cx, vz = z - piece.cz, length = std::sqrt(vx * vx + vz * vz);
       const double ux = piece.ax - piece.cx, uz = piece.az - piece.cz, wx = piece.bx - piece.cx,
                    wz = piece.bz - piece.cz;
@@ -337,7 +338,7 @@ double HeadField::distance(const dvec3& p, dvec3& n_T) const noexcept {
 
 double Tool::profile(double z) const {
   if (distance({0, 0, z}) >= 0) return 0;
-  // The meridian is convex, so along ρ the distance changes sign once.
+  // The meridian is convex, so the distance changes its sign once along ρ.
   double lo = 0, hi = radius() * (1 + 1e-9);
   for (int i = 0; i < 60; ++i) {
     const double mid = (lo + hi) / 2;
@@ -359,8 +360,9 @@ std::vector<HeadSample> sample_head(const Tool& tool, int count, double near_end
     }
     return samples;
   }
-  // Walk the meridian: the i-th sample sits at the (i + 1/2)/count quantile, at golden angles around; those near the
-  // end by area over squared height above it, so that a tip has as many in each octave of its length.
+  // The i-th sample is at the (i + 1/2)/count quantile of the meridian's sample density; the angles are golden angles.
+  // Samples near the end are weighted by area / (height above the end)², so every octave of a tip's length has equally
+  // many samples.
   const Meridian m = meridian(tool);
   struct Step {
     dvec2 q;
@@ -450,7 +452,7 @@ Tool read_tool(const Json& json) {
     if (tool.neck_diameter > tool.diameter * (1 + 1e-9)) {
       shank->fail(fmt::format("a neck of {:g} mm", tool.neck_diameter / kMillimetre), "neck_mm no wider than the head");
     }
-    // A step from neck to shank would be a hollow; it is a steep cone.
+    // A step from neck to shank would be concave, so it becomes a steep cone.
     if (tool.neck_diameter < tool.shank_diameter) tool.neck_length = std::max(tool.neck_length, 0.01 * kMillimetre);
   }
   if (const auto end = json.find("safe_end")) {

@@ -1,5 +1,5 @@
-// The udev rules that let the user at the console open the devices (assets/devices/70-typodont.rules), inside the
-// program.
+// The udev rules that let the user at the console open the devices: the content of assets/devices/70-typodont.rules,
+// compiled in.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,8 @@ namespace typodont::haptics {
 
 std::string_view udev_rules();
 
-/// Writes them into `folder`, whole or not at all. Returns the file. Throws Error that names the command to run instead
-/// where it may not.
+/// Writes the rules into `folder`, completely or not at all. Returns the file. Without permission, throws Error with
+/// the command to run instead.
 std::filesystem::path install_udev_rules(const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics

@@ -15,7 +15,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// The samples that differ between two patches, as stretches along z.
+/// A row of consecutive samples along z that differ between two patches.
 struct Stretch {
   std::size_t from, count;
 };
@@ -32,7 +32,7 @@ std::vector<Stretch> changed_stretches(const SurfacePatch& before, const Surface
   return list;
 }
 
-/// Reads and writes groups of samples, as wide as the processor takes them.
+/// Reads and writes groups of samples, with the vector width of the processor.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_groups(float* samples, const CutFront::Place* places, std::size_t groups, float least) {
   for (std::size_t g = 0; g < groups; ++g) {
@@ -84,7 +84,7 @@ void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dens
   Carver carver(TissueVolume(dense), std::span(&tool, 1));
   SurfacePatch patch;
   patch.resize(patch_edge_for(std::span(&tool, 1), dense.frame.voxel));
-  constexpr int kCycle = 34;  // cuts of 0.03 voxel, as in drilling, in which all that is listed is listed anew
+  constexpr int kCycle = 34;  // number of cuts of 0.03 voxel (as in drilling) after which every list was renewed once
   const double way = 0.03 * dense.frame.voxel;
   const auto at = [&](int i) {
     return Pose{dvec3(0, 0, kBlockTop + tool.length / 2 - 0.4e-3) + way * i * glm::normalize(dvec3(0.5, 0.2, -0.6))};

@@ -1,4 +1,5 @@
-// Implant surgery (S1): ticks of the model `implant` in both states, with tools of 0.06 mm voxels.
+// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant` in both states, with tool voxels of 0.06
+// mm.
 #include <fmt/format.h>
 
 #include <memory>
@@ -22,7 +23,7 @@ namespace {
 
 using namespace implant;
 
-/// Cancellous bone under 2 mm of cortical bone; its top at z = 0.
+/// Cancellous bone below 2 mm of cortical bone; the surface is at z = 0.
 DenseTissue bone() {
   return read_solids(Json::parse(R"({"voxel_mm": 0.15, "solids": [
       {"tissue": "cancellous_bone", "hardness": 0.8, "solid": {"box": {"center_mm": [0, 0, -8], "size_mm": [12, 12, 16]}}},
@@ -47,7 +48,7 @@ struct Motion {
   const char* name;
   Tool tool;
   double pedal;
-  dvec3 (*hand)(int tick, const ServoTick& last, double half);  // the head's centre, m
+  dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre, m
 };
 
 std::vector<double> times_of(const Motion& motion, int count) {

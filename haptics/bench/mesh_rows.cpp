@@ -1,4 +1,4 @@
-// Triangle meshes with levels of detail (S3): what a sliding tick costs by the number of vertices.
+// Triangle meshes with levels of detail (paper S3 in docs/papers.md): time of a sliding tick by the number of vertices.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,13 +24,13 @@ namespace {
 
 using namespace mesh_lod;
 
-constexpr double kSpeed = 30e-3;              // m/s of the hand
-constexpr double kDepth = 0.3e-3;             // m below the surface
-constexpr double kTips[] = {1e-9, 0.125e-3};  // m, radius of what slides: the paper's point, the explorer's tip
-constexpr int kTurn = 60;                     // ticks after which the hand goes on in another direction
-constexpr int kApproach = 100;                // ticks from the open to the surface
+constexpr double kSpeed = 30e-3;              // m/s, speed of the hand
+constexpr double kDepth = 0.3e-3;             // m, depth of the hand below the surface
+constexpr double kTips[] = {1e-9, 0.125e-3};  // m, radii of the sliding tips: the paper's point, the explorer's tip
+constexpr int kTurn = 60;                     // ticks after which the hand changes its direction
+constexpr int kApproach = 100;                // ticks from the air to the surface
 
-/// Where a hand goes that feels its way over the mesh, the same for all levels: found on one of them.
+/// Path of a hand over the mesh, the same for all levels; computed on one of them.
 std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
   dvec3 top(0, 0, -1e300);
   for (std::uint32_t i = 0; i < grid.size(); ++i)
@@ -47,7 +47,7 @@ std::vector<dvec3> path_over(const TriangleGrid& grid, double tip, int ticks) {
     if (i < kApproach) {
       hand = top + dvec3(0, 0, tip + 0.2e-3 - (kDepth + 0.2e-3) * i / (kApproach - 1));
     } else {
-      const double turn = 2.4 * (i / kTurn);  // rad, the golden angle: never the same way
+      const double turn = 2.4 * (i / kTurn);  // rad, multiples of the golden angle, so that no direction repeats
       const dvec3 ahead(std::cos(turn), std::sin(turn), 0);
       const dvec3 along = ahead - glm::dot(ahead, n) * n;
       hand = point.place() - kDepth * n + kSpeed * 1e-3 * along;
@@ -76,7 +76,7 @@ constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
                          {"cone 1.2 x 4 mm", HeadShape::kCone, 1.2e-3, 4e-3},
                          {"flame 1.0 x 4 mm", HeadShape::kFlame, 1.0e-3, 4e-3}};
 
-/// A bur sinks into the highest cusp and is moved to and fro there: what a tick takes on either thread.
+/// A bur sinks into the highest cusp and moves to and fro there: time of a tick on both threads.
 void cutting_rows(const TissueMesh& mesh, const Bur& bur, bool quick, std::vector<BenchRow>& rows) {
   const dvec3 top = *std::ranges::max_element(mesh.vertices, {}, &dvec3::z);
   ServoSettings settings;

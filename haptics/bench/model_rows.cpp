@@ -1,5 +1,6 @@
-// `typodont bench models`: every contact model on the same tissue, with the same hand and the same clock, against the
-// exact answer. Each row's name is "tissue, motion, model: measure", its knob what trades accuracy for time.
+// `typodont bench models`: every contact model on the same tissue, with the same hand and clock, compared with the
+// exact answer. A row's name is "tissue, motion, model: measure"; its knob is the setting that trades accuracy for
+// time.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -30,27 +31,27 @@ namespace {
 
 using namespace bench;
 
-constexpr double kStiffness = 1000;        // N/m, of tissue and coupling
-constexpr double kSpecificEnergy = 8e9;    // J/m³
-constexpr double kLeast = 0.02;            // N: below it a force has no direction to speak of
+constexpr double kStiffness = 1000;        // N/m, stiffness of tissue and coupling
+constexpr double kSpecificEnergy = 8e9;    // J/m³, specific energy of the tissue
+constexpr double kLeast = 0.02;            // N, limit; the direction of a smaller force is not meaningful
 constexpr int kSettled = 100;              // ticks until the hand is on the surface and the force's ramp is over
-constexpr double kFallen = 8e-3;           // m below the surface, where no bur gets in the time of a run
-constexpr double kDynamicFriction = 0.15;  // of every tissue of the bench
-constexpr double kHeld = 0.1;              // N that a hand beyond a sheet must feel to count as held
+constexpr double kFallen = 8e-3;           // m below the surface, a depth that a bur can reach only by falling through
+constexpr double kDynamicFriction = 0.15;  // dynamic friction coefficient of every tissue in the bench
+constexpr double kHeld = 0.1;              // N, smallest force on a hand beyond a sheet that counts as holding it
 constexpr double kHostileForce = 8;        // N, limit of the force for hostile hands
-constexpr double kLedger = 1e-9;           // J that the ledger may be below zero
-constexpr std::uint64_t kSeed = 1;         // of all random hands
-constexpr double kGrid = 0.02e-3;          // m, of the points that count a swept volume
+constexpr double kLedger = 1e-9;           // J, limit of the ledger's debt
+constexpr std::uint64_t kSeed = 1;         // seed of all random hands
+constexpr double kGrid = 0.02e-3;          // m, spacing of the grid that counts a swept volume
 
-/// A contact model with one setting of what trades its accuracy for time.
+/// A contact model with one value of the setting that trades accuracy for time.
 struct Setting {
   std::string model, knob;
   SharedContactMethod method;
-  double voxel_mm = 0.1;  // of the tissue's field
+  double voxel_mm = 0.1;  // mm, voxel of the tissue's field
 };
 
-/// The settings of a model that the bench goes through on a tissue, from cheap to accurate. An anatomy has its own
-/// voxels, or none where it is a file of voxels; its mesh is taken as it is.
+/// The settings of a model that the bench measures on a tissue, from cheap to accurate. An anatomy has its own voxel
+/// sizes; its mesh is used unchanged.
 std::vector<Setting> settings_of(const std::string& model, const ModelTissue& tissue, bool quick) {
   std::vector<Setting> all;
   const bool anatomy = !tissue.voxels_mm.empty();
@@ -84,7 +85,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
   return all;
 }
 
-/// The setting of a model for a question that has no knob.
+/// The default setting of a model.
 Setting usual_setting(const std::string& model) {
   const UsualMethod usual = usual_method(model);
   return {model, usual.knob, usual.method, kUsualVoxel};
@@ -109,12 +110,13 @@ double angle_between(const dvec3& a, const dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) / kDegree;
 }
 
-/// What a force does over a run: its error against the truth, its largest step, its energy.
+/// Statistics of the force in a run: error against the exact force, largest step, energy.
 class ForceRecord {
  public:
-  /// In one tick: the force, what the truth would be, and how far the hand moved since the last tick.
+  /// Adds one tick: the force, the exact force, and the hand's displacement since the last tick. `counts`: the tick
+  /// enters the error statistics.
   void add(const dvec3& force, const dvec3& truth, const dvec3& moved, bool counts) {
-    // The hand moves against the force of the tick before.
+    // The force of the previous tick acted during this displacement.
     given_ += glm::dot(last_, moved);
     most_given_ = std::max(most_given_, given_);
     if (counts) {
@@ -136,9 +138,9 @@ class ForceRecord {
   double worst_angle() const { return worst_angle_; }
   double size() const { return std::sqrt(size_squares_ / std::max(count_, 1)); }
   double worst_size() const { return worst_size_; }
-  /// N, the largest step in a tick beyond the truth's own step.
+  /// Largest step of the force in a tick, minus the step of the exact force, N.
   double step() const { return step_; }
-  /// J, the most that the force had ever given to the hand.
+  /// Largest energy that the force had given to the hand at any time, J.
   double given() const { return most_given_; }
 
  private:
@@ -169,7 +171,7 @@ class ModelBench {
         }
         const Setting usual = usual_setting(model);
         setting_ = &usual;
-        // Too short a run would not even touch, and say nothing.
+        // A short run would not touch the tissue.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
       }
     }
@@ -202,7 +204,7 @@ class ModelBench {
     return settings;
   }
 
-  /// A hand that goes where the course says, whatever it feels: spring alone, no damper, no friction.
+  /// A hand that follows a path whatever it feels: spring without damper and friction.
   void follow(const char* motion, const Course& course) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -215,7 +217,7 @@ class ModelBench {
     ForceRecord asked, felt;
     double penetration = 0;
     std::vector<double> times(course.hand.size(), 1e18);
-    // Equal passes do equal work: the least time of each tick is the tick's own, interrupts left out.
+    // Equal passes do equal work, so the minimum of each tick is its time without interrupts.
     for (int pass = 0; pass < (options_.quick ? 1 : kRuns); ++pass) {
       for (std::size_t i = 0; i < course.hand.size(); ++i) {
         times[i] = std::min(times[i], scene.tick({course.hand[i]}, 0));
@@ -228,7 +230,7 @@ class ModelBench {
         const ExactShape::Nearest at = tissue_->shape.nearest(scene.last.X_WG.p, 2 * kProbeRadius);
         penetration = std::max(penetration, kProbeRadius - at.distance);
       }
-      // Off the surface again, as far as to the start.
+      // Moves away from the surface, to the start.
       for (int i = 0; i < 50; ++i) scene.tick({course.hand.front()}, 0);
     }
     const double median = quantile(times, 0.5);
@@ -251,7 +253,7 @@ class ModelBench {
     add("set-up", "time", setup, "s of processor");
   }
 
-  /// A round bur in a hand of 0.15 kg that pushes with 1 N and swings to and fro.
+  /// A round bur in a simulated hand of 0.15 kg that pushes with 1 N and moves to and fro.
   void drill() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -318,7 +320,7 @@ class ModelBench {
     }
   }
 
-  /// The slide once more with friction: tangential over normal force, against Coulomb's coefficient.
+  /// Repeats the slide with friction: compares the ratio of tangential to normal force with Coulomb's coefficient.
   void drag(const Course& course) {
     ServoSettings settings = servo_settings();
     settings.cutting = false;
@@ -340,7 +342,7 @@ class ModelBench {
     add("drag", "friction", 100 * worst, "%, greatest");
   }
 
-  /// The same bur and push on a sheet: does it come through, and what does the hand feel then?
+  /// Presses the bur of drill() onto a sheet: measures whether the bur comes through, and the remaining force.
   void break_through() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -370,7 +372,7 @@ class ModelBench {
     add("break-through", "step, felt", step, "N a tick");
   }
 
-  /// Hands that go through a sheet at a speed no wall can be slow for: does a force still hold them back?
+  /// Moves hands through a sheet by 1, 5 and 20 mm per tick: measures whether a force still holds them back.
   void escape(double thickness_mm) {
     ServoSettings settings = servo_settings();
     settings.friction = settings.cutting = false;
@@ -383,7 +385,8 @@ class ModelBench {
       for (int k = 0; k < hands; ++k) {
         const double x = anywhere(random), y = anywhere(random), lean = 0.3 * anywhere(random);
         const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3 * step_mm);
-        for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);  // far away: the next contact begins anew
+        // The hand is far away here, so the next contact begins anew.
+        for (int i = 0; i < 3; ++i) scene.tick({dvec3(0, 0, 0.2)}, 0);
         for (int i = 0; i < 20; ++i) scene.tick({from}, 0);
         dvec3 hand = from;
         while (hand.z > -4e-3) scene.tick({hand += way}, 0);
@@ -396,7 +399,7 @@ class ModelBench {
     }
   }
 
-  /// Hands that nobody has: what they feel is finite and bounded, and gives them no energy.
+  /// Motions that no human makes: the force must be finite and bounded, and give the hand no energy.
   void hostile() {
     ServoSettings settings = servo_settings();
     settings.spindle.free_speed = 300 * kKrpm;
@@ -411,7 +414,7 @@ class ModelBench {
       Wanderer wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
       double least = 0;
       for (int i = 0; i < ticks; ++i) {
-        // Every two seconds down into the tissue.
+        // Moves down into the tissue every two seconds.
         const Pose at = wanderer.next(settings.tick);
         const dvec3 down = (1.5e-3 + kProbeRadius) * 0.5 * (1 - std::cos(kPi * 1e-3 * i)) *
                            glm::normalize(tissue_->shape.nearest(tissue_->start, 5e-3).p - tissue_->start);

@@ -1,4 +1,5 @@
-// The setting of each contact model where a question has no knob: the comparison of models, and what each survives.
+// The default setting of each contact model, for measurements that do not vary the setting: comparison of models,
+// stress.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,13 +11,13 @@
 
 namespace typodont::haptics::bench {
 
-inline constexpr double kUsualVoxel = 0.1;  // mm, of the field
+inline constexpr double kUsualVoxel = 0.1;  // mm, voxel of the distance field
 
 inline SharedContactMethod method_of(const std::string& json) {
   return read_contact_method(Json::parse(json, "bench"));
 }
 
-/// "10000 spheres"; and the method itself.
+/// A method with its default setting. `knob`: the setting in words, for example "10000 spheres".
 struct UsualMethod {
   std::string knob;
   SharedContactMethod method;

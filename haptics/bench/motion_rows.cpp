@@ -1,4 +1,4 @@
-// The servo's tick for every shipped tool and every motion of a hand.
+// The servo's tick for every shipped tool and several motions of a hand.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,9 +19,9 @@ namespace bench {
 namespace {
 
 constexpr std::string_view kBone = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [18, 18, 16]}}}])";
-constexpr double kBoneTop = 8e-3;  // m
+constexpr double kBoneTop = 8e-3;  // m, height of the bone's surface
 
-/// How a hand moves a tool that it holds in a hole: swings of so many rad/s and m/s at most.
+/// Motion of a hand that holds a tool in a hole: greatest angular and linear speed of an oscillation.
 struct Motion {
   const char* name;
   double turn, way;  // rad/s, m/s
@@ -32,12 +32,12 @@ constexpr Motion kMotions[] = {{"holds still", 0, 0},
                                {"goes at 0.5 m/s", 0, 0.5},
                                {"turns at 20 rad/s and goes at 0.5 m/s", 20, 0.5}};
 
-/// Pushes the tool straight down, and then swings it about an axis across its own and along another.
+/// Pushes the tool straight down, then oscillates it about one axis across the shank and along another.
 class MovingHand {
  public:
   MovingHand(const Tool& tool, const Motion& motion)
       : motion_(motion), from_(kBoneTop + tool.half() + 0.1e-3), down_(std::min(tool.length + 2e-3, 8e-3)) {}
-  static constexpr double kDown = 0.4;  // s that it pushes down
+  static constexpr double kDown = 0.4;  // s, duration of the push down
   Pose next(double dt) {
     constexpr double kSwing = 6, kAside = 15;  // Hz
     t_ += dt;

@@ -1,4 +1,4 @@
-// Sphere packings (S2): what they fill, how fast and how truly they are touched and cut.
+// Sphere packings (paper S2 in docs/papers.md): coverage, and time and accuracy of contact and cutting.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,9 +30,9 @@ namespace {
 
 using namespace packing;
 
-constexpr double kBall = 5e-3;     // m, radius of the tissue
-constexpr double kHead = 0.6e-3;   // m, of a round bur
-constexpr double kDepth = 0.1e-3;  // m, that the surface is estimated to
+constexpr double kBall = 5e-3;     // m, radius of the tissue, a ball
+constexpr double kHead = 0.6e-3;   // m, radius of a round bur
+constexpr double kDepth = 0.1e-3;  // m, depth to which the surface is estimated
 constexpr std::size_t kToolSpheres = 200;
 
 DenseTissue ball_field() {
@@ -40,7 +40,7 @@ DenseTissue ball_field() {
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 5}}}]})", "bench"));
 }
 
-/// A unit vector, the same for equal seeds.
+/// A pseudo-random unit vector; equal seeds give equal vectors.
 dvec3 direction(std::mt19937_64& random) {
   std::uniform_real_distribution<double> u(-1, 1);
   while (true) {
@@ -50,7 +50,7 @@ dvec3 direction(std::mt19937_64& random) {
   }
 }
 
-/// Volume of the ball within `r` of the segment, m³, by counting.
+/// Volume of the ball within `r` of the segment, m³; counts points of a grid.
 double exact_groove(const dvec3& a, const dvec3& b, double r) {
   constexpr double h = 0.02e-3;
   const dvec3 lo = glm::min(a, b) - r, hi = glm::max(a, b) + r;
@@ -66,7 +66,7 @@ double exact_groove(const dvec3& a, const dvec3& b, double r) {
   return static_cast<double>(count) * h * h * h;
 }
 
-/// The model with a packing that is there already.
+/// The model "packing" with an existing packing.
 class PackedMethod final : public ContactMethod {
  public:
   explicit PackedMethod(const SpherePacking& packing) : packing_(packing) { parameters_.spheres = packing.size(); }
@@ -109,7 +109,8 @@ class Rows {
   }
 
  private:
-  /// A tool of many spheres moves through the surface: the tree over the tissue's spheres, over the tool's, and none.
+  /// A tool of many spheres moves through the surface: with a tree over the tissue's spheres, with a tree over the
+  /// tool's spheres, and without a tree.
   void collision(const SpherePacking& packing, bool quick) {
     Tool head;
     head.shape = HeadShape::kCylinder, head.diameter = 1e-3, head.length = 4e-3;
@@ -131,7 +132,7 @@ class Rows {
         first[1] = std::min(first[1], of_tool.first_hit(packing.center[b] - from, packing.radius[b], -way).t);
       }
       by_tool.push_back(static_cast<double>(thread_cpu_time() - start));
-      if (i >= 2) continue;  // without a tree it takes long, and always the same
+      if (i >= 2) continue;  // brute force is slow and always takes the same time
       start = thread_cpu_time();
       for (std::size_t t = 0; t < tool.radius.size(); ++t) {
         first[2] = std::min(first[2], tissue.brute_force(from + tool.center_T[t], tool.radius[t], way).t);
@@ -171,7 +172,7 @@ class Rows {
         "look");
   }
 
-  /// The three passes of one tick, on the processor and on whatever device Vulkan offers.
+  /// The three passes of one tick, on the processor and on any Vulkan device.
   void passes(const SpherePacking& packing, bool quick) {
     std::unique_ptr<SpherePasses> on_device = make_sphere_passes(packing.size(), true);
     if (!on_device) return;
@@ -212,7 +213,7 @@ class Rows {
     }
   }
 
-  /// A round bur that is pressed on and drawn over the ball: whole ticks of a servo with this model.
+  /// A round bur that is pressed onto the ball and drawn over it: complete ticks of a servo with this model.
   void ticks(const SpherePacking& packing, bool quick) {
     const int count = quick ? 1000 : 5000;
     ServoSettings settings;
@@ -253,7 +254,7 @@ std::vector<BenchRow> bench_packing(bool quick) {
     measured.packed(packing, to_seconds(thread_cpu_time() - start));
     measured.of(packing, quick);
   }
-  // Time of a tick = c · spheres^p: p by least squares of the logarithms.
+  // Time of a tick = c · spheres^p; p by least squares of the logarithms.
   double x = 0, y = 0, xx = 0, xy = 0, k = 0;
   for (const BenchRow& row : rows) {
     if (row.name != "cutting tick, median") continue;

@@ -1,4 +1,4 @@
-// The whole cost of a tick: the servo's own time beside the process time, which includes carver and hand-over.
+// The total time of a tick: the servo's own time, and the process time with carver and transfer of patches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-constexpr int kApproach = 200;  // ticks before anything is measured: first patch, ramp of the force, first contact
+constexpr int kApproach = 200;  // ticks before the measurement: first patch, ramp of the force, first contact
 
 /// One hand with one tool. `hand(i, last, dt)`: the tool's pose in tick i, after the tick `last`.
 struct ProcessCase {
@@ -54,10 +54,10 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Servo, carver and hand-over run in one thread, so the thread's time is the process time.
+/// Time of a run. Servo, carver and transfer run in one thread, so the thread's time is the process time.
 struct ProcessTime {
-  double all = std::numeric_limits<double>::infinity();  // ns per tick, the mean
-  std::vector<double> servo;                             // ns, tick by tick
+  double all = std::numeric_limits<double>::infinity();  // ns, mean time per tick
+  std::vector<double> servo;                             // ns, servo's time of each tick
 };
 ProcessTime measure(const ProcessCase& c, const DenseTissue& dense, const BenchOptions& options) {
   ServoSettings settings;

@@ -1,6 +1,6 @@
-// The truth for `typodont bench models`: where a ball that must stay outside the tissue rests when the hand pulls it.
-// Computed from the exact shape of the tissue (a ball, a torus or triangles), in double precision. It shares no code
-// with any contact model except the grid that finds triangles near a point.
+// The exact contact for `typodont bench models`: the position of a ball that must stay outside the tissue when the hand
+// pulls it. It is computed from the exact shape (ball, torus or triangles) in double precision. It shares no code with
+// the contact models, except the grid that finds triangles near a point.
 #pragma once
 
 #include <memory>
@@ -16,7 +16,7 @@ namespace typodont::haptics::bench {
 class ExactShape {
  public:
   static ExactShape ball(double radius);
-  /// Around the z axis.
+  /// A torus around the z axis.
   static ExactShape torus(double major, double minor);
   static ExactShape triangles(const TissueMesh& mesh);
 
@@ -24,16 +24,17 @@ class ExactShape {
     dvec3 p{0};           // the nearest surface point
     double distance = 0;  // m; negative inside a closed shape
   };
-  /// Of a point whose distance is at most `most`; farther points get `most` and no surface point.
+  /// The surface point nearest to p. If its distance exceeds `most`, returns the distance `most` and no surface point.
   Nearest nearest(const dvec3& p, double most) const;
 
-  /// All surface points where a face is nearest to p, within `reach`: one for a ball or torus, one for each triangle.
+  /// Finds, for each face within `reach` of p, its point nearest to p: one point for a ball or torus, one per triangle
+  /// for a mesh.
   void all_near(const dvec3& p, double reach, std::vector<dvec3>& points) const;
 
  private:
   enum class Kind { kBall, kTorus, kTriangles };
   Kind kind_ = Kind::kBall;
-  double major_ = 0, minor_ = 0;  // m; of a ball `minor_` is its radius
+  double major_ = 0, minor_ = 0;  // m, radii of the torus; for a ball `minor_` is its radius
   std::shared_ptr<const mesh_lod::TriangleGrid> grid_;
 };
 
@@ -42,7 +43,7 @@ class ReferenceContact {
  public:
   ReferenceContact(ExactShape shape, double radius) : shape_(std::move(shape)), radius_(radius) {}
 
-  /// The ball is placed at p, outside the tissue.
+  /// Places the ball at p, which must be outside the tissue.
   void place(const dvec3& p) { center_ = p; }
   /// The position nearest to the hand that the ball can have outside the tissue, found from its last position: a local
   /// minimum of the distance to the hand, so it never passes through a wall. The residual is below 1 nm.

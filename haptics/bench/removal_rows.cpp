@@ -18,7 +18,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
   const double r = tool.radius(), depth = 0.43e-3, length = 1e-3;
   const dvec3 a(-0.513e-3, 0.027e-3, kBlockTop + r - depth);
   const auto at = [&](int i) { return a + dvec3(length * i / kSteps, 0, 0); };
-  // A circle's segment along the way, and half a cap at either end.
+  // Circular segment along the path, and half a spherical cap at each end.
   const double segment = r * r * std::acos((r - depth) / r) - (r - depth) * std::sqrt(2 * r * depth - depth * depth);
   const double exact = segment * length + kPi * depth * depth * (r - depth / 3);
   for (const double voxel_mm : options.voxels_mm) {
@@ -38,7 +38,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
     rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut"});
 
-    // Voxels cleared one by one, as CHAI3D's volume objects are drilled.
+    // Clears single voxels, as CHAI3D's volume objects are drilled.
     std::vector<char> full;
     for (const float d : dense.distance) full.push_back(d < 0);
     const double voxel3 = std::pow(dense.frame.voxel, 3);
@@ -61,7 +61,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     rows.push_back({"removal, voxels cleared", knob, clear_error, "of the volume", clear_ns, "cut"});
 
     if (!by_default(options)) {
-      // The body of that model, by the same cuts.
+      // The body of the measured model, with the same cuts.
       const auto body = options.method->make_body(TissueVolume(dense), std::span(&tool, 1));
       const auto held = [&] {
         double all = 0;
@@ -79,7 +79,7 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       continue;
     }
 
-    // In the servo's patch: what a tick pays.
+    // Cuts in the servo's patch, as in a tick.
     Carver carver(TissueVolume(dense), std::span(&tool, 1));
     SurfacePatch patch;
     patch.resize(2 * static_cast<int>(2e-3 / dense.frame.voxel) + 1);

@@ -1,4 +1,4 @@
-// The rows of `typodont bench contact`, part by part.
+// The groups of rows of `typodont bench contact`.
 #pragma once
 
 #include <string>
@@ -10,41 +10,41 @@
 
 namespace typodont::haptics::bench {
 
-/// True where the default contact model is measured.
+/// True if the default contact model is measured.
 inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// A hand that slides on a ball, by voxel penalty, by looks of either order, and by the servo; then queries alone.
+/// A hand slides on a ball: by voxel penalty, by queries of both orders, and by the servo. Then single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A hand that drills into a block, with four heads: ticks, cuts alone, patches.
+/// A hand drills into a block, with four heads: ticks, cuts alone, patches.
 void drilling_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// The cut of one tick by itself, beside two floors: reading and writing just the samples that it changes, and reading
-/// and writing the same groups of samples as it does. Both known beforehand.
+/// The cut of one tick, compared with two lower bounds: reading and writing only the samples that the cut changes, and
+/// reading and writing the same groups of samples as the cut. Both sets are known in advance.
 void cut_rows(const Tool& tool, const std::string& knob, const DenseTissue& dense, std::vector<BenchRow>& rows);
 
-/// What the ticks of a drilling hand cannot do without: the cut that each makes, made once more in a patch of its own;
-/// one query; and a scan of the samples that such a cut reads and writes. ns, of the median tick.
+/// Lower bound of a drilling tick, ns, median: the tick's cut alone, repeated in a separate patch; one query; and a
+/// scan of the samples that the cut reads and writes.
 double drilling_floor(const DenseTissue& dense, const ServoSettings& settings, int ticks);
 
-/// A patch cut out beside a drilling servo, and handed over to it. `scene`: while it drills, pedal down; it is left a
-/// little deeper.
+/// A patch is copied during drilling and passed to the servo. `scene`: a drilling scene with the pedal pressed;
+/// afterwards the hole is slightly deeper.
 void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>& rows);
 
-/// Sliding and drilling hands, by voxel size: time of the whole process per tick (servo, carver, hand-over of patches)
-/// beside the servo's own, both as means, so that what is done once in many ticks counts too; then the servo's
-/// quantiles and a histogram.
+/// Sliding and drilling hands, by voxel size: mean time per tick of the whole process (servo, carver, transfer of
+/// patches) and of the servo alone; means include work that is done once in many ticks. Then quantiles and a histogram
+/// of the servo's time.
 void process_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A stroke of a ball along the surface, in steps: error of the volume, time per step.
+/// A stroke of a ball along the surface in steps: error of the volume, time per step.
 void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// A tick with no tissue near.
+/// A tick without tissue nearby.
 void free_air_row(const BenchOptions& options, std::vector<BenchRow>& rows);
 
-/// Drilling at 10 kHz on the clock.
+/// Drilling at 10 kHz in real time.
 void deadline_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 }  // namespace typodont::haptics::bench

@@ -1,5 +1,4 @@
-// What the rows of contact and cutting are measured on: analytic solids, servo and carver in lock-step, a simulated
-// hand.
+// The set-up for measuring contact and cutting: analytic solids, servo and carver in lock-step, a simulated hand.
 #pragma once
 
 #include <atomic>
@@ -16,7 +15,7 @@
 
 namespace typodont::haptics::bench {
 
-/// `solids` as in a scene file.
+/// `solids`: JSON text as in a scene file.
 DenseTissue tissue(std::string_view solids, double voxel_mm);
 
 inline constexpr std::string_view kBall = R"([{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 4}}}])";
@@ -27,8 +26,8 @@ Tool head(HeadShape shape, double diameter, double length);
 
 double degrees_between(const dvec3& a, const dvec3& b);
 
-/// The carver's thread while it cuts out patches. As in a session it works on another core, where there is one: what it
-/// reads and writes then does not drive the servo's code and data out of its caches.
+/// Stands for the carver's thread when it copies patches. Like in a session, it runs on another core if there is one,
+/// so that its memory accesses do not displace the servo's code and data from the caches.
 class OtherThread {
  public:
   OtherThread();
@@ -36,7 +35,7 @@ class OtherThread {
   OtherThread(const OtherThread&) = delete;
   OtherThread& operator=(const OtherThread&) = delete;
 
-  /// Returns when it is done.
+  /// Runs `work` on the other thread and waits until it has finished.
   void run(std::function<void()> work);
 
  private:
@@ -48,7 +47,7 @@ class OtherThread {
   std::thread thread_;
 };
 
-/// The lock-step, with the carver's snapshots taken on another core.
+/// Servo and carver in lock-step; another core takes the carver's snapshots.
 struct Scene {
   LockStep steps;
   const ServoSettings& settings = steps.settings();
@@ -62,16 +61,17 @@ struct Scene {
   Scene(const DenseTissue& dense, const ServoSettings& settings);
   Scene(TissueVolume tissue, const ServoSettings& settings);
 
-  /// The servo's patch, of a field model.
+  /// The servo's patch, for field models.
   const SurfacePatch& patch() const { return dynamic_cast<const SurfacePatch&>(servo.snapshot()); }
-  /// Takes a fresh snapshot where one is due, as each tick does first; the very first around the hand. True if it did.
+  /// Takes a new snapshot if one is due, as every tick does first. The first snapshot is centred at the hand. Returns
+  /// true if a snapshot was taken.
   bool renew_patch(const Pose& X_WT);
   /// One tick; returns its CPU time, ns.
   double tick(const Pose& X_WT, double pedal);
 };
 
-/// Times (ns) of `count` ticks of the servo alone, which stays in the snapshot of the first tick. hand(i, last tick) is
-/// the tool's place, m.
+/// CPU times of `count` ticks of the servo alone, ns. The servo stays in the snapshot of the first tick. hand(i, last
+/// tick) returns the position of the tool, m.
 template <class Hand>
 std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settings, double pedal, int count,
                                 Hand&& hand) {
@@ -96,7 +96,7 @@ std::vector<double> servo_times(TissueVolume tissue, const ServoSettings& settin
   return times;
 }
 
-/// A simulated hand (0.15 kg, 5 N·s/m) that pushes with 1 N and swings sideways.
+/// A simulated hand (0.15 kg, 5 N·s/m) that pushes with 1 N and oscillates sideways.
 class DrillingHand {
  public:
   explicit DrillingHand(const Tool& tool) : x_(0, 0, kBlockTop + tool.length / 2 + 2e-5) {}

@@ -17,7 +17,7 @@ namespace typodont::haptics::bench {
 
 namespace {
 
-/// Where a hand slides on a ball: 0.4 mm deep, around it askew, 20 mm/s.
+/// Position of a hand that slides on a ball: 0.4 mm deep, on an oblique great circle, at 20 mm/s.
 dvec3 sliding(int tick, double radius) {
   const double angle = 0.02 * 1e-3 * tick / radius + 0.3;
   const dvec3 u = glm::normalize(dvec3(1, 0.3, 0.2)), v = glm::normalize(glm::cross(u, dvec3(0.2, -0.1, 1)));
@@ -33,13 +33,13 @@ struct Slide {
   DenseTissue dense;
   std::string knob;
   ServoSettings settings;
-  double radius;  // of the way of the head's centre, m
+  double radius;  // m, radius of the path of the head's centre
   dvec3 outside;
 
   Slide(const BenchOptions& o, double voxel_mm, std::vector<BenchRow>& r)
       : options(o), rows(r), dense(tissue(kBall, voxel_mm)), knob(fmt::format("voxel {:g} mm", voxel_mm)) {
     settings.tool = head(HeadShape::kSphere, 1.2e-3, 1.2e-3);
-    settings.friction = false;  // it would tilt the force
+    settings.friction = false;  // friction would tilt the force
     settings.damping = 0;
     settings.cutting = false;
     radius = kBallRadius + settings.tool.radius();
@@ -51,7 +51,8 @@ struct Slide {
         {name, knob, error, "degree, greatest", ns, work, baseline, of_it > 0 ? ns / of_it : BenchRow::kNone});
   }
 
-  /// The slide by the method in settings: error of the force's direction, ticks in their order, ns.
+  /// Slides with the method in `settings`. Returns the times of the ticks in order, ns; `error`: error of the force's
+  /// direction.
   std::vector<double> slide(double& error) {
     return least_of([&] {
       Scene scene(dense, settings);
@@ -67,7 +68,7 @@ struct Slide {
     });
   }
 
-  /// Springs between head samples and voxels, as CHAI3D's and AMBF's users have them. Returns the median tick, ns.
+  /// Springs between head samples and voxels, as in CHAI3D and AMBF. Returns the median tick, ns.
   double by_voxel_penalty() {
     settings.method = contact_method("voxel_penalty", "bench");
     double error = 0;
@@ -77,7 +78,7 @@ struct Slide {
     return ns;
   }
 
-  /// A god-object on the offset surface with one query a look: what the order of interpolation buys.
+  /// A god-object on the offset surface, with eight queries per tick: compares orders of interpolation.
   template <class Sample>
   void by_looks(Sample sample, const char* name, double penalty_ns) {
     Scene still(dense, settings);
@@ -113,7 +114,7 @@ struct Slide {
     add("slide on a sphere, 99.9 %", error, quantile(times, 0.999), "tick", "voxel penalty", penalty_ns);
   }
 
-  /// Queries alone, in batches, around the head's centre; and their floor.
+  /// Single queries in batches around the head's centre, and their lower bound.
   void queries() {
     Scene scene(dense, settings);
     scene.tick({sliding(0, radius)}, 0);
@@ -137,11 +138,11 @@ struct Slide {
     query_floor(patch, points, cubic_ns);
   }
 
-  /// The floor of a query: the same 6 × 6 rows of samples read and added up, where the points are known beforehand.
+  /// Lower bound of a query: reads and adds the 6 × 6 rows of samples that a query reads, at points known in advance.
   void query_floor(const SurfacePatch& patch, const std::vector<dvec3>& points, double cubic_ns);
 };
 
-/// Adds up 6 × 6 rows of eight samples, six sums side by side, so that no addition waits for the one before.
+/// Adds 6 × 6 rows of eight samples in six independent sums, so that no addition waits for the previous one.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 void scan_rows(const float* corner, std::size_t edge, float* sum) {
   F8 sums[6] = {};

@@ -1,5 +1,5 @@
-// `typodont bench stress`: what each contact model survives. Each row's name is "campaign, model: measure", its ratio
-// is to the most that passes: 1 or less is survived.
+// `typodont bench stress`: the hostile conditions that each contact model survives. A row's name is "campaign, model:
+// measure"; its ratio is relative to the largest value that passes, so 1 or less is survived.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,21 +27,22 @@ namespace {
 
 using namespace bench;
 
-constexpr double kMostEnergy = 1e-9;  // J that a hand may get: what the ledger promises
-constexpr double kMostStep = 0.25;    // N in a tick, beyond what the coupling gives by the hand's own way
-constexpr double kHostileLimit = 8;   // N, limit of the force for hostile hands
+constexpr double kMostEnergy = 1e-9;  // J, limit of the energy that a hand may receive, as the ledger guarantees
+// N per tick, limit of a step beyond the coupling's response to the hand's own motion
+constexpr double kMostStep = 0.25;
+constexpr double kHostileLimit = 8;  // N, limit of the force for hostile hands
 constexpr std::string_view kBlock6 = R"([{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}])";
-constexpr double kBlock6Top = 2e-3;  // m
+constexpr double kBlock6Top = 2e-3;  // m, height of the block's surface
 
-/// What a run showed.
+/// Result of a run.
 struct Felt {
   int ticks = 0, not_finite = 0;
   double most_force = 0;             // N
-  double over_limit = 0;             // N beyond the limit of the force
-  double energy = 0;                 // J, given to the hand at most
-  double step = 0;                   // N in a tick, beyond stiffness times the hand's way
-  double last_force = 0, depth = 0;  // N, m, of the last tick
-  int holes = 0;                     // ticks without force between two with more than a newton
+  double over_limit = 0;             // N, excess over the force limit
+  double energy = 0;                 // J, largest energy given to the hand
+  double step = 0;                   // N per tick, largest step beyond stiffness times the hand's displacement
+  double last_force = 0, depth = 0;  // N, m, values of the last tick
+  int holes = 0;  // number of ticks without force inside the tissue; in work(): 1 if the hand came through
 
   void worse_of(const Felt& other) {
     ticks += other.ticks, not_finite += other.not_finite, holes += other.holes;
@@ -52,13 +53,13 @@ struct Felt {
   }
 };
 
-/// Servo and carver under a hand, and what comes out.
+/// Servo and carver with a hand, and the measured result.
 class Run {
  public:
   Run(TissueVolume tissue, const ServoSettings& settings)
       : steps_(std::move(tissue), settings), settings_(steps_.settings()) {}
 
-  /// One tick, `dt` s after the last one. `judged`: what is felt counts.
+  /// One tick, `dt` s after the last one. `judged`: the force step of this tick counts.
   const ServoTick& tick(const Pose& X_WT, double pedal, double dt, bool judged = true) {
     t_ += from_seconds(dt);
     Cut cut;
@@ -100,7 +101,7 @@ class Run {
   dvec3 hand_{0}, force_{0};
 };
 
-/// A mass with a damper in the hand, pulled by a spring to a place or by a push.
+/// A mass with a damper in the hand, pulled by an external force.
 struct Mass {
   double mass = 0.15, damping = 5;  // kg, N·s/m
   dvec3 x{0}, v{0};
@@ -130,7 +131,7 @@ class Stress {
   }
 
  private:
-  /// `most`: what passes; 0: none; infinite: it is told only.
+  /// `most`: limit of a passing value; 0: any value above 0 fails; infinite: the value is only reported.
   void add(const char* campaign, const char* measure, double value, const char* unit, double most) {
     BenchRow row;
     row.name = fmt::format("{}, {}: {}", campaign, model_, measure);
@@ -162,7 +163,7 @@ class Stress {
     return s;
   }
 
-  /// Hands that wander, turn and drill. `nonsense`: one tick of fifty is spoiled, as by a broken device or clock.
+  /// Hands that wander, turn and drill. `nonsense`: one tick in fifty is corrupted, as by a broken device or clock.
   void hostile(bool nonsense) {
     const char* campaign = nonsense ? "nonsense" : "hostile hand";
     const int hands = options_.quick ? 1 : 6, ticks = options_.quick ? 600 : 3000;
@@ -178,7 +179,7 @@ class Stress {
         Nonsense spoiler(static_cast<std::uint64_t>(hand) + 100, home);
         for (int i = 0; i < ticks; ++i) {
           Pose X = wanderer.next(1e-3);
-          X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);  // it comes from the air: no tool is born in tissue
+          X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);  // starts in the air, because no tool starts inside tissue
           double pedal = hand % 2;
           if (nonsense) {
             const Nonsense::Other other = spoiler.spoil(wanderer, X, pedal);
@@ -191,11 +192,11 @@ class Stress {
       }
     }
     add_sense(campaign, worst);
-    if (!nonsense) add_energy(campaign, worst);  // no ledger can be kept of a hand that was never there
+    if (!nonsense) add_energy(campaign, worst);  // the ledger is meaningless for poses where the hand never was
   }
 
-  /// A hand that slides, drills or taps on a block, while the carver stands still for `stall` s (0: never), with a
-  /// clock that is uneven by `jitter` of the period and misses five ticks of every hundred.
+  /// A hand that slides, drills or taps on a block, while the carver stops for `stall` s (0: never). The clock varies
+  /// by `jitter` of its period and misses five ticks in every hundred.
   Felt work(Gesture gesture, double stall, double jitter) const {
     ServoSettings s = settings(1.2e-3);
     s.spindle.free_speed = 300 * kKrpm;
@@ -203,9 +204,10 @@ class Stress {
     Run run(TissueVolume(tissue(kBlock6, kUsualVoxel)), s);
     std::mt19937_64 random(5);
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-    const double push = model_ == "voxel_penalty" ? 0.3 : 0.6;  // N: without a proxy more comes through (its README)
+    // N; voxel_penalty has no proxy, so it would let a stronger push through (see its README)
+    const double push = model_ == "voxel_penalty" ? 0.3 : 0.6;
     Mass hand;
-    const double rest = kBlock6Top + 0.6e-3;  // m, of the head's centre on the block
+    const double rest = kBlock6Top + 0.6e-3;  // m, height of the head's centre on the block
     hand.x = dvec3(0, 0, rest + 0.1e-3);
     const double begin = 0.5, end = begin + std::max(stall, 0.2) + 0.5;
     double t = 0;
@@ -220,7 +222,7 @@ class Stress {
       if (gesture != Gesture::kTap) pull.z = -push;
       hand.step(pull, run.last().f_T_W, dt);
       run.tick({hand.x}, gesture == Gesture::kDrill ? 1 : 0, dt, t > begin);
-      if (hand.x.z < -kBlock6Top) break;  // through the block
+      if (hand.x.z < -kBlock6Top) break;  // the hand came through the block
     }
     Felt felt = run.felt();
     felt.holes = hand.x.z < -kBlock6Top;
@@ -256,7 +258,7 @@ class Stress {
     add(kCampaign, "came through", worst.holes, "hands", 0);
   }
 
-  /// A head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg: at rest, sliding, and while it reams.
+  /// A head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg: at rest, sliding, and reaming.
   void heavy() {
     constexpr const char* kCampaign = "200 N";
     constexpr double kPush = 200, kRadius = 30e-3, kHead = 20e-3;
@@ -294,13 +296,13 @@ class Stress {
     add(kCampaign, "force off", 100 * off, "% of 200 N, mean", 5);
   }
 
-  /// The tip of an explorer slides over edges, a groove and the anatomies' meshes with 30 to 120 mm/s, half its radius
-  /// deep: deeper than its radius it could as well be held by the other side of an edge.
+  /// An explorer's tip slides over edges, a groove and the anatomies' meshes at 30 to 120 mm/s, at a depth of half its
+  /// radius. A deeper tip could also be held by the other side of an edge.
   void fast_probe() {
     constexpr const char* kCampaign = "fast probe";
-    constexpr double kTip = 0.125e-3;     // m, its radius
-    constexpr std::size_t kLanded = 200;  // ticks
-    constexpr double kLeast = 0.02;       // N: a smaller force is no contact to speak of
+    constexpr double kTip = 0.125e-3;     // m, radius of the tip
+    constexpr std::size_t kLanded = 200;  // ticks until the tip is on the surface
+    constexpr double kLeast = 0.02;       // N, limit; a smaller force does not count as contact
     std::vector<ModelTissue> tissues;
     for (ModelTissue& tissue : analytic_tissues())
       if (tissue.name == "box edges" || tissue.name == "groove") tissues.push_back(std::move(tissue));
@@ -309,7 +311,7 @@ class Stress {
     double squares = 0;
     int count = 0;
     for (const ModelTissue& tissue : tissues) {
-      // Every place of the slow course holds for a faster hand, too, which leaves some of them out.
+      // A faster hand skips positions of the slow path; the remaining positions stay valid.
       const Course course = slide_course(tissue, options_.quick ? 700 : 1500, {kTip, kTip / 2, 30e-3});
       for (const std::size_t stride : {1, 2, 4}) {
         ServoSettings s = settings(2 * kTip);
@@ -334,7 +336,8 @@ class Stress {
     add(kCampaign, "force off", 100 * std::sqrt(squares / std::max(count, 1)), "%, rms", 25);
   }
 
-  /// Hands that go through a sheet of 0.3 mm with 1 mm a tick: does a force still hold them back beyond it?
+  /// Moves hands through a sheet of 0.3 mm with 1 mm per tick: measures whether a force still holds them back beyond
+  /// the sheet.
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;
@@ -346,7 +349,8 @@ class Stress {
     for (int k = 0; k < hands; ++k) {
       const double x = anywhere(random), y = anywhere(random), lean = 0.2 * anywhere(random);
       const dvec3 from(1e-3 * x, 1e-3 * y, 3e-3), way(1e-3 * lean, 0, -1e-3);
-      for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);  // far away: the next contact begins anew
+      // The hand is far away here, so the next contact begins anew.
+      for (int i = 0; i < 3; ++i) run.tick({dvec3(0, 0, 0.2)}, 0, 1e-3);
       for (int i = 0; i < 20; ++i) run.tick({from}, 0, 1e-3);
       dvec3 hand = from;
       while (hand.z > -4e-3) run.tick({hand += way}, 0, 1e-3);

@@ -1,4 +1,4 @@
-// How long calls and ticks take that are too short for a clock.
+// Measures calls and ticks that are too short for a single clock reading.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// What reading the clock twice costs, ns: taken off every single time.
+/// Time of two clock readings, ns; subtracted from every measured time.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {
@@ -32,9 +32,9 @@ inline double clock_ns() {
   return quantile(times, 0.5);
 }
 
-/// Equal runs do equal work, so the least time of each tick over a few runs is the tick's own, interrupts left out.
+/// Number of equal runs. The minimum of each tick over the runs is its time without interrupts.
 inline constexpr int kRuns = 3;
-template <class Run>  // returns the times of its ticks, ns
+template <class Run>  // `run` returns the times of the ticks, ns
 std::vector<double> least_of(Run&& run) {
   const double clock = clock_ns();
   std::vector<double> least = run();

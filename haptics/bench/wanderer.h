@@ -1,4 +1,4 @@
-// A hand that no human has, and invalid input, for the hostile tests of all contact models and for `typodont bench
+// A hand that moves as no human does, and invalid input: for the hostile tests of all contact models, `typodont bench
 // models` and `bench stress`.
 #pragma once
 
@@ -13,9 +13,9 @@
 
 namespace typodont::haptics::bench {
 
-/// A hand that wanders around a place at up to 0.2 m/s, with accelerations of up to 20 m/s²: ten times what the energy
-/// controller foresees and more than an arm can. It turns the tool in every direction meanwhile, and every so often
-/// changes its speed.
+/// A hand that wanders around a point at up to 0.2 m/s, with accelerations of up to 20 m/s²: ten times the acceleration
+/// that the passivity controller expects, and more than an arm can reach. It also turns the tool in all directions, and
+/// changes its speed from time to time.
 class Wanderer {
  public:
   Wanderer(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
@@ -47,10 +47,10 @@ class Wanderer {
   dquat R_{1, 0, 0, 0};
 };
 
-/// Invalid input as a broken device or clock would send it.
+/// Invalid input as a broken device or clock would produce it.
 class Nonsense {
  public:
-  /// Changes of a corrupted tick that its caller makes.
+  /// Changes that the caller must make in a corrupted tick.
   struct Other {
     Nanos clock = 0;    // ns, jump of the clock
     bool undo = false;  // undo the last stroke

@@ -10,7 +10,8 @@
 namespace typodont::haptics {
 
 DampingFit fit_damping(std::span<const PushSample> samples) {
-  constexpr double kIndependent = 1e-9;  // of the product of both squares
+  // Tolerance: a smaller ratio det / (dd · vv) means that depth and velocity are proportional
+  constexpr double kIndependent = 1e-9;
   const auto each = [&](auto&& use) {
     for (std::size_t i = 1; i + 1 < samples.size(); ++i) {
       const PushSample &before = samples[i - 1], &at = samples[i], &after = samples[i + 1];

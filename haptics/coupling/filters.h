@@ -1,5 +1,5 @@
-// The force filters of two of the papers this workbench grew from, for comparison. They are not passive: the ledger
-// shows what they generate, and with the passivity controller on they cannot.
+// Force filters of two published simulators, for comparison. They are not passive: without the passivity controller,
+// the ledger shows how much energy they generate.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@ namespace typodont::haptics {
 
 enum class ForceFilter {
   kNone,
-  kSlew,    // Wang 2009: the force moves by at most δ a tick, in whichever direction
-  kStroke,  // vertex-deformation simulator: one constant force per stroke, renewed when the computed one departs
+  kSlew,    // Wang 2009: the force changes by at most δ per tick, in any direction
+  kStroke,  // vertex-deformation simulator: constant force during a stroke, unless the computed force differs too much
 };
 
 inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {
@@ -23,13 +23,13 @@ inline std::optional<ForceFilter> force_filter_named(std::string_view name) noex
 }
 
 struct ForceFilterLaw {
-  double step = 0.02;     // N a tick: δ of Wang 2009
-  double still = 0.001;   // N: ξ, a force below this is none
-  double renewal = 0.10;  // N: ζ, the stroke's force holds while the computed one differs by less
-  double cap = 3.0;       // N: λ
+  double step = 0.02;     // N per tick, limit of the change: δ of Wang 2009
+  double still = 0.001;   // N, ξ: a smaller force counts as zero
+  double renewal = 0.10;  // N, ζ: the stroke's force stays while it differs by less from the computed force
+  double cap = 3.0;       // N, λ: limit of the force
 };
 
-/// `last`: the force given in the tick before.
+/// `wanted`: N, computed force; `last`: N, force of the previous tick. Returns the filtered force, N.
 inline dvec3 filter_force(ForceFilter filter, const ForceFilterLaw& law, const dvec3& wanted,
                           const dvec3& last) noexcept {
   if (filter == ForceFilter::kSlew) {

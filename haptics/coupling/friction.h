@@ -1,4 +1,4 @@
-// Friction as the hand feels it: stick, creep and slip without drift.
+// Friction between tool and tissue: stick, creep and slip, without drift.
 #pragma once
 
 #include "engine/base/pose.h"
@@ -8,8 +8,8 @@ namespace typodont::haptics {
 struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
-  double stiffness = 1000;   // N/m, of the tangential spring
-  double stick_share = 0.5;  // below this share of z_max the adhesion point does not move at all
+  double stiffness = 1000;   // N/m, stiffness of the tangential spring
+  double stick_share = 0.5;  // fraction of z_max below which the adhesion point does not move
 };
 
 struct FrictionState {
@@ -18,9 +18,10 @@ struct FrictionState {
   bool slipping = false;
 };
 
-/// Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane, with an adhesion map that is zero below a stick
-/// threshold: the state is then bit-identical after any number of small cycles, so nothing drifts. Returns the force on
-/// the tool, N; |f| <= μ F_n always. `x`: contact position (m), `previous`: one tick before; n unit.
+/// Hayward & Armstrong 2000, eq. 5, in the contact's tangent plane. Changed: the adhesion map is zero below a stick
+/// threshold, so the state is bit-identical after any number of small cycles, and nothing drifts. `x`: m, contact
+/// position; `previous`: m, contact position one tick before; `n`: unit normal. Returns the force on the tool, N, with
+/// |f| <= μ F_n.
 inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3& previous, const dvec3& n,
                             double normal_force, FrictionState& state) noexcept {
   if (!(normal_force > 0)) {
@@ -39,8 +40,8 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
   } else if (length > law.stick_share * z_max) {
-    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away, so that break-away is reached,
-    // however slow the way there, and a slide costs the dynamic coefficient.
+    // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away. So even a slow motion reaches
+    // break-away, and a slide has the dynamic coefficient.
     const double share = 0.5 * (length / z_max - law.stick_share) / (1 - law.stick_share);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;

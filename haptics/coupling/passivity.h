@@ -1,4 +1,4 @@
-// The passivity controller: never gives the hand energy that the hand did not put in first.
+// The passivity controller: the hand never receives energy that it did not put in before.
 #pragma once
 
 #include <algorithm>
@@ -8,42 +8,52 @@
 
 namespace typodont::haptics {
 
-/// A force held for a tick gives the hand exactly F·Δx, and Δx is known only afterwards: an observer alone (Hannaford &
-/// Ryu 2002) sees the loss a tick too late. So the force is bounded beforehand by what the ledger holds over the way
-/// the hand may retreat in the next tick, foreseen from how fast it retreated lately, how fast a hand can turn round,
-/// and how abruptly this one has changed its pace, in the open, too: a hand that trembles, or moves by counts or along
-/// straight strokes, does so again. Most hands go on inward once they have begun to. One that has turned round at full
-/// pace, or that comes by leaps, on an uneven clock or seldom, may go back as fast as it ever came.
+/// A force that is constant during a tick gives the hand the energy F·Δx, and Δx is known only afterwards. So an
+/// observer alone (Hannaford & Ryu 2002) detects a loss one tick too late. This law limits the force in advance: the
+/// ledger's energy must suffice for the distance that the hand may retreat in the next tick. The distance is predicted
+/// from the recent retreats, from the acceleration that is expected of any hand, and from the recent changes of this
+/// hand's velocity, also outside the tissue: a hand that trembles, moves in encoder counts or makes straight strokes
+/// will do so again.
+/// Most hands that move inward continue to move inward. But a hand may retreat as fast as it ever advanced if it
+/// recently reversed at full speed, moves in jumps, or has a slow or irregular clock.
 struct PassivityLaw {
-  double margin = 2.5;       // of the fastest retreat lately: a tick may be missed, a retreat may quicken
-  double memory = 0.05;      // s
-  double turning = 2;        // m/s²: a hand that moves inward faster than turning × tick goes on moving inward …
-  double human_tick = 1e-3;  // s, … in ticks this short; in longer ones it may go back as far as it came, …
-  double long_way = 0.3e-3;  // m, … and where that is so far in a tick
-  double twisting = 20;      // rad/s²: the same of a hand that turns
-  bool in_counts =
-      false;             // the hand is a device's: its changes of pace are counts, which no hand makes, and say nothing
-  double faster = 1.2;   // of the greatest pace lately: faster no hand goes back
-  double again = 3;      // of the greatest change of pace lately: by as much may one change that can turn at once, …
-  double outdone = 0.6;  // … by once that any other, and by this share of the mean change …
-  double lonely = 0.1;   // … beyond this share of the greatest: what one stroke's start or end shows is not outdone
-  double in_mean = 0.01;  // what a tick weighs in that mean
-  double hold = 1;  // s of motion, so long pace and change are known undiminished (a hand at rest forgets nothing), …
-  double hold_free = 0.15;   // s, … paces of a hand that touches nothing: it may fly in fast and come down slowly …
-  double fading = 0.5;       // s, … and then fade
-  double uneven = 1.5;       // of the longest tick lately, what an uneven clock may miss
-  double still = 1e-4;       // m/s: slower than that is rounding, or rest
-  double leap = 2;           // m/s: a greater one is no hand's
-  double clock_memory = 10;  // s, of the longest tick: a clock that misses some goes on missing them, …
-  double most_missed = 5;    // … though what is longer than so many is a pause
-  double credit = 0.5e-9;    // J, of the 1 nJ that rounding and a sudden turn may cost
+  double margin = 2.5;  // factor on the fastest recent retreat: the servo may miss a tick, and a retreat may accelerate
+  double memory = 0.05;  // s, time constant of the memory of retreats
+  // m/s², expected acceleration of any hand; a hand that moves inward faster than turning × tick continues inward
+  double turning = 2;
+  // s, tick length for which `turning` holds; after much longer ticks the hand may retreat as it advanced
+  double human_tick = 1e-3;
+  double long_way = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
+  double twisting = 20;      // rad/s², expected angular acceleration of any hand
+  // Positions are encoder counts, so their differences say nothing about changes of the hand's velocity
+  bool in_counts = false;
+  double faster = 1.2;  // factor on the greatest recent speed: limit of the speed of a retreat
+  // Factor on the greatest recent velocity change: limit of the change for a hand that may reverse at once
+  double again = 3;
+  // Factor on the mean velocity change: margin above the greatest recent change for any other hand
+  double outdone = 0.6;
+  double lonely = 0.1;    // fraction of the greatest change; a smaller mean (start or end of one stroke) adds no margin
+  double in_mean = 0.01;  // weight of one tick in the mean velocity change
+  double hold = 1;  // s of motion for which greatest speed and change stay undiminished; time at rest does not count
+  // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
+  double hold_free = 0.15;
+  double fading = 0.5;  // s, time constant of the decay after the hold time
+  double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
+  double still = 1e-4;  // m/s; a slower motion is rounding or rest
+  double leap = 2;      // m/s; a faster motion is a jump of the input
+  // s, time constant of the memory of the longest tick: a clock that missed ticks will miss more
+  double clock_memory = 10;
+  double most_missed = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
+  // J by which the ledger may be overdrawn: a part of the allowed debt of 1 nJ; the rest is for rounding and a sudden
+  // reversal
+  double credit = 0.5e-9;
 };
 
-/// The greatest of something lately.
+/// Greatest recent value of a quantity: stays for the time `hold`, then decays.
 struct Lately {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
-    if (x >= 0.8 * most) {  // as much again: it goes on being so
+    if (x >= 0.8 * most) {  // a value nearly as large restarts the hold time
       most = std::max(most, x), age = 0;
     } else if ((age += dt) > hold) {
       most *= fade;
@@ -52,23 +62,24 @@ struct Lately {
 };
 
 struct PassivityState {
-  double retreat = 0;  // m in one tick: the longest way back lately, out of the tissue or against its own direction
-  double advance = 0;  // m in one tick: the longest way in lately, against the force
-  dvec3 moved{0};      // m, the tick before
-  double way = 0;      // m, of the tick before
-  double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;  // in a tick as long as the last one
-  Lately pace, change;      // m/s, of the hand, in the open, too, and from tick to tick, …
-  double mean_change = 0;   // … and its mean in the last hundred ticks of motion
-  dvec3 heading{0};         // m, its way when it last moved
-  double fade = 1;          // in a tick as long as the last one
-  double since_turn = 1e9;  // s of motion since it last turned round at a pace worth the name
-  double longest = 0;       // s, the longest tick lately
-  // The same of turns, rad.
+  double retreat = 0;  // m per tick: greatest recent retreat, out of the tissue or against the previous direction
+  double advance = 0;  // m per tick: greatest recent advance against the force
+  dvec3 moved{0};      // m, displacement in the tick before
+  double way = 0;      // m, length of `moved`
+  // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
+  double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
+  Lately pace, change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
+  double mean_change = 0;   // m/s, mean velocity change over about the last hundred ticks of motion
+  dvec3 heading{0};         // m, displacement in the last tick in which the hand moved
+  double fade = 1;          // decay factor per tick of `pace` and `change`
+  double since_turn = 1e9;  // s of motion since the hand last reversed at a considerable speed
+  double longest = 0;       // s, longest recent tick
+  // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before
   double unturn = 0, turn_in = 0;
   dvec3 turned{0};
 };
 
-/// The rotation vector, in W, that turns `from` into `to`; rad.
+/// The rotation vector in W that rotates `from` into `to`; rad.
 inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
@@ -78,8 +89,8 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
   return v * ((q.w < 0 ? -angle : angle) / sine);
 }
 
-/// What a hand that moves, or just stopped, shows of how abruptly it does so. `moved`, `change`: m in this tick, and
-/// more than in the last; `way`: how long that is.
+/// Updates the recent speed and velocity change of a hand that moves or has just stopped. `moved`: m, displacement in
+/// this tick; `change`: m, its difference to the last tick; `way`: m, length of `moved`.
 inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
                   PassivityState& state) noexcept {
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
@@ -94,8 +105,8 @@ inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const
   state.heading = moved;
 }
 
-/// How surely a hand may turn at once, 0..1: it has lately, leaps, comes on an uneven clock or seldom, or rests.
-/// `uneven_clock`: ticks of another length than asked for.
+/// Probability that the hand reverses at once, 0..1. It is 1 if the hand did so recently, moves in jumps, rests, or has
+/// an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
 inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock,
                          const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
@@ -105,11 +116,12 @@ inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
-/// How far the hand may go outward in the next tick, m: it changes its pace as it lately did, or by more if it can turn
-/// at once, but goes hardly faster than it lately went. `along`: m/s, outward; `twitch`: m that any hand may go.
+/// Greatest expected outward displacement of the hand in the next tick, m. The velocity is expected to change as much
+/// as recently, or more if the hand may reverse at once; the speed exceeds the recent speed only slightly. `along`:
+/// m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
 inline double way_back(const PassivityLaw& law, double along, double tick, double twitch,
                        const PassivityState& state) noexcept {
-  const bool uneven_clock = state.longest > 1.02 * tick;  // more than a clock in nanoseconds rounds
+  const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
   const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
   const double at_once = law.again * state.change.most,
                restless = std::max(0.0, state.mean_change - law.lonely * state.change.most);
@@ -119,8 +131,8 @@ inline double way_back(const PassivityLaw& law, double along, double tick, doubl
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
-/// The share, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that may be given. `moved`, `turned`: the
-/// hand's way in the last tick, m, rad; `energy`: what the ledger holds, J.
+/// The fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the ledger can pay for. `moved`,
+/// `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: J in the ledger.
 inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
                             const dvec3& turned, double dt, double tick, double energy,
                             PassivityState& state) noexcept {
@@ -138,7 +150,7 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved, state.way = way;
   state.unturn *= state.decay;
-  if (state.turned != dvec3(0)) {  // most hands only move
+  if (state.turned != dvec3(0)) {  // skipped for the common case of a hand that does not rotate
     state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / glm::length(state.turned));
   }
   state.turned = turned;
@@ -149,7 +161,7 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   if (!(strength > 0 || twist > 0)) return 1;
   double at_stake = 0;
   if (strength > 0) {
-    const double along = glm::dot(f, moved) / strength;  // > 0: with the force, outward
+    const double along = glm::dot(f, moved) / strength;  // m; > 0: in the direction of the force, outward
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
     const double twitch = law.turning * tick * tick;
@@ -157,8 +169,8 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
-  if (twist > 0) {                                     // of a tool whose force has gone, too: its torque follows later
-    const double out = glm::dot(tau, turned) / twist;  // > 0: with the torque
+  if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
+    const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
     state.unturn = std::max(state.unturn, out);
     state.turn_in = std::max(state.turn_in * std::exp(-dt / law.memory), -out);
     const double twitch = law.twisting * tick * tick;

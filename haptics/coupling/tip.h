@@ -8,27 +8,28 @@
 namespace typodont::haptics {
 
 struct TipLaw {
-  double yield = 0;             // N that the tissue bears before the tip sinks; 0: this tool never sinks
-  double hardening = 1500;      // N/m: each further depth bears more
-  double grip = 0.6;            // of the force that drove it in, holds it on withdrawal
-  double depth_limit = 0.5e-3;  // m
+  double yield = 0;             // N, yield force of the tissue at the surface; 0: this tool never sinks
+  double hardening = 1500;      // N/m, increase of the yield force with depth
+  double grip = 0.6;            // ratio of the holding force on withdrawal to the yield force
+  double depth_limit = 0.5e-3;  // m, limit of the depth
 };
 
 struct TipState {
-  double sunk = 0;   // m; 0: not sunk
-  dvec3 p{0};        // m, where the tip is held: the head's centre, W
-  dvec3 n{0, 0, 1};  // unit, the way out
+  double sunk = 0;   // m, depth of the tip; 0: not sunk
+  dvec3 p{0};        // m, W, head's centre at the position where the tip is held
+  dvec3 n{0, 0, 1};  // unit, direction out of the tissue
 };
 
-/// One tick of a sunk tip (plastic in both directions, so it only ever takes energy): the place p follows the hand when
-/// it pushes harder than the tissue yields or pulls harder than it grips. `stiffness`: of the coupling, N/m; `soft`:
-/// the tissue ahead lets it sink on. Returns the force on the tool, N; state.sunk is 0 once it has come out.
+/// One tick of a sunk tip. The tip is plastic in both directions, so it only takes energy: its position p follows the
+/// hand when the hand pushes harder than the yield force or pulls harder than the holding force. `stiffness`: stiffness
+/// of the coupling, N/m; `soft`: the tissue ahead is soft enough to sink deeper. Returns the force on the tool, N;
+/// state.sunk becomes 0 when the tip comes out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
   const double bears = law.yield + law.hardening * state.sunk, holds = law.grip * bears;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
   if (stiffness * -out > bears && soft && state.sunk < law.depth_limit) {
-    // Sinks until coupling and tissue balance: k (push - x) = bears + hardening x.
+    // The tip sinks until coupling and tissue balance: k (push - x) = bears + hardening x.
     const double x = std::min((stiffness * -out - bears) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;
     state.p -= x * state.n;
@@ -44,7 +45,7 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   pull = hand - state.p;
   dvec3 sideways = pull - glm::dot(pull, state.n) * state.n;
   const double length = glm::length(sideways);
-  if (stiffness * length > bears) {  // ploughs sideways
+  if (stiffness * length > bears) {  // the tip ploughs sideways
     state.p += sideways * (1 - bears / (stiffness * length));
     pull = hand - state.p;
   }

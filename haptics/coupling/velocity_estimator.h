@@ -1,10 +1,10 @@
-// Hand velocity from quantised positions: quiet at rest, quick in motion, and honest about how late it is.
+// Velocity of the hand from quantised positions: low noise at rest, fast response in motion, and a known lag.
 //
 // Janabi-Sharifi, Hayward & Chen 2000, "Discrete-time adaptive windowing for velocity estimation", end-fit FOAW: the
-// longest window whose samples all lie within the position noise of the straight line through its ends. Changed: the
-// test "every sample within d of the line" is kept as an interval of slopes, so a tick costs O(window), not O(window²);
-// the three axes share the shortest of their windows, so that the vector has one lag; and what is kept of the past is
-// spaced by kSpacing, so that loops of 4 or 10 kHz are as quiet as one of 1 kHz.
+// longest window whose samples all lie within the position noise of the straight line through its ends. Changes:
+// (1) The test "every sample within d of the line" is an interval of slopes, so a tick costs O(window), not O(window²).
+// (2) The three axes use the shortest of their windows, so that the vector has one lag.
+// (3) Stored samples are at least kSpacing apart, so that loops of 4 or 10 kHz have as little noise as one of 1 kHz.
 #pragma once
 
 #include <algorithm>
@@ -18,16 +18,16 @@ namespace typodont::haptics {
 
 struct VelocityEstimate {
   dvec3 v{0};      // m/s
-  double lag = 0;  // s: v is the velocity of this long ago (half the window)
+  double lag = 0;  // s, age of the velocity v: half the window
 };
 
 class VelocityEstimator {
  public:
-  /// `noise`: m, half the peak-to-peak position noise; for an encoder, its whole step is right.
-  /// `axes`: how many move, the first ones.
+  /// `noise`: m, half the peak-to-peak position noise; for an encoder, one whole step.
+  /// `axes`: number of axes that can move, from x on.
   explicit VelocityEstimator(double noise, int axes = 3) : noise_(noise), axes_(axes) {}
 
-  /// Servo thread. Never allocates. Samples whose time does not rise start anew.
+  /// Servo thread. Never allocates. A sample whose time does not increase restarts the estimator.
   VelocityEstimate add(Nanos t, const dvec3& p) noexcept {
     if (count_ > 0 && t <= newest_.t) count_ = 0;
     const bool first = count_ == 0;
@@ -49,8 +49,9 @@ class VelocityEstimator {
   }
   void reset() noexcept { count_ = 0; }
 
-  static constexpr std::size_t kWindow = 48;  // samples; 47 ms of lag-free stillness at 1 kHz
-  static constexpr Nanos kSpacing = 750'000;  // ns; under the millisecond of a loop that jitters
+  static constexpr std::size_t kWindow = 48;  // samples, limit of the window; 47 ms at 1 kHz
+  // ns, minimum spacing of stored samples; below 1 ms, so that a 1 kHz loop with jitter stores every sample
+  static constexpr Nanos kSpacing = 750'000;
 
  private:
   static constexpr std::size_t kPast = kWindow - 1;
@@ -61,7 +62,7 @@ class VelocityEstimator {
   const Sample& back(std::size_t n) const noexcept { return ring_[(head_ + kPast + 1 - n) % kPast]; }
 
   std::size_t longest(int axis, std::size_t most) const noexcept {
-    double low = -1e300, high = 1e300;  // slopes that pass every sample so far within the noise
+    double low = -1e300, high = 1e300;  // interval of slopes that pass all samples so far within the noise
     std::size_t best = 1;
     for (std::size_t n = 1; n <= most; ++n) {
       const double dt = to_seconds(newest_.t - back(n).t);

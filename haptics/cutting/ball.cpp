@@ -26,14 +26,14 @@ struct Block {
   float* distance;
   const Tissue* tissue;
   std::size_t stride_x, stride_y;
-  int lo_x, lo_y, lo_z;  // relative to the base
+  int lo_x, lo_y, lo_z;  // voxel of the first sample, relative to the base
   int size_x, size_y, size_z;
 };
 
 /// A part of a sweep's work that is processed together: groups of eight samples along z, and the data that their rows
 /// share.
 struct Work {
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: samples of a row
+  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;  // kLongest: limit of a row's samples
   F8 u[kRowBatches], v[kRowBatches];                                      // see carve_block()
   I8 base[kRowBatches];                                                   // index of the row's first sample
   F8 z[kLongest];                 // z of eight samples beginning at each index, relative to A
@@ -240,20 +240,20 @@ bool carve_ball_ahead(const Block* block, const Capsule* capsule, PerTissue* rem
 /// The blocks around a ball, the path length at which each is due, and the list of groups that carve_due() fills.
 struct BallBlocks {
   BallFront f;
-  const Tissue* tissue;  // at the origin
+  const Tissue* tissue;  // label of the sample at the origin
   int stride_x, stride_y;
   glm::ivec3 lo, hi;            // voxels that the sweep may reach, plus one voxel
   glm::ivec3 held_lo, held_hi;  // range of voxels in the patch
-  float* due;                   // of the block at the origin
+  float* due;                   // path length at which the block at the origin is due
   int due_x, due_y;
   float way;    // path length of the head at the end of this sweep
   float ahead;  // additional path length for which the listed groups stay valid; 0: none are listed
   float slip;   // upper bound of the rounding error of a depth
   int lanes;    // number of lanes of a group
-  int parts, part,
-      first_layer;         // layers of blocks belong to parts in turn: number of parts, this part, the first layer's
+  // Layers of blocks belong to the parts in turn: number of parts, number of this part, part of the first layer
+  int parts, part, first_layer;
   CutFront::Found* found;  // the listed groups
-  int listed, room;        // number of listed groups, which may exceed the room
+  int listed, room;        // number of listed groups, which may exceed `room`; capacity of the list
 };
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -266,7 +266,7 @@ void fill_heights(const BallFront* f, bool capsule, int from, int to) {
   }
 }
 
-/// Depth of eight samples of a row, and the mask of those that count; rows as in carve_block().
+/// Depth of eight samples of a row, and the mask of those ahead of A; rows as in carve_block().
 template <bool capsule>
 TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, const F8& v, const F8& first,
                                     const F8& second, F8& depth, I8& ahead) {
@@ -288,7 +288,7 @@ TYPODONT_KERNEL void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Data shared by the samples of eight rows.
+/// Data that the samples of a row have in common, for eight rows.
 template <bool capsule>
 TYPODONT_KERNEL void row_terms(const BallFront& f, const F8& x, const F8& y, F8& u, F8& v) {
   const Capsule& c = f.c;
@@ -510,8 +510,8 @@ bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float
                .room = front.parts_[0].room()};
   const bool capsule = !is_ball();
   fill_heights(&b.f, capsule, heights_from, heights_to);
-  // A list is valid longer for a slow head; for a fast one none is made. If several parts are listed at once, they get
-  // different lengths of validity.
+  // A list is valid longer for a slow head; for a fast head no list is made. If several parts are listed at once, they
+  // get different lengths of validity.
   const double ahead = travel_ > CutFront::kMostListed ? 0 : CutFront::kListedOfBall / std::max(front.outdated(), 1);
   const int early = ahead > 0 ? front.renewed_early(travel_) : -1;
   int anew = 0;

@@ -69,7 +69,7 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
     for (int y = a.y; y <= b.y; ++y, from += length) {
       const std::size_t row = patch.at(x, y, a.z);
       const float* const now = patch.distance.data() + row;
-      // true for most rows
+      // most rows did not change
       if (std::memcmp(from, now, sizeof(float) * static_cast<std::size_t>(length)) == 0) continue;
       for (int z = 0; z < length; ++z) {
         if (from[z] == now[z]) continue;
@@ -100,7 +100,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
-    if (graded) *hardened = hardened_since(patch, from, to);  // before the labels of fillings are removed
+    if (graded) *hardened = hardened_since(patch, from, to);  // computed before the labels of fillings are removed
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
     if (changed) *changed = true;
   }
@@ -148,7 +148,7 @@ PerTissue fill(SurfacePatch& patch, const Fill& filling, bool* changed) noexcept
   patch.exact_outside = false;
   mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
   patch.filled_lo = glm::min(patch.filled_lo, a + patch.lo), patch.filled_hi = glm::max(patch.filled_hi, b + patch.lo);
-  // A voxel that had its label before still has a solid neighbour, because filling only lowers distances.
+  // A voxel that was labelled before this filling still has a solid neighbour, because filling only lowers distances.
   const bool inside = std::min({a.x, a.y, a.z}) > 0 && std::max({b.x, b.y, b.z}) < patch.n - 1;
   if (!inside || !fresh.all()) {
     relabel(patch, a + patch.lo, b + patch.lo);

@@ -17,7 +17,7 @@ class VoxelStamp;
 /// and tool. `hardened` is the removed volume weighted by each voxel's hardness, which determines the cost of the cut.
 PerTissue carve(SurfacePatch& patch, const Sweep& sweep, bool* changed = nullptr, CutFront* front = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
-/// The same for whole voxels.
+/// Removes whole voxels; otherwise like carve() with a Sweep.
 PerTissue carve(SurfacePatch& patch, const VoxelStamp& stamp, bool* changed = nullptr,
                 PerTissue* hardened = nullptr) noexcept;
 

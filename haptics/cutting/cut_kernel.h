@@ -1,8 +1,9 @@
 // Kernel text, included once in each namespace of lanes (lane_ops.h): the change of samples by a cut, and the removed
 // volume by tissue.
 
-/// The rule of every cut: where `ahead` is set, a sample rises to its depth in the head (at most kInner), if that
-/// exceeds the old value and the limit `least` below which values are not kept.
+/// Raises samples: where `ahead` is set, a sample becomes its depth in the head (at most kInner), if the depth exceeds
+/// both the old value and −kMargin. Returns the new values. `least`: the limit that the depth had to exceed; `rises`:
+/// mask of the raised samples.
 TYPODONT_KERNEL Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& least, Mask& rises) {
   least = greater(old, all(-Sweep::kMargin));
   rises = more_where(ahead, depth, least);
@@ -22,16 +23,16 @@ struct Taken {
   int groups = 0;
   std::uint8_t label = 0;
 
-  /// Adds samples that all have this label.
+  /// Adds samples that all have the label `group_label`.
   TYPODONT_KERNEL void add(Ints taken, std::uint8_t group_label) {
     if (group_label != label) {
       close();
       label = group_label;
     }
     units += taken;
-    if (++groups == 255) close();  // a voxel is 2^23 units
+    if (++groups == 255) close();  // keeps the sum below 2^31: a voxel has 2^23 units
   }
-  /// Adds samples with these labels.
+  /// Adds samples with their labels.
   TYPODONT_KERNEL void add(Ints taken, const Tissue* labels) {
     std::uint64_t parts[kLanes / 8], differ = 0;
     std::memcpy(parts, labels, sizeof parts);

@@ -12,7 +12,7 @@ TYPODONT_KERNEL Floats depth_below_arc(const MeridianPiece& piece, Floats rho, F
   return all(piece.radius) - root(vx * vx + vz * vz);
 }
 
-/// Squared distance of samples to the nearest of some pieces, and whether they lie outside any piece.
+/// Squared distance of samples to the nearest of some pieces, and a mask of the samples outside any piece.
 struct NearestPiece {
   Floats square;
   Mask outside;
@@ -20,7 +20,7 @@ struct NearestPiece {
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats in = all(piece.ax) - rho, down = all(piece.az) - z;
     const Floats below = in * all(piece.nax) + down * all(piece.naz);
-    // Along the line from its first end; clamped to the ends.
+    // Position along the line from its first end; `over` is its excess beyond the ends.
     const Floats along = in * all(piece.naz) - down * all(piece.nax);
     const Floats over = along - greater(lesser(along, all(piece.length)), all(0.0f));
     square = lesser(square, below * below + over * over);
@@ -28,7 +28,7 @@ struct NearestPiece {
   }
   TYPODONT_KERNEL void meet_arc(const MeridianPiece& piece, Floats rho, Floats z) {
     const Floats none = all(0.0f);
-    // Its end at b belongs to its neighbour, too; its end at a may be the tip.
+    // The arc's end at b is also an end of its neighbour, so only the end at a, which may be the tip, is examined.
     const Floats ex = rho - all(piece.ax), ez = z - all(piece.az), vx = rho - all(piece.cx), vz = z - all(piece.cz);
     const Mask beyond = more(none, all(piece.dx) * ez - all(piece.dz) * ex);
     const Floats off = all(piece.radius) - root(vx * vx + vz * vz);
@@ -47,7 +47,7 @@ TYPODONT_KERNEL NearestPiece no_piece_yet() {
   return {all(1e30f), nowhere()};
 }
 
-/// For several pieces, each a bit of `set`.
+/// Depth below the nearest of several pieces; each piece is a bit of `set`.
 TYPODONT_KERNEL Floats depth_below_pieces(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   NearestPiece nearest = no_piece_yet();
   for (; set != 0; set &= set - 1) {

@@ -16,20 +16,20 @@ class FreshLabels;
 struct FillBall {
   HeadPose head;
   MeridianPiece pieces[HeadField::kMaxPieces];  // pieces of the head and its path out
-  unsigned all_pieces;                          // one bit for each
+  unsigned all_pieces;                          // one bit for each piece
   float x, y, z, radius;
   Tissue label;
   const Fill* filling;  // provides the tool's limit
 };
 
 struct FillBlock {
-  glm::ivec3 first, size;  // its first sample, relative to the base
+  glm::ivec3 first, size;  // first sample of the block, relative to the base
   float* distance;
   Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
 };
 
-/// See Fill::lower().
+/// Lowers the distances of a block; see Fill::lower().
 bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept;
 
 }  // namespace typodont::haptics

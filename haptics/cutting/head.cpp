@@ -20,10 +20,10 @@ namespace {
 struct HeadBlock {
   float* distance;
   const Tissue* tissue;
-  std::ptrdiff_t at, stride_x, stride_y;  // index of its first sample, which may lie outside the array
+  std::ptrdiff_t at, stride_x, stride_y;  // index of the block's first sample, which may lie outside the array
   int from[3], to[3];                     // the part of the block to process
   glm::ivec3 first;                       // first sample of the block, relative to the base voxel of the pose
-  // This plane bounds the depth of every sample, because the distance from a convex head is convex.
+  // A plane that bounds the depth of every sample, because the distance from a convex head is convex
   float bound, bound_x, bound_y, bound_z;
   const MeridianPiece* pieces;
   int kind;       // the piece that is nearest to all samples, between its ends; or kManyPieces + a set of pieces
@@ -52,7 +52,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header uses the four headers above.
+// Included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
@@ -74,7 +74,7 @@ namespace {
 #include "haptics/cutting/depth_kernel.h"
 #include "haptics/cutting/row_kernel.h"
 #include "haptics/cutting/way_kernel.h"
-// This header uses the four headers above.
+// Included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
 bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
@@ -90,7 +90,7 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, To
 namespace {
 
 constexpr int kStretch = 64;   // samples of a row that are listed together
-constexpr float kBent = 0.3f;  // allowance for a neighbouring piece that is an arc instead of a line
+constexpr float kBent = 0.3f;  // voxels, allowance for a neighbouring piece that is an arc instead of a line
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
 /// Eight blocks relative to a head: distances of their centres from the head and its pieces, and the outward direction.
@@ -143,7 +143,7 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
     n_z = nearer ? fz : n_z;
   }
   const F8 signed_best = outside ? best : -best;
-  // If the centre lies on the surface, the direction is undefined but not needed: see bound below.
+  // If the centre lies on the surface, the direction is undefined, but what() does not need it then.
   const F8 inverse = best > 1e-3f ? 1.0f / signed_best : F8{};
   seen->distance = signed_best;
   seen->n_rho = n_rho * inverse;
@@ -221,9 +221,9 @@ TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const Meridia
   return {-greatest(-least, -w.z), greatest(most, w.z)};
 }
 
-/// Finds which of two neighbouring pieces (one bit each) is the only one that can be nearest to any of `count` samples
-/// along z while the head moves by `ahead`. `first`, `last`: these two, or the same piece. `v`: the first sample
-/// relative to the head, in V.
+/// Finds which of two neighbouring pieces (one bit each) is the only piece that can be nearest to any of `count`
+/// samples along z while the head moves by `ahead`. `first`, `last`: indices of the two pieces, or of one piece. `v`:
+/// the first sample relative to the head, in V.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const float* R, const float* v, int count,
                     float ahead) {
@@ -255,8 +255,8 @@ unsigned lone_piece(const MeridianPiece* pieces, int first, int last, const floa
 /// One pose of a sweep and the blocks near it, processed eight at a time.
 class HeadPass {
  public:
-  /// For one end of its motion; `after`: the head was already cut out at the other end. `ahead`: path length for which
-  /// the results must be valid.
+  /// Begins a pass for one end of the head's motion. `after`: the head was already cut out at the other end. `ahead`:
+  /// path length for which the results must be valid.
   HeadPass(const Straight& back, bool after, double reach, float ahead)
       : pose_(back.from),
         back_(back),
@@ -266,7 +266,7 @@ class HeadPass {
 
   const HeadPose& pose() const { return pose_; }
 
-  /// Adds a block by its first voxel; true when there are eight.
+  /// Adds a block by its first voxel. Returns true when there are eight blocks.
   bool add(const glm::ivec3& block) {
     blocks_[lanes_] = block;
     const glm::vec3 c = glm::vec3(block - pose_.base) + kMiddle;
@@ -275,7 +275,7 @@ class HeadPass {
   }
   int lanes() const { return lanes_; }
 
-  /// Evaluates the added blocks; what() then tells what to do with each.
+  /// Evaluates the added blocks; what() then returns the work for each block.
   void look() {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
@@ -284,7 +284,7 @@ class HeadPass {
     lanes_ = 0;
   }
 
-  /// A group of samples from this voxel on, known to have this kind, may have a kind with a single piece.
+  /// Tries to reduce the kind of a group of samples from this voxel on to a kind with a single piece.
   int kind_of_group(const glm::ivec3& first_voxel, int kind, int count) const {
     const auto set = static_cast<unsigned>(kind - kManyPieces);
     const int first = std::countr_zero(set), last = static_cast<int>(std::bit_width(set)) - 1;
@@ -302,7 +302,7 @@ class HeadPass {
     slack = d - (Sweep::kMargin + kHalf);
     const float way = after_ ? back_.longest : 0;
     if (slack > std::max(ahead_, way)) return Work::kNone;
-    // Already deep in the head at the previous pose: empty since then.
+    // The block was deep in the head at the previous pose, so it is empty already.
     slack = kNoEnd;
     if (after_ && d < -(Sweep::kInner + kHalf + way)) return Work::kNone;
     const glm::ivec3 inside = blocks_[lane] - target.lo;
@@ -352,8 +352,8 @@ class HeadPass {
     const float* const R = pose_.R;
     const glm::vec3 n_T(out * at.x, out * at.y, seen_.n_z[lane]);
     const glm::vec3 n(R[0] * n_T.x + R[1] * n_T.y + R[2] * n_T.z, R[3] * n_T.x + R[4] * n_T.y + R[5] * n_T.z,
-                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // in V
-    // Without a direction, only the change of one per voxel is known.
+                      R[6] * n_T.x + R[7] * n_T.y + R[8] * n_T.z);  // normal in V
+    // Without a direction, the only bound is that the depth changes by at most one per voxel.
     const bool known = glm::dot(n, n) > 0.5f;
     block.bound = known ? glm::dot(n, kMiddle) - d + 1e-3f : kHalf - d;
     block.bound_x = known ? -n.x : 0, block.bound_y = known ? -n.y : 0, block.bound_z = known ? -n.z : 0;
@@ -381,7 +381,7 @@ class HeadPass {
   bool after_;
   float rounding_, ahead_;
   glm::ivec3 blocks_[8];
-  F8 center_[3];  // relative to the head
+  F8 center_[3];  // centres of the blocks, relative to the head
   Seen seen_;
   int lanes_ = 0;
 };
@@ -484,10 +484,10 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
               BlockSlack found{.ahead = ahead + slip, .live = live, .shift = (z - z0) * kDeep};
               changed |=
                   carve_head_block(pass.pose(), block, work == HeadPass::Work::kRaise, tops, tops.removed, found);
-              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of it
+              slack = clipped ? 0 : found.slack;  // nothing is known about the rest of the block
               kinds[z - z0] = block.kind;
             }
-            // What the head at A leaves is examined again at B.
+            // Samples that remain after the cut at A are examined again at B.
             row[z] = k == 0 ? -CutFront::kNever : way + (slack - slip);
           }
           if (k == 0 || !(ahead > 0)) continue;

@@ -27,9 +27,9 @@ struct Capsule {
 /// A cut and its front as plain data. Positions are relative to the first voxel of the front's first block.
 struct BallFront {
   Capsule c;
-  glm::ivec3 origin;  // origin of these positions, relative to the base of c
-  float* distance;    // at the origin
-  struct {            // tables, indexed by the height (z) …
+  glm::ivec3 origin;  // position of the first block's first voxel, relative to the base of c
+  float* distance;    // distance of the sample at the origin
+  struct {            // tables, indexed by the height (z)
     float* apart;     // z distance from A; if the ball at B covers everything, its squared distance from B
     float* ahead;     // z distance from A times the motion's z component
   } heights;
@@ -42,11 +42,11 @@ struct BallFront {
   } wide, narrow;
 };
 
-/// The same for a head that is not a ball.
+/// A cut by a head that is not a ball, and its front, as plain data.
 struct HeadFront {
   HeadPose pose;
   const MeridianPiece* pieces;
-  glm::ivec3 origin;  // relative to the pose's base
+  glm::ivec3 origin;  // origin of the groups' positions, relative to the pose's base
   float* distance;
   float* along[3];  // table by height: coordinates along x, y, z in T
   CutFront::Listed groups;
@@ -77,7 +77,7 @@ inline int with_one_label(const Tissue* labels, const float* distance, int lanes
   return lanes;
 }
 
-/// Each returns whether anything changed; the removed volume is added to `removed`.
+/// Cut the listed groups. Return true if a sample changed; the removed volume is added to `removed`.
 bool carve_listed_ball(const BallFront& front, bool capsule, int lanes, PerTissue* removed) noexcept;
 bool carve_listed_head(const HeadFront& front, int lanes, PerTissue* removed) noexcept;
 

@@ -1,8 +1,8 @@
 // Kernel text, included once in each namespace of lanes (lane_ops.h): cuts the groups that are listed in front of a
 // head.
 
-constexpr int kChunk = 128;  // number of groups
-constexpr int kAhead = 24;   // number of groups to prefetch
+constexpr int kChunk = 128;  // number of groups that are processed together
+constexpr int kAhead = 24;   // number of groups by which prefetching is ahead
 alignas(64) constexpr float kSteps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
 
 TYPODONT_KERNEL void fetch(const float* group) {
@@ -20,13 +20,13 @@ TYPODONT_KERNEL bool all_whole(const std::uint8_t* length) {
   return differ == 0;
 }
 
-/// Data shared by the samples of some groups' rows.
+/// Data that all samples of a group have in common, for some groups.
 struct BallRows {
   alignas(64) float u[kChunk], v[kChunk];
 };
 
-/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. These
-/// tests are then skipped per sample.
+/// Processes groups one by one. `ahead`: all their samples lie ahead of A; `whole`: all their samples may change. If
+/// true, the corresponding test per sample is omitted.
 template <bool capsule, bool ahead, bool whole>
 TYPODONT_KERNEL void carve_groups(const BallFront& f, const Capsule& c, const BallRows& rows, int g0, int from_g,
                                   int to_g, Mask& raised, Taken& taken) {
@@ -84,7 +84,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
       where[g / kLanes] = ahead ? kAllAhead : every(more(all(-high), first)) ? kAllBehind : kBeside;
     }
     for (int g = 0; g < end; g += kLanes) {
-      if (where[g / kLanes] == kAllBehind) continue;  // never rises
+      if (where[g / kLanes] == kAllBehind) continue;  // these samples never rise
       const int until = std::min(g + kLanes, end);
       if (!all_whole(f.groups.length + g0 + g)) {
         carve_groups<capsule, false, false>(f, c, rows, g0, g, until, raised, taken);
@@ -97,8 +97,7 @@ TYPODONT_KERNEL void carve_range(const BallFront& f, const Capsule& c, int from,
   }
 }
 
-/// Cuts with the listed groups: with the narrow ones if `narrow` is true, otherwise with all others. True if a sample
-/// changed.
+/// Cuts the narrow groups if `narrow` is true, otherwise all others. Returns true if a sample changed.
 template <bool capsule>
 TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* removed) {
   const BallFront f = front;
@@ -111,8 +110,8 @@ TYPODONT_KERNEL bool carve_ball(const BallFront& front, bool narrow, PerTissue* 
   return any(raised);
 }
 
-/// Parameters of a head's depth that are constant for a run of groups; and the test for samples that may have been
-/// deeper during the motion (may_be_deeper).
+/// Input of may_be_deeper(), the test for samples that may have been deeper during the motion. The structs below
+/// compute the depth below one kind of piece for a run of groups.
 struct Passed {
   Floats way_rho, way_z, least;
 };
@@ -140,7 +139,7 @@ struct BelowArc {
     return below;
   }
 };
-/// One piece with its ends, or two.
+/// Depth below one or two pieces, including their ends.
 template <bool first_bent, bool second, bool second_bent>
 struct BelowEnds {
   MeridianPiece pieces[2];
@@ -184,9 +183,9 @@ struct HeadRows {
 
 /// Motion of the head relative to groups, evaluated at their middles.
 struct HeadSides {
-  float half, off;  // voxels: from a group's middle to its ends, and upper bound of the same perpendicular to the axis
-  float across;     // upper bound of the motion's component perpendicular to the axis
-  float bend[3], turned;  // difference of the motion from sample to sample in a group, and its upper bound
+  float half, off;        // voxels: half length of a group, and upper bound of its component perpendicular to the axis
+  float across;           // voxels, upper bound of the motion's component perpendicular to the axis
+  float bend[3], turned;  // voxels: difference of the motion between adjacent samples of a group, and its upper bound
 
   TYPODONT_KERNEL HeadSides(const HeadFront& f) : half((kLanes - 1) / 2.0f) {
     const Straight& back = f.tops->back;
@@ -202,7 +201,7 @@ struct HeadSides {
     }
     across = turns ? back.longest : std::sqrt(back.shift[0] * back.shift[0] + back.shift[1] * back.shift[1]);
   }
-  /// For one group per lane from this one on: one bit if some samples may have been deeper.
+  /// For one group per lane: a bit, set if some samples of the group may have been deeper.
   TYPODONT_KERNEL unsigned beside(const Straight& back, const MeridianPiece& first, const MeridianPiece& last,
                                   float smooth, Floats x, Floats y, Floats z, HeadRows& rows, int g) const {
     const Floats rho = root(x * x + y * y);
@@ -265,7 +264,7 @@ TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Groups with the same nearest pieces.
+/// Cuts a run of groups with the same nearest pieces.
 template <class Below>
 TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {
@@ -307,7 +306,7 @@ TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const
   }
 }
 
-/// All groups that are `narrow`, or all others.
+/// Cuts the narrow groups if `narrow` is true, otherwise all others. Returns true if a sample changed.
 TYPODONT_KERNEL bool carve_head(const HeadFront& f, bool narrow, PerTissue* removed) {
   Mask raised = nowhere();
   Taken taken{removed};

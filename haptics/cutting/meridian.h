@@ -17,16 +17,17 @@ struct MeridianPiece {
   float ax, az, bx, bz, dx, dz, inverse2, cx, cz, radius;
   float nax, naz, nbx, nbz;
   float length;
-  float ux, uz, wx, wz;      // from an arc's centre to its ends
+  float ux, uz, wx, wz;      // vectors from an arc's centre to its ends
   float corner_a, corner_b;  // tan(φ/2), where the outward normal rotates by φ to the neighbour's
 };
-inline constexpr int kManyPieces =
-    HeadField::kMaxPieces;  // kinds of groups: below this a single smooth piece, from here on a set of pieces
+// Limit of the kinds of groups: a smaller kind is the index of a single smooth piece, any other is this value plus a
+// set of pieces
+inline constexpr int kManyPieces = HeadField::kMaxPieces;
 
-/// A pose of the head in voxels relative to a nearby voxel, so that floats have enough digits.
+/// A pose of the head, in voxels relative to the nearby voxel `base`, so that floats have enough digits.
 struct HeadPose {
   glm::ivec3 base;
-  float p[3];  // position of the head relative to that voxel
+  float p[3];  // position of the head relative to `base`
   float R[9];  // rotation from V to T, column by column
 };
 

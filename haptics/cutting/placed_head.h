@@ -21,7 +21,7 @@ class PlacedHead {
   const glm::ivec3& lo() const { return lo_; }
   const glm::ivec3& hi() const { return hi_; }
 
-  /// As Fill::lower().
+  /// Lowers a block of distances; see Fill::lower().
   bool lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
              std::size_t stride_y, PerTissue* added) const noexcept;
 

@@ -13,7 +13,7 @@ struct Row {
     for (int i = from; i < to; ++i) old[i] = distance[i];
     return old;
   }
-  /// `labels`: of the samples, if volume is counted.
+  /// `labels`: labels of the samples; only used if the volume is counted.
   TYPODONT_KERNEL void write(Floats old, Floats now, const Tissue* labels, Taken& taken) const {
     if (whole) {
       store(distance, now);

@@ -14,7 +14,7 @@ namespace typodont::haptics {
 /// Slack of 16 rows, in voxels of the head's approach.
 class SlackRows {
  public:
-  static constexpr int kStretch = 64;  // samples of a row that are listed together
+  static constexpr int kStretch = 64;  // number of samples of a row that are listed together
 
   /// Stores the slack of eight samples of a row.
   TYPODONT_KERNEL void put(int row, int z, const F8& slack) {

@@ -1,7 +1,7 @@
-// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position;
-// and for a short motion a sample moves along a straight line in the head's frame. So the largest depth of a sample is
-// the single maximum of a concave curve, which is searched for each sample: for a long motion for all samples, for a
-// short one for those near the maximum.
+// Motion of heads that are not balls. A head is convex, so the depth of a sample is a concave function of its position.
+// During a short motion, a sample moves along a straight line in the head's frame. So its depth along the path is a
+// concave curve with a single maximum, and a search finds this maximum. A long motion searches for all samples, a short
+// one only for those near the maximum.
 #include "haptics/cutting/way.h"
 
 #include <algorithm>
@@ -30,11 +30,12 @@ namespace {
 
 namespace {
 
-constexpr int kSteps = 24;           // limit for the steps of a search; almost none needs ten
+constexpr int kSteps = 24;           // limit of the steps of a search; almost every search needs fewer than ten
 constexpr float kBesideSlip = 0.5f;  // voxels; upper bound of the error when a block is evaluated at its centre
 
 /// Reduces `lowest` .. `highest` (heights of blocks' first samples) to those within `far` of an axis, for blocks whose
-/// centres have the horizontal offset `off` from a point on the axis at height `height`. False if none is.
+/// centres have the horizontal offset `off` from a point on the axis at height `height`. Returns false if no height
+/// remains.
 bool column_beside_axis(const glm::vec2& off, const glm::vec3& axis, float far, float height, int& lowest,
                         int& highest) {
   // |d|² - (d·a)² <= far² with d = (off, z) is a quadratic in z
@@ -68,13 +69,13 @@ struct Depth {
   F8 depth, slope;
 };
 
-/// Searches the largest depth of eight samples, up to kTop. For samples that get no deeper than `needed`, or deeper
-/// than `most`, only that is determined. A concave curve lies below its tangents, so the intersection of the tangents
-/// on both sides of the maximum is an upper bound. The search point alternates between this intersection (exact for a
-/// corner) and the point where a parabola would be level.
+/// Searches the largest depths of eight samples, with the tolerance kTop. The search for a sample ends when its depth
+/// certainly does not exceed `needed`, or exceeds `most`. A concave curve lies below its tangents, so the intersection
+/// of the tangents on both sides of the maximum is an upper bound. The search point alternates between this
+/// intersection (exact for a corner) and the maximum of a parabola.
 struct Search {
   unsigned set;      // one bit for each piece that can be nearest to one of the samples on this path
-  Points from, way;  // in the head's frame
+  Points from, way;  // start and path of the samples, in the head's frame
   F8 a, b, s;        // fractions of the path: the maximum lies between a and b, and is searched at s
   Depth at_a, at_b;
   F8 best, top, needed;
@@ -92,7 +93,7 @@ struct Search {
     const eight::NearestWithNormal found = nearest(head, rho, p.z);
     return {found.nearest.depth(), found.slope(p.x, p.y, rho, way.x, way.y, way.z)};
   }
-  /// Outward normal at that fraction, in the head's frame.
+  /// Outward normal at a fraction of the path, in the head's frame.
   TYPODONT_KERNEL Points normal(const Straight& head, const F8& share) const {
     const Points p = place(share);
     const F8 rho = eight::root(p.x * p.x + p.y * p.y), inverse = 1.0f / (rho + 1e-6f);
@@ -100,7 +101,7 @@ struct Search {
     nearest(head, rho, p.z).normal(n_rho, n_z);
     return {n_rho * p.x * inverse, n_rho * p.y * inverse, n_z};
   }
-  /// Begins at that fraction of the path. Positions are relative to the first pose's base.
+  /// Begins the search at the fraction `share` of the path. Positions are relative to the first pose's base.
   TYPODONT_KERNEL void begin(const Straight& head, unsigned pieces, const F8& x, const F8& y, const F8& z,
                              const F8& least, float share, float most) {
     const float* const T = head.turn;
@@ -139,14 +140,14 @@ struct Search {
 /// Centres of eight blocks, and their largest depths in the head. Depth is concave in space, too, so a plane bounds the
 /// depth of every sample.
 struct Centres {
-  unsigned set;  // input: pieces that can be nearest to any of them on the path
-  // input: limits for the samples of the block: if none is deeper than the first, or all are deeper than the second,
-  // all are treated alike
+  unsigned set;  // input: pieces that can be nearest to any of the centres on the path
+  // input: limits of the depth; if no sample of a block is deeper than `outside`, or all are deeper than `emptied`, all
+  // samples of the block are treated alike
   float outside, emptied;
-  F8 x, y, z;        // relative to the first pose's base
+  F8 x, y, z;        // positions, relative to the first pose's base
   F8 best, top;      // lower and upper bound of the depth
   F8 n_x, n_y, n_z;  // normal of the plane, out of the head
-  F8 share;          // fraction of the path at which they are deepest
+  F8 share;          // fraction of the path at which the centres are deepest
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -204,7 +205,7 @@ struct WayBlock {
   const Tissue* tissue;
   std::ptrdiff_t stride_x, stride_y;
   int from[3], to[3];
-  glm::ivec3 first;  // relative to the first pose's base
+  glm::ivec3 first;  // first sample, relative to the first pose's base
   float top, n[3], share;
   float bent;    // upper bound of the error of the centre's values for its samples
   unsigned set;  // the pieces that can be nearest to any sample on the path
@@ -238,7 +239,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
-      const I8 full = old >= Sweep::kInner;  // these have reached the maximum
+      const I8 full = old >= Sweep::kInner;  // samples that have reached the maximum
       const float off =
           block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
@@ -279,7 +280,7 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   return changed;
 }
 
-/// Searches eight samples.
+/// Searches the largest depths of eight listed samples and raises the samples.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 bool carve_tops(Tops* tops_at, int first) {
   Tops& tops = *tops_at;
@@ -292,7 +293,7 @@ bool carve_tops(Tops* tops_at, int first) {
   Search search;
   const F8 least = eight::greater(old, F8{} - Sweep::kMargin);
   search.begin(tops.back, (1u << tops.back.count) - 1, x, y, z, least, 0, Sweep::kInner);
-  // Begin where the path began: a maximum there was already cut there, with the same bits.
+  // The first step is at the other end of the path: a maximum there was already cut, with the same bits.
   search.step(tops.back, 0, Sweep::kInner);
   const F8 at_ends = search.best;
   for (int step = 1; step < kSteps && any_of(search.open); ++step) search.step(tops.back, step, Sweep::kInner);
@@ -336,8 +337,8 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   const double beyond = static_cast<double>(Sweep::kMargin) + 1;
   way.turned = static_cast<float>(std::sqrt(turned / 2));
   way.longest = static_cast<float>(glm::length(moved) + std::sqrt(turned / 2) * (reach + beyond)) + 1e-5f;
-  // Error of a tangent: rounding; near a corner twice the distance to it; or along the path the rounding of its
-  // direction.
+  // Upper bound of the error of a tangent: rounding; near a corner, twice the distance to the corner; and the rounding
+  // of the path's direction
   way.slip = 1e-3f + 4e-6f * static_cast<float>(reach) + 2 * kNear + 1e-3f * way.longest;
   return way;
 }
@@ -377,7 +378,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     const glm::ivec3 lo = glm::max(target.lo, glm::ivec3(glm::ceil(glm::min(X_VA.p - extent_a, X_VB.p - extent_b))));
     const glm::ivec3 last =
         glm::min(target.lo + target.size - 1, glm::ivec3(glm::floor(glm::max(X_VA.p + extent_a, X_VB.p + extent_b))));
-    // Blocks farther than this from the head's axis at A stay outside the head on the whole path.
+    // Blocks with a distance of more than `far` from the head's axis at A stay outside the head on the whole path.
     const glm::vec3 axis(axis_of(X_VA)), center(X_VA.p - dvec3(way.from.base));
     const float far = static_cast<float>(radius + beside) + kHalf + way.longest;
     const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep));

@@ -28,34 +28,34 @@ inline constexpr float kSlow =
     0.05f;  // voxels; for a motion of at most this length only the final pose is cut, which saves a seventh of the time
 inline constexpr float kNear = 0.01f;  // voxels; closer to a corner, the direction from it is dominated by rounding
 
-/// Distance from the axis beyond which the tangents at both ends of a path intersect too little above them to matter
-/// (by way² / 4 r), if one piece is nearest along the whole path.
+/// Smallest distance from the axis at which a maximum between the ends of a path is too low to matter (way² / 4 r), if
+/// one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;  // no cut is deeper than 3
+  return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;  // cuts are at most 3 voxels deep
 }
 
 /// Samples that may have been deeper in the head during its motion than at its end, where they were cut before.
 struct Tops {
   static constexpr int kRoom = 1024;
 
-  Straight back;  // from the end of the motion back
+  Straight back;  // path from the end of the motion back to its beginning
   PerTissue* removed;
   bool changed = false;
   int count = 0;
-  float x[kRoom], y[kRoom], z[kRoom];  // relative to the base of that end
+  float x[kRoom], y[kRoom], z[kRoom];  // voxels, relative to the base of the pose at the end
   float* at[kRoom];
   std::uint8_t label[kRoom];
 
   Tops(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
-  /// Call before reading `samples` samples: ensures that all of them could be added.
+  /// Call before reading `samples` samples: makes room so that all of them can be added.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();
   }
   void add(float at_x, float at_y, float at_z, float* sample, std::uint8_t tissue) noexcept {
     x[count] = at_x, y[count] = at_y, z[count] = at_z, at[count] = sample, label[count++] = tissue;
   }
-  /// Raises them to their largest depth and empties the list.
+  /// Raises the listed samples to their largest depth and empties the list.
   void carve() noexcept;
 };
 

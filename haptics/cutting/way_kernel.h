@@ -44,7 +44,7 @@ struct NearestWithNormal {
   }
 };
 
-/// For several pieces, each a bit of `set`.
+/// Finds the nearest of several pieces; each piece is a bit of `set`.
 TYPODONT_KERNEL NearestWithNormal nearest_with_normal(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z) {
   const Floats none = all(0.0f);
   NearestWithNormal found{no_piece_yet(), none, none, none, none};
@@ -66,7 +66,7 @@ TYPODONT_KERNEL Mask may_be_deeper(Floats depth, Floats least, Floats growth, Fl
 /// direction is given by its components perpendicular to the axis and along it, × rho.
 struct NearestOnWay {
   NearestPiece nearest;
-  Floats away;  // component of the direction away from that point, times the distance to it, × rho
+  Floats away;  // component of the direction away from the nearest point, times the distance to it, × rho
 
   TYPODONT_KERNEL void take(Floats before, Floats dot) { away = pick(more(before, nearest.square), dot, away); }
   TYPODONT_KERNEL void meet_line(const MeridianPiece& piece, Floats rho, Floats z, Floats way_rho, Floats way_z) {
@@ -92,7 +92,7 @@ struct NearestOnWay {
   }
 };
 
-/// For several pieces, each a bit of `set`.
+/// Finds the nearest of several pieces; each piece is a bit of `set`.
 TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigned set, Floats rho, Floats z,
                                             Floats way_rho, Floats way_z) {
   NearestOnWay found{no_piece_yet(), all(0.0f)};
@@ -104,9 +104,9 @@ TYPODONT_KERNEL NearestOnWay nearest_on_way(const MeridianPiece* pieces, unsigne
   return found;
 }
 
-/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces: of
-/// n·w for all their normals n, with the components of w perpendicular to the axis and along it. `tip`: the nearest
-/// point may be a tip.
+/// Upper bound of the speed at which the head approaches samples whose nearest point is on some neighbouring pieces:
+/// the largest n·w over the normals n of these pieces. `away`, `along`: components of w perpendicular to the axis and
+/// along it. `tip`: the nearest point may be a tip.
 TYPODONT_KERNEL Floats fastest_advance(const MeridianPiece& first, const MeridianPiece& last, Mask tip, Floats away,
                                        Floats along) {
   // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies

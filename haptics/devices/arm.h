@@ -24,7 +24,7 @@ struct Arm {
   dvec3 origin{0};                               // m, origin of the workspace in the base
   dvec3 torque_constant{0};                      // N·m/A
   std::array<double, 6> counts{};                // counts per encoder turn, A…F; 0 for D…F: no stylus encoders
-  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // -1 if motor and body are "aligned"
+  std::array<double, 6> sign{1, 1, 1, 1, 1, 1};  // factor on the count, -1 if the preset calls motor and body "aligned"
   std::array<std::int64_t, 6> home{};            // counts in the home position
   double current_limit = 3;                      // A for each motor; the firmware has no limit
   double force_limit = 5, stiffness = 1000, damping = 0;  // N, N/m, N·s/m
@@ -64,8 +64,8 @@ struct Currents {
   dvec3 amperes{0};
   bool clipped = false;
 };
-/// Motor currents for a force in H (plus `holding` N·m on the bodies). If one exceeds its limit, all are scaled down,
-/// so that the force keeps its direction.
+/// Motor currents for a force in H (plus `holding` N·m on the bodies). If a current exceeds its limit, all currents are
+/// scaled down, so that the force keeps its direction.
 Currents motor_currents(const Arm& arm, const dvec3& theta, const dvec3& f_S_H, const dvec3& holding);
 
 }  // namespace typodont::haptics

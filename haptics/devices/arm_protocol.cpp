@@ -107,7 +107,7 @@ ArmCommand encode(ArmProtocol protocol, const dvec3& amperes) {
     const auto result =
         fmt::format_to_n(reinterpret_cast<char*>(command.bytes.data()), command.bytes.size(), "[{},{},{}]\n",
                          milliamperes(amperes.x), milliamperes(amperes.y), milliamperes(amperes.z));
-    command.size = result.size;  // at most 24 characters
+    command.size = result.size;  // the text has at most 24 characters
     return command;
   }
   command.size = command_size(protocol);  // bytes[0] stays 0: no report id

@@ -37,7 +37,7 @@ struct ArmCommand {
 };
 /// Milliamperes per motor, rounded towards zero and limited to int16.
 ArmCommand encode(ArmProtocol protocol, const dvec3& amperes);
-/// For v2 and raw HID: sets the board's counters.
+/// The command that sets the board's counters, for v2 and raw HID.
 ArmCommand encode_home(ArmProtocol protocol, const std::array<std::int16_t, 6>& counts);
 
 /// Splits a serial stream into lines and keeps the newest complete one. Overlong input is discarded.

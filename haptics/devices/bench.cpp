@@ -166,7 +166,7 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
         arm_loop(woody, rate, options.ticks, true));
   }
 
-  // With an encoder step of 0.055 mm, which the estimator knows.
+  // The estimator gets the encoder step of 0.055 mm as its noise.
   constexpr double kStep = 0.055e-3;
   struct Motion {
     const char* name;

@@ -11,7 +11,7 @@ namespace typodont::haptics {
 /// in their whole workspace.
 class Encoder {
  public:
-  /// Defines the count of the present reading.
+  /// Sets the count that belongs to the present reading.
   void home(std::int64_t count) noexcept {
     offset_ += count - value();
     slipped_ = false;
@@ -34,7 +34,7 @@ class Encoder {
     return take(reading - total_, reach, nearby);
   }
 
-  // number of consecutive distant readings that agree with each other, after which they are accepted
+  // Limit: this number of consecutive distant readings that agree with each other are accepted.
   static constexpr int kBelieved = 8;
 
  private:

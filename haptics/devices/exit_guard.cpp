@@ -30,7 +30,7 @@ std::atomic<bool> forbidden{false};
 void keep_a_stack_for_handlers() {
   static std::array<std::byte, 64 * 1024> memory;
   stack_t now{};
-  // a sanitizer or debugger has already set one
+  // a sanitizer or debugger has already set an alternative stack
   if (::sigaltstack(nullptr, &now) != 0 || !(now.ss_flags & SS_DISABLE)) return;
   const stack_t stack{memory.data(), 0, memory.size()};
   ::sigaltstack(&stack, nullptr);

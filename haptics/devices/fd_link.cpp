@@ -112,7 +112,7 @@ std::unique_ptr<Link> open_serial(const std::filesystem::path& port) {
   settings.c_cc[VMIN] = 0;
   settings.c_cc[VTIME] = 0;
   if (::tcsetattr(fd.get(), TCSANOW, &settings) != 0) throw Error(port.string(), "", std::strerror(errno), "raw mode");
-  ::ioctl(fd.get(), TIOCEXCL);  // also excludes programs that do not use our lock
+  ::ioctl(fd.get(), TIOCEXCL);  // exclusive use, also against programs that do not use our lock
   ::tcflush(fd.get(), TCIOFLUSH);
   return std::make_unique<FdLink>(std::move(fd), true);
 }

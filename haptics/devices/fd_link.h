@@ -33,7 +33,7 @@ Descriptor claim(const std::string& name, const std::string& where);
 
 /// A serial port in raw mode. Throws Error.
 std::unique_ptr<Link> open_serial(const std::filesystem::path& port);
-/// For protocols that send each message by one write(). Throws Error if nobody listens.
+/// Connects to a TCP server, for protocols that send each message by one write(). Throws Error if nobody listens.
 std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
 /// Takes ownership of a stream descriptor (a pseudo-terminal or a socket).
 std::unique_ptr<Link> link_over(Descriptor fd);

@@ -17,13 +17,13 @@ namespace typodont::haptics {
 /// Interpretation of a pedal's reports.
 struct PedalKind {
   enum class Type { kKeyboard, kInfinity, kAxis } type = Type::kKeyboard;
-  HidField axis;            // of kAxis
+  HidField axis;            // the axis of a rheostat, for kAxis
   double dead_band = 0.04;  // fraction of the axis's range at each end
 };
-/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nothing for other devices.
+/// Recognises a known foot switch by its ids, or a rheostat by its report descriptor; nullopt for other devices.
 std::optional<PedalKind> pedal_kind(std::uint16_t vendor, std::uint16_t product,
                                     std::span<const std::uint8_t> descriptor);
-/// 0..1; nothing if the report does not concern the pedal.
+/// The pedal's value, 0..1; nullopt if the report does not concern the pedal.
 std::optional<double> pedal_value(const PedalKind& kind, std::span<const std::uint8_t> report);
 
 /// Used by the servo thread after set-up.
@@ -42,7 +42,8 @@ class Pedal {
 };
 
 std::vector<FoundDevice> find_pedals();
-/// "auto" or "": the first pedal that can be opened, or nothing; otherwise by path or serial number. Throws Error.
+/// Opens a pedal. "auto" or "": the first pedal that can be opened, or null; otherwise by path or serial number. Throws
+/// Error.
 std::unique_ptr<Pedal> open_pedal(const std::string& which);
 /// Combines a hand with a foot pedal: the value is the larger of the pedal's and the hand's own button. `open_again`
 /// reopens a pedal that was disconnected; empty: it stays disconnected.

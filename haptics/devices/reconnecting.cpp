@@ -11,7 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// m, a few encoder counts: an arm at rest moves less, a hand that holds it trembles more
+// m, limit of the motion of an arm at rest, a few encoder counts; a hand that holds it trembles more
 constexpr double kStill = 1e-4;
 
 }  // namespace
@@ -34,8 +34,8 @@ std::unique_ptr<HapticDevice> ReconnectingDevice::open_at_rest() const {
     throw Error(info_.address, "", device->info().serial, info_.serial);  // another device
   }
   if (!info_.counts_from_rest) return device;
-  // The device counts from the pose in which it was opened, which must be its home position. If a hand holds it, it is
-  // not this still.
+  // The device counts from the pose in which it was opened, which must be its home position. A device that a hand holds
+  // does not stay still within kStill.
   HandSample first, sample;
   if (!device->read(first)) return nullptr;
   const double samples = to_seconds(options_.rest) * info_.rate;

@@ -33,7 +33,7 @@ class ReconnectingDevice : public HapticDevice {
   std::uint32_t faults() const noexcept override { return device_ ? device_->faults() : faults_; }
   std::span<const double> joints() const noexcept override;
   SafetyStatus safety() noexcept override;
-  /// Only for the servo thread: other threads and signal handlers reach the inner safety layer directly.
+  /// Used only by the servo thread: other threads and signal handlers call the inner safety layer directly.
   void release() noexcept override {
     if (device_) device_->release();
   }

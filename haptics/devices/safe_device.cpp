@@ -21,7 +21,7 @@ constexpr Nanos kWatchdogRest = 1'000'000;  // ns between two checks while there
 constexpr double kPedalReleased = 0.05;
 
 std::array<std::atomic<SafeDevice*>, 8> hands{};
-std::atomic<bool> all_stopped{false};  // also affects devices that are opened later
+std::atomic<bool> all_stopped{false};  // true: devices that are opened later are stopped, too
 
 }  // namespace
 
@@ -104,7 +104,8 @@ void SafeDevice::trip(SafetyEvent event) noexcept {
 }
 
 Nanos SafeDevice::watch(Nanos t) noexcept {
-  // repeat until the servo has seen the trip, so that a force that it was just sending cannot stay
+  // The watchdog sends zero again until the servo has noticed the trip, so that a force that it was just sending cannot
+  // stay.
   if (tripped_.load()) {
     device_->release();
     return t + kWatchdogRest;

@@ -38,7 +38,7 @@ class VendorDevices {
   int in_use_ = 0;
   // number of devices at the last search; if it changes, addresses may refer to other devices
   std::size_t plugged_in_ = 0;
-  std::map<std::string, FoundDevice> known_;  // by address
+  std::map<std::string, FoundDevice> known_;  // known devices by address
 };
 
 }  // namespace typodont::haptics

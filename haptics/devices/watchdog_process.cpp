@@ -49,7 +49,7 @@ WatchdogProcess::WatchdogProcess(int descriptor, std::span<const std::uint8_t> z
     return;
   }
 
-  // In the child. The parent may have threads, so only system calls are allowed from here on.
+  // This is the child. The parent may have threads, so only system calls are allowed from here on.
   ::setsid();  // protects from Ctrl-C and Ctrl-Z of the parent's terminal
   ::prctl(PR_SET_NAME, "typodont-keeper");
   sigset_t all;

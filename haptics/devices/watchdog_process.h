@@ -17,9 +17,9 @@ namespace typodont::haptics {
 
 class WatchdogProcess {
  public:
-  /// Set-up time. `descriptor`: of the open device, which the child keeps; negative: no watchdog process (simulated
-  /// links). `zero`: the bytes to write. If no process can be created, there is no watchdog process, and running()
-  /// returns false.
+  /// Set-up time. `descriptor`: descriptor of the open device, which the child keeps open; negative: no watchdog
+  /// process (simulated links). `zero`: the bytes to write. If no process can be created, there is no watchdog process,
+  /// and running() returns false.
   WatchdogProcess(int descriptor, std::span<const std::uint8_t> zero);
   /// Ends the child. Call after zero force was sent.
   ~WatchdogProcess();

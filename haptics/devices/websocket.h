@@ -54,7 +54,7 @@ class WebSocket {
   static constexpr std::size_t kLongestPing = 125;
   std::array<char, kLongestPing> ping_{};  // content of the newest ping without an answer
   std::size_t ping_size_ = 0;
-  bool pinged_ = false;  // whether there is such a ping
+  bool pinged_ = false;  // true: ping_ contains a ping without an answer
   std::atomic<bool> broken_{false};
 };
 

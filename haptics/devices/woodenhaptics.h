@@ -14,7 +14,7 @@ namespace typodont::haptics {
 /// serial link.
 struct ArmHello {
   ArmProtocol protocol = ArmProtocol::kHidV1;
-  int model = 0;  // as the board reports it; 0: it reports none
+  int model = 0;  // number of the model, as the board reports it; 0: the board reports none
 };
 /// Wakes the board. Throws Error naming `where` if there is no valid answer for a second.
 ArmHello greet_arm(Link& link, bool serial, const std::string& where);

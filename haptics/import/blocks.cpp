@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kEdge = BlockSet::kEdge;
 
-// The samples lo .. lo + n − 1 in each direction, z fastest; beyond the box the values at its walls.
+// Copies the samples lo .. lo + n − 1 in each direction, z fastest. Outside the box, the value at its border is used.
 template <class T>
 void gather(const Grid<T>& g, const glm::ivec3& lo, int n, T* to) {
   for (int x = lo.x; x < lo.x + n; ++x) {
@@ -28,7 +28,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
       for (int z = lo.z; z < lo.z + n;) {
         p.z = std::clamp(z, 0, top.z);
         const std::ptrdiff_t i = g.index(p);
-        // As far as the block goes, or one sample beyond the box.
+        // The run ends at the end of the block, or one sample outside the box.
         const int run = z < 0 || z > top.z ? 1 : std::min({kEdge - (z & 15), lo.z + n - z, top.z + 1 - z});
         if (i >= 0) {
           std::copy_n(&g.v[static_cast<std::size_t>(i)], run, to);
@@ -44,7 +44,7 @@ void gather(const Sparse<T>& g, const glm::ivec3& lo, int n, T* to) {
 
 struct Kernel {
   int reach;
-  std::vector<float> weight;  // of the middle and of each distance from it
+  std::vector<float> weight;  // weights by distance from the centre, 0 to `reach`
   explicit Kernel(double sigma) : reach(std::max(1, static_cast<int>(std::ceil(3.5 * sigma)))) {
     double sum = 0;
     for (int k = -reach; k <= reach; ++k) sum += std::exp(-0.5 * k * k / (sigma * sigma));
@@ -53,7 +53,7 @@ struct Kernel {
   }
 };
 
-// Smooths one block. `a` and `b` are scratch that keeps its memory from block to block.
+// Smooths one block. `a` and `b` are buffers that stay allocated between blocks.
 template <class From>
 void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, std::vector<float>& a,
                   std::vector<float>& b, float* out) {
@@ -63,7 +63,7 @@ void smooth_block(const From& g, const glm::ivec3& first, const Kernel& kernel, 
   b.resize(plane * row);
   gather(g, first - r, n, a.data());
   const float* w = kernel.weight.data();
-  // Sums of samples `stride` apart, for `length` samples side by side.
+  // Adds weighted samples at multiples of `stride`, for `length` contiguous results.
   const auto line = [&](const float* from, std::size_t stride, std::size_t length, float* to) {
     for (std::size_t k = 0; k < length; ++k) to[k] = w[0] * from[k];
     for (int m = 1; m <= r; ++m) {
@@ -128,9 +128,9 @@ Sparse<float> ball_extreme(const Sparse<float>& g, double radius, const SparseMa
   return out;
 }
 
-// Goes from sample to sample, and at once through whole blocks: those that are not kept, and, where samples hang
-// together over faces, those that lie in the mask with all their samples. An entry of the stack is the number of a
-// sample, or −1 − the place of a block.
+// Flood fill over samples. It passes at once through whole blocks: blocks that are not stored, and, for connection over
+// faces, blocks whose samples are all in the mask. An entry of the stack is the index of a sample, or −1 − index of a
+// block.
 template <class Label>
 class Spread {
  public:
@@ -153,7 +153,7 @@ class Spread {
     }
   }
 
-  /// A sample, or the block around it where that is not kept.
+  /// Visits a sample, or its block if the block is not stored.
   void visit(const glm::ivec3& p, Label id) {
     const std::ptrdiff_t i = label_.index(p);
     if (i >= 0) {
@@ -174,7 +174,7 @@ class Spread {
     }
   }
 
-  /// Everything that hangs together with what was visited. Returns how many samples it went through.
+  /// Visits everything connected to the visited samples. Returns the number of samples.
   std::size_t run(Label id) {
     std::size_t count = 0;
     while (!stack_.empty()) {
@@ -217,7 +217,7 @@ class Spread {
   const BlockSet& set_;
   Sparse<Label>& label_;
   std::vector<Label>& block_label_;
-  std::vector<std::uint8_t> whole_;  // of the blocks kept
+  std::vector<std::uint8_t> whole_;  // true: all samples of this stored block are in the mask
   std::vector<glm::ivec3> steps_;
   std::vector<std::ptrdiff_t> stack_;
 };
@@ -342,7 +342,7 @@ Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur) {
 
 double noise_left(double sigma, double blur) {
   const double c = sharpening(sigma, blur);
-  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^−3/2.
+  // Inner products of Gaussians: variances add, and the value at the centre is (2π·variance)^(−3/2).
   const auto at_centre = [&](double times) { return std::pow(2 * M_PI * times * sigma * sigma, -1.5); };
   return std::sqrt((1 + c) * (1 + c) * at_centre(2) - 2 * (1 + c) * c * at_centre(3) + c * c * at_centre(4));
 }
@@ -414,7 +414,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach) {
 }
 
 Bodies find_bodies(const Mask& mask) {
-  // Runs of voxels along z, joined where they touch in a neighbouring row (union–find).
+  // Runs of voxels along z, joined if they touch in neighbouring rows (union–find).
   struct Run {
     int x, y, begin, end;
   };

@@ -26,7 +26,7 @@ struct BlockSet {
   std::vector<glm::ivec3> first;   // first sample of each stored block
 
   BlockSet() = default;
-  /// `wanted` holds a byte per block, z fastest.
+  /// `wanted`: one byte per block, z fastest; nonzero: the block is stored.
   BlockSet(const glm::ivec3& size, const std::vector<std::uint8_t>& wanted);
   static glm::ivec3 blocks_of(const glm::ivec3& size) { return (size + kEdge - 1) / kEdge; }
 
@@ -126,20 +126,20 @@ SparseMask where(const std::shared_ptr<const BlockSet>& set, bool outside, bool 
   return mask;
 }
 
-/// As for Grid: trilinear and tricubic interpolation. Outside the box the value at its border is used.
+/// Trilinear and tricubic interpolation. Outside the box, the value at its border is used.
 float sample(const Sparse<float>& g, const glm::dvec3& p);
 Jet sample_cubic(const Sparse<float>& g, const glm::dvec3& p);
 
-/// As for Grid, but only in the stored blocks.
+/// Gaussian smoothing with `sigma` voxels, only in the stored blocks.
 Sparse<float> gaussian(const Grid<float>& g, const std::shared_ptr<const BlockSet>& set, double sigma, float outside,
                        float inside);
 Sparse<float> gaussian(const Sparse<float>& g, double sigma);
 
-/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur², so that it flattens noise
-/// and, to second order, puts curved iso-surfaces back where they were before a Gaussian `blur` (voxels) moved them by
-/// blur²·(mean curvature). c is kept at 3 at most, for the noise.
+/// (1 + c) G − c G·G with c = 1 + (blur / sigma)²: a smoothing whose second moment is −blur². It reduces noise, and, to
+/// second order, moves curved iso-surfaces back that a Gaussian `blur` (voxels) displaced by blur²·(mean curvature). c
+/// is limited to 3, because of the noise.
 Sparse<float> smooth_in_place(Sparse<float> g, double sigma, double blur);
-/// Factor by which this smoothing reduces white noise, the norm of its kernel.
+/// Factor by which smooth_in_place() reduces white noise: the norm of its kernel.
 double noise_left(double sigma, double blur);
 
 /// One byte per block of the box, z fastest: 1 if any sample of g, smoothed by a Gaussian of `sigma`, exceeds `bound`.
@@ -157,7 +157,7 @@ Sparse<float> distance_squared_to(const SparseMask& mask, int reach);
 /// Connected components (over faces) of a dense mask.
 struct Bodies {
   std::vector<std::size_t> voxels;  // size of each component
-  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest, inclusive; lo > hi if there is none
+  glm::ivec3 lo{0}, hi{-1};         // bounds of the largest component, inclusive; lo > hi if there is none
 };
 Bodies find_bodies(const Mask& mask);
 

@@ -11,7 +11,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-// Number of a sample, negative where there is none.
+// Index of a sample; negative if the sample does not exist.
 template <class T>
 std::ptrdiff_t number(const Grid<T>& g, const glm::ivec3& p) {
   return g.holds(p) ? static_cast<std::ptrdiff_t>(g.index(p)) : -1;
@@ -27,8 +27,8 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
-// Spreads features from samples in x_lo .. x_hi − 1 that have one and are marked as untold, near ones first. A queue of
-// buckets, a quarter of a step wide: near enough to order by distance, and O(1).
+// Propagates features from the samples in x_lo .. x_hi − 1 that have a feature and are marked in `untold`, nearest
+// first. The queue consists of buckets with the width of a quarter step, which orders well enough by distance, in O(1).
 template <class Features, class Distances, class Distance>
 void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& untold, int x_lo, int x_hi,
                       const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
@@ -40,7 +40,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
     if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
-    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow while it is worked off
+    for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow during the loop
       const std::size_t i = buckets[b][k];
       if (!std::exchange(untold[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
@@ -57,7 +57,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
               nearest.v[j] = d;
               feature.v[j] = f;
               untold[j] = 1;
-              // Never into a bucket already passed.
+              // A feature never enters an earlier bucket.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
             }
@@ -69,9 +69,9 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
   }
 }
 
-// Spreads features (points, triangles) over the grid, so that each sample within the band knows its nearest feature.
-// `distance(feature, sample)` in the caller's units. First slab by slab, all at a time; then across the seams between
-// them.
+// Propagates features (points, triangles) over the grid, so that each sample within the band stores its nearest
+// feature. `distance(feature, sample)`: in the caller's units. First all slabs in parallel, then across the borders
+// between slabs.
 template <class Features, class Distances, class Distance>
 void propagate(Features& feature, Distances& nearest, double band, double step, Distance distance) {
   const int reach = static_cast<int>(band / step) + 2;  // samples
@@ -81,7 +81,8 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
-  std::vector<std::uint8_t> untold(feature.v.size(), 0);  // has a feature that its neighbours do not know of
+  // 1: the sample has a feature that its neighbours have not been offered yet
+  std::vector<std::uint8_t> untold(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
     propagate_within(feature, nearest, untold, s * slab, std::min((s + 1) * slab, x_size),
                      seeds[static_cast<std::size_t>(s)], band, step, distance);
@@ -98,7 +99,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
   });
 }
 
-// Newton along the gradient onto the surface; false where the interpolant is too flat.
+// Moves x onto the surface with Newton's method along the gradient. Returns false if the interpolant is too flat.
 bool project(const Sparse<float>& phi, glm::dvec3& x) {
   for (int i = 0; i < 6; ++i) {
     const Jet jet = sample_cubic(phi, x);
@@ -113,7 +114,7 @@ bool project(const Sparse<float>& phi, glm::dvec3& x) {
   return std::abs(sample_cubic(phi, x).value) < 1e-3;
 }
 
-// The point of the surface closest to q, from a start on it. False when it did not converge.
+// Finds the surface point closest to q, starting from a surface point x. Returns false without convergence.
 bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x) {
   double damping = 1;
   double before = std::numeric_limits<double>::infinity();
@@ -121,14 +122,15 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
     const Jet jet = sample_cubic(phi, x);
     const double g2 = glm::dot(jet.gradient, jet.gradient);
     if (!(g2 > 1e-8)) return false;
-    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;                                // to the surface
-    const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;  // within its tangent plane
+    const glm::dvec3 onto = -jet.value / g2 * jet.gradient;  // step to the surface
+    // Step within the tangent plane
+    const glm::dvec3 along = (q - x) - glm::dot(q - x, jet.gradient) / g2 * jet.gradient;
     const double error = glm::length(onto) + glm::length(along);
     if (error < 2e-3) {
       x += onto;
       return true;
     }
-    if (error > 0.9 * before) damping *= 0.6;  // curvature times distance near one: the tangent step overshoots
+    if (error > 0.9 * before) damping *= 0.6;  // if curvature times distance is near one, the tangent step overshoots
     before = error;
     glm::dvec3 step = onto + damping * along;
     const double length = glm::length(step);
@@ -138,7 +140,7 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
   return false;
 }
 
-// Points of the surface: the crossings of phi's grid lines, moved onto the interpolant.
+// Points on the surface: crossings of phi's grid lines, moved onto the zero set of the interpolant.
 std::vector<glm::vec3> crossings(const Sparse<float>& phi) {
   const BlockSet& set = *phi.set;
   std::vector<std::vector<glm::vec3>> found(set.first.size());
@@ -174,7 +176,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   std::vector<glm::vec3> points = crossings(phi);
   const double reach = band + 1.5 * placement.scale;
 
-  // The blocks that are near enough to a point.
+  // Finds the blocks that are near enough to a surface point.
   const glm::ivec3 count = BlockSet::blocks_of(size);
   Grid<std::uint8_t> near(count, 0);
   for (const glm::vec3& p : points) {
@@ -218,11 +220,11 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   }
   propagate(feature, d, reach, placement.scale, distance);
 
-  // From the nearest crossing to the nearest point of the surface itself.
+  // Refines the nearest crossing to the nearest point of the surface itself.
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    if (feature.v[k] < 0) {  // the linear interpolant has the same sign as far away
+    if (feature.v[k] < 0) {  // far away, the linear interpolant has the correct sign
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
     }
@@ -243,10 +245,10 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   feature = {};
   std::vector<glm::vec3>().swap(points);
 
-  // A neighbour may know a nearer part of the surface.
+  // A neighbour may have found a nearer part of the surface.
   const auto bound = static_cast<float>(std::min(exact, band));
   for (int pass = 0; pass < 2; ++pass) {
-    // What is found is kept apart, so that no sample reads what another one writes.
+    // Improvements are stored separately, so that no sample reads what another one writes.
     struct Better {
       std::size_t sample;
       float distance;
@@ -287,7 +289,7 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
 }
 
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
-  // Ericson, Real-Time Collision Detection (2005), section 5.1.5: by Voronoi regions.
+  // Ericson, Real-Time Collision Detection (2005), section 5.1.5: distinguishes the Voronoi regions.
   const glm::dvec3 ab = t.b - t.a, ac = t.c - t.a, ap = p - t.a;
   const double d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return t.a;
@@ -308,18 +310,19 @@ glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p) {
   return t.a + vb / sum * ab + vc / sum * ac;
 }
 
-// Where a grid line along an axis meets the mesh.
+// A crossing of a grid line along an axis with the mesh.
 struct Crossing {
-  float at;    // on the axis
-  int leaves;  // 1: a walk to +axis goes out of the mesh there, -1: into it
+  float at;    // position along the axis
+  int leaves;  // 1: in the direction of +axis the line leaves the mesh here; -1: it enters the mesh
 };
 
-// Crossings of each grid line along `axis`, in order; line (i, j) at i · size[v] + j, u and v the next two axes.
+// Crossings of each grid line along `axis`, sorted. Line (i, j) has the index i · size[v] + j; u and v are the next two
+// axes.
 static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Triangle> mesh, int axis,
                                                              const glm::ivec3& size) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Lines are moved by a tiny irrational amount so that none passes exactly through an edge of a mesh whose vertices
-  // lie on the grid.
+  // Lines are shifted by a tiny irrational amount, so that no line passes exactly through an edge of a mesh whose
+  // vertices lie on the grid.
   constexpr double kShiftU = 1.6180339e-6, kShiftV = 2.7182818e-6;
   std::vector<std::vector<Crossing>> lines(static_cast<std::size_t>(size[u]) * static_cast<std::size_t>(size[v]));
   for (const Triangle& t : mesh) {
@@ -353,7 +356,8 @@ static std::vector<std::vector<Crossing>> crossings_of_lines(std::span<const Tri
   return lines;
 }
 
-// Goes along each grid line of an axis: step(sample, crossings behind it, all crossings of the line).
+// Calls step(sample, number of crossings before it, all crossings of the line) for each sample of each grid line of an
+// axis.
 template <class Step>
 static void walk_lines(std::span<const Triangle> mesh, int axis, const glm::ivec3& size, Step step) {
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -386,7 +390,7 @@ Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ive
 }
 
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band) {
-  Grid<std::int32_t> feature(size, -1);  // the nearest triangle of every sample within the band
+  Grid<std::int32_t> feature(size, -1);  // nearest triangle of every sample within the band
   Grid<float> nearest(size, std::numeric_limits<float>::max());
   const auto distance = [&](std::int32_t f, const glm::ivec3& i) {
     const glm::dvec3 p(i);

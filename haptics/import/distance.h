@@ -1,4 +1,4 @@
-// Distances to surfaces on a grid: the closest point, not an approximation that drifts away from the surface.
+// Distances to surfaces on a grid, from exact closest points instead of an approximation.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,23 +9,23 @@
 
 namespace typodont::haptics::importing {
 
-/// Where the samples of a wanted grid lie in the index space of another: p = offset + scale · index.
+/// Position of one grid's samples in the index space of another grid: p = offset + scale · index.
 struct Placement {
   glm::dvec3 offset{0};
   double scale = 1;
 };
 
-/// Kept in the blocks near the surface only.
+/// Stored only in the blocks near the surface.
 struct DistanceField {
-  Sparse<float> distance;     // in units of the source's voxels, negative where phi > 0, clamped to ± band
-  Sparse<glm::vec3> closest;  // on the surface, source index space; meaningful where |distance| < band
+  Sparse<float> distance;     // distance in units of the source's voxels, negative where phi > 0, clamped to ± band
+  Sparse<glm::vec3> closest;  // closest surface point, in the source's index space; valid where |distance| < band
 };
 
-/// Distance to the surface phi = 0 (tricubic interpolation) from every sample of a grid of `size` placed in phi's index
-/// space; phi > 0 is inside. Closest points by propagation from the crossings, then, nearer than `exact`, Newton's
-/// method on the interpolant after Chopp 2001, "Some improvements of the fast marching method", eq. 4.1: the zero set
-/// stays where it is. Beyond `exact` the closest of the crossings stands, which lie about half a voxel apart: the
-/// distance is too large by 1/(8 exact) voxel at most, about.
+/// Distance to the surface phi = 0 (tricubic interpolation) for every sample of a grid of `size` placed in phi's index
+/// space; phi > 0 is inside. The closest points are propagated from the crossings. Where the distance is less than
+/// `exact`, Newton's method on the interpolant refines them (after Chopp 2001, "Some improvements of the fast marching
+/// method", eq. 4.1), so that the zero set does not move. Farther away the closest crossing is used. Crossings are
+/// about half a voxel apart, so the distance there is too large by at most about 1/(8 exact) voxel.
 DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, const Placement& placement, double band,
                               double exact);
 
@@ -34,12 +34,12 @@ struct Triangle {
 };
 glm::dvec3 closest_on(const Triangle& t, const glm::dvec3& p);
 
-/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths: the signed crossings of
-/// the rays along the six directions of the axes, where the paper takes the mean over all directions. 6 inside a closed
-/// mesh, 0 outside, in between near the holes of an open one.
+/// The generalized winding number (Jacobson et al. 2013) of a mesh at every sample, in sixths. It sums the signed
+/// crossings of rays in the six axis directions; the paper takes the mean over all directions. 6 inside a closed mesh,
+/// 0 outside, intermediate values near the holes of an open mesh.
 Grid<std::int16_t> winding_sixths(std::span<const Triangle> mesh, const glm::ivec3& size);
 
-/// Distance from every sample to the triangles, at most `band`, never negative.
+/// Distance from every sample to the nearest triangle, 0 to `band`.
 Grid<float> unsigned_distance(std::span<const Triangle> mesh, const glm::ivec3& size, double band);
 
 }  // namespace typodont::haptics::importing

@@ -32,7 +32,7 @@ Grid<float> gaussian(const Grid<float>& g, double sigma) {
   for (int k = 0; k <= r; ++k) {
     kernel[static_cast<std::size_t>(k)] = static_cast<float>(std::exp(-0.5 * k * k / (sigma * sigma)) / sum);
   }
-  // Each line is read into a buffer before it is written: the passes work in place.
+  // Each line is copied to a buffer first, so that the passes can work in place.
   Grid<float> out = g;
   for (int axis = 0; axis < 3; ++axis) {
     const int n = g.size[axis];

@@ -1,4 +1,4 @@
-// Dense boxes of samples for the importers, and the few filters they need. Set-up time only.
+// Dense boxes of samples for the importers, with some filters. Set-up time only.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace typodont::haptics::importing {
 
-/// A box of samples; z runs fastest, as in DenseTissue.
+/// A box of samples; z runs fastest, like in DenseTissue.
 template <class T>
 struct Grid {
   glm::ivec3 size{0};
@@ -40,31 +40,32 @@ struct Grid {
 
 using Mask = Grid<std::uint8_t>;
 
-/// Runs work(x) for x in [0, n), on all cores; each x must write only what is its own.
+/// Runs work(x) for x in [0, n) on all cores; each x must write only its own data.
 void for_each_slab(int n, const std::function<void(int)>& work);
 
-/// Trilinear; beyond the box the value at its wall.
+/// Trilinear interpolation; outside the box, the value at its border.
 float sample(const Grid<float>& g, const glm::dvec3& p);
 
 struct Jet {
   double value;
   glm::dvec3 gradient;  // per voxel
 };
-/// Tricubic (Catmull-Rom: C1, passes through the samples); beyond the box the value at its wall.
+/// Tricubic interpolation (Catmull-Rom: C1, passes through the samples); outside the box, the value at its border.
 Jet sample_cubic(const Grid<float>& g, const glm::dvec3& p);
 
-/// Separable Gaussian, sigma in voxels; walls are continued by their value.
+/// Separable Gaussian, sigma in voxels; outside the box, the value at its border is used.
 Grid<float> gaussian(const Grid<float>& g, double sigma);
 
-/// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); huge when none.
+/// Squared distance, in voxels, to the nearest voxel set in `mask` (Felzenszwalb & Huttenlocher 2012); very large if
+/// none is set.
 Grid<float> distance_squared_to(const Mask& mask);
 
 struct Components {
   Grid<std::int32_t> label;         // 0: not in the mask; 1, 2, …
-  std::vector<std::size_t> voxels;  // of component i at [i]; [0] counts nothing
-  std::int32_t largest() const;     // 0 when there is none
+  std::vector<std::size_t> voxels;  // size of component i at index i; [0] is not used
+  std::int32_t largest() const;     // 0 if there is none
 };
-/// Connected over faces (6) or also over edges and corners (26).
+/// Connected components over faces (6 neighbours) or also over edges and corners (26 neighbours).
 Components components(const Mask& mask, bool corners = false);
 
 }  // namespace typodont::haptics::importing

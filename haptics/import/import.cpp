@@ -55,8 +55,8 @@ void require_memory(double bytes, const ImportOptions& options, ImportReport& re
   if (options.estimated) options.estimated(bytes);
 }
 
-// Where, around the tooth's axis, the enamel ends: below that is root. The share of dentin among the surface voxels
-// above.
+// The fraction of dentin among the surface voxels of the crown. The crown ends where the enamel ends in each sector
+// around the tooth's axis; below is the root.
 static std::optional<double> false_dentin_share(const DenseTissue& t) {
   std::vector<glm::ivec3> skin;
   dvec3 all(0), enamel(0);
@@ -80,7 +80,7 @@ static std::optional<double> false_dentin_share(const DenseTissue& t) {
   all /= n_all;
   enamel /= n_enamel;
   const dvec3 up = enamel - all;
-  if (glm::length(up) * t.frame.voxel < 0.2e-3) {  // a shell all around: there is no root, all of it is crown
+  if (glm::length(up) * t.frame.voxel < 0.2e-3) {  // enamel on all sides: there is no root, and everything is crown
     double dentin = 0;
     for (const glm::ivec3& p : skin) dentin += t.tissue[t.at(p.x, p.y, p.z)] != Tissue::kEnamel;
     return skin.empty() ? std::nullopt : std::optional(dentin / static_cast<double>(skin.size()));
@@ -133,13 +133,13 @@ void measure(Imported& imported, ImportPreset preset) {
         const std::size_t i = t.at(x, y, z);
         const double d = t.distance[i];
         if (d > h) continue;
-        // The share of the voxel on the inner side of a plane at this distance.
+        // Fraction of the voxel on the inner side of a plane at the distance d
         const double share = std::clamp(0.5 - d / h, 0.0, 1.0);
         const auto tissue = static_cast<std::size_t>(t.tissue[i]);
         report.volume[tissue] += share * h * h * h;
         if (!t.hardness.empty()) report.hardness[tissue] += share * h * h * h * hardness_fraction(t.hardness[i]);
         if (d > 0) continue;
-        // The outermost crossings, between this sample and its neighbours outside.
+        // The outermost crossings between this sample and its neighbours outside.
         const glm::ivec3 p(x, y, z);
         for (int a = 0; a < 3; ++a) {
           for (const int side : {-1, 1}) {

@@ -17,7 +17,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kUsualVoxel = 0.1e-3;  // m, of a mesh's volume
+constexpr double kUsualVoxel = 0.1e-3;  // m, default voxel of a mesh's volume
 
 struct Bounds {
   dvec3 lo{1e300}, hi{-1e300};
@@ -31,12 +31,12 @@ double longest_of(const dvec3& v) {
   return std::max({v.x, v.y, v.z});
 }
 
-/// An Error where the body is too small or too large for what it is said to be.
+/// Throws Error if the body is too small or too large for a tooth or bone.
 void check_length(const std::filesystem::path& file, const dvec3& extent, const ImportOptions& options,
                   std::string_view what, double least, double most) {
   const double longest = longest_of(extent);
   if (longest >= least && longest <= most) return;
-  std::string guess;  // the unit that would make sense
+  std::string guess;  // the unit with which the size would be plausible
   for (const double mm : {1.0, 10.0, 1000.0, 25.4}) {
     const double length = longest / options.mesh_unit * mm * kMillimetre;
     if (guess.empty() && length >= least && length <= most)
@@ -61,10 +61,11 @@ void check_unit(const ImportOptions& options) {
               "millimetres per unit of the mesh, above 0");
 }
 
-/// The empty volume around the bounds.
+/// An empty volume around the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
   const double voxel = options.voxel.value_or(kUsualVoxel);
-  // Measured (typodont bench import): bytes per voxel of the result while it is made.
+  // Memory of the result per voxel, in bytes, while it is made (measured with typodont bench import), and a constant
+  // part.
   constexpr double kBytesPerVoxel = 20, kResidue = 30e6;
   const dvec3 cells = (bounds.extent() + 2 * options.band + 6 * voxel) / voxel;
   require_memory(kResidue + kBytesPerVoxel * cells.x * cells.y * cells.z, options, report);
@@ -78,7 +79,7 @@ DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, Im
   return out;
 }
 
-/// In voxels, those triangles for which wanted(triangle) holds.
+/// The triangles for which wanted(triangle) is true, in voxels.
 template <class Wanted>
 std::vector<Triangle> triangles_of(const Mesh& mesh, const VoxelFrame& frame, Wanted wanted) {
   std::vector<Triangle> triangles;
@@ -104,8 +105,8 @@ void count_parts(Imported& imported) {
   report.pulp_parts = static_cast<int>(components(pulp, true).voxels.size()) - 1;
 }
 
-/// The point that most of a surface's area faces, as a vector: of a closed one nothing, of an open one towards its far
-/// side from the opening, as long as the area of the opening.
+/// Integral of the normal over a surface. It is zero for a closed surface. For an open surface it is a vector from the
+/// opening towards the far side; its length is the area of the opening.
 dvec3 area_vector(const Mesh& mesh) {
   dvec3 sum(0);
   for (const auto& c : mesh.corners) {
@@ -115,14 +116,14 @@ dvec3 area_vector(const Mesh& mesh) {
   return sum;
 }
 
-/// Across the plane in which most of a border lies: ends that run up over a crown do not tilt it. Of the directions
-/// within 45 degrees of `start` that from whose median height the border's points lie least far away, on average over
-/// the border's length along the plane.
+/// Normal of the plane in which most of a border lies. Ends of the border that run up over a crown do not tilt it: it
+/// is the direction within 45 degrees of `start` for which the mean distance of the border's points from their median
+/// height is smallest, weighted by the border's length along the plane.
 dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) {
   const std::size_t n = border.points.size();
   const auto at = [&](std::size_t k) { return mesh.points[static_cast<std::size_t>(border.points[k % n])]; };
   const auto mean_distance = [&](const dvec3& up) {
-    std::vector<std::pair<double, double>> heights;  // of a stretch, and how long it is along the plane
+    std::vector<std::pair<double, double>> heights;  // height of each segment, and its length along the plane
     double total = 0;
     for (std::size_t k = 0; k < n; ++k) {
       const dvec3 d = at(k + 1) - at(k);
@@ -141,13 +142,13 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
     for (const auto& [height, along] : heights) sum += along * std::abs(height - median);
     return total > 0 ? sum / total : 1e300;
   };
-  // A grid of directions, then halved steps around the best.
+  // A grid of directions, then smaller and smaller steps around the best one.
   dvec3 best = start;
   double least = mean_distance(start);
   const auto look_around = [&](const dvec3& from, double step, int reach) {
     const dvec3 u = glm::normalize(glm::cross(from, std::abs(from.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
     const dvec3 v = glm::cross(from, u);
-    constexpr double kWithin = 0.7;  // cosine
+    constexpr double kWithin = 0.7;  // cosine of the largest angle to `start`
     for (int i = -reach; i <= reach; ++i) {
       for (int j = -reach; j <= reach; ++j) {
         const dvec3 up = glm::normalize(from + step * i * u + step * j * v);
@@ -162,7 +163,7 @@ dvec3 across_border(const Mesh& mesh, const Border& border, const dvec3& start) 
   return best;
 }
 
-/// Leaves out loose pieces with less than a fiftieth of the largest one's area. Returns how many.
+/// Removes loose pieces with less than 2 % of the largest piece's area. Returns their number.
 std::size_t drop_pieces(Mesh& mesh) {
   constexpr double kLeast = 0.02;
   const Shells shells = shells_of(mesh, false);
@@ -178,7 +179,7 @@ std::size_t drop_pieces(Mesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(area, [&](double a) { return a < least; }));
 }
 
-/// Fills a polygon, seen from where it runs anticlockwise, with triangles that run along it the same way (ear
+/// Triangulates a polygon that is anticlockwise from the viewer; the triangles have the same orientation (ear
 /// clipping).
 std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2>& polygon) {
   const auto cross = [&](std::size_t a, std::size_t b, std::size_t c) {
@@ -189,7 +190,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
   std::vector<std::array<std::size_t, 3>> triangles;
   while (left.size() > 3) {
-    // A border that crosses itself may have no ear: then the straightest corner goes.
+    // A border that crosses itself may have no ear; then its straightest corner is removed.
     std::size_t ear = 0;
     double best = -1e300;
     bool found = false;
@@ -212,7 +213,7 @@ std::vector<std::array<std::size_t, 3>> triangulate(const std::vector<glm::dvec2
   return triangles;
 }
 
-/// Walls from a border down to a plane below everything, and a floor there. `up` is a unit vector.
+/// Adds walls from a border down to a plane below everything, and a floor in this plane. `up`: unit vector.
 void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   double lowest = 1e300;
   for (const dvec3& p : mesh.points) lowest = std::min(lowest, glm::dot(p, up));
@@ -227,7 +228,8 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
     foot.push_back(static_cast<int>(mesh.points.size()));
     mesh.points.push_back(q);
     if (!mesh.colors.empty()) mesh.colors.push_back(mesh.colors[static_cast<std::size_t>(i)]);
-    // The border runs along its triangles; the floor's triangles, seen from below, run against it.
+    // The border follows the orientation of its triangles; the floor's triangles, seen from below, have the opposite
+    // one.
     outline.emplace_back(glm::dot(q, u), glm::dot(q, v));
   }
   double area = 0;
@@ -244,17 +246,18 @@ void add_base(Mesh& mesh, const Border& border, const dvec3& up, double depth) {
   for (const auto& t : triangulate(outline)) mesh.corners.push_back({foot[t[2]], foot[t[1]], foot[t[0]]});
 }
 
-/// How red a colour is beside how bright it is: gum is, teeth are not.
+/// Redness of a colour relative to its brightness: high for gingiva, low for teeth.
 double redness(const Color& c) {
   const double sum = c[0] + c[1] + c[2];
   return sum > 0 ? (c[0] - 0.5 * (c[1] + c[2])) / sum : 0;
 }
 
-/// The plane z = a·x + b·y + c along the upper ones of these points: fitted again and again to those that are at
-/// most 2 mm below the last one. Nothing where they do not span a plane, or where it is steeper than 30 degrees.
+/// The plane z = a·x + b·y + c through the upper points. It is fitted repeatedly to the points that are at most 2 mm
+/// below the last plane. nullopt if the points do not span a plane, or if it is steeper than 30 degrees.
 std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   constexpr int kRounds = 20;
-  constexpr double kBelow = 2e-3, kSteepest = 0.577;  // m; tangent
+  // m, limit of the distance below the plane; tangent of the steepest angle
+  constexpr double kBelow = 2e-3, kSteepest = 0.577;
   constexpr std::size_t kLeast = 6;
   std::optional<dvec3> plane;
   for (int round = 0; round < kRounds && points.size() >= kLeast; ++round) {
@@ -275,8 +278,8 @@ std::optional<dvec3> upper_plane(std::vector<dvec3> points) {
   return plane;
 }
 
-/// Otsu 1979: the bound that splits values into two groups most unlike each other; nothing where they are one group
-/// (the split explains less than 0.6 of the variance).
+/// Threshold after Otsu 1979: splits values into the two groups that differ most. nullopt if they are one group (the
+/// split explains less than 0.6 of the variance).
 std::optional<double> bound_between(std::vector<double> values) {
   constexpr double kOneGroup = 0.6;
   std::ranges::sort(values);
@@ -293,7 +296,7 @@ std::optional<double> bound_between(std::vector<double> values) {
   return variance > 0 && best > kOneGroup * variance ? std::optional(bound) : std::nullopt;
 }
 
-/// Which points of an arch are gum.
+/// Finds which points of an arch are gingiva.
 std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double crown, std::vector<std::string>& notes) {
   std::vector<std::uint8_t> gum(mesh.points.size(), 0);
   if (!mesh.colors.empty()) {
@@ -305,14 +308,14 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
       return gum;
     }
   }
-  // By height below the highest point near by, in a plane across `up`; and what lies far below the plane of the cusps
-  // has no tooth near by: a floor of the mouth, a palate.
-  constexpr double kReach = 6e-3;  // m: the nearest cusp of the same tooth or its neighbour
+  // Without colours: by height below the highest point nearby, in a plane across `up`. Points far below the plane of
+  // the cusps have no tooth nearby: they belong to the floor of the mouth or the palate.
+  constexpr double kReach = 6e-3;  // m, range that contains the nearest cusp of the same tooth or its neighbour
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
-  constexpr double kFarBelow = 3e-3;  // m more than a crown's height
+  constexpr double kFarBelow = 3e-3;  // m below the height of a crown
   std::map<std::pair<int, int>, double> highest;
-  std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest points
+  std::map<std::pair<int, int>, dvec3> cusps;  // (u, v, height) of the highest point in each cell
   const auto cell = [&](const dvec3& p) {
     return std::pair(static_cast<int>(std::floor(glm::dot(p, u) / kReach)),
                      static_cast<int>(std::floor(glm::dot(p, v) / kReach)));
@@ -368,13 +371,14 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   out = volume_around(bounds, options, result.report);
   const double voxel = out.frame.voxel;
 
-  // The shells: those in no other one are the body, those within it hollows.
+  // Shells that are in no other shell are the body; shells within it are hollows.
   const Shells shells = shells_of(mesh, true);
   double body = 0, hollows = 0;
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     (shells.depth[s] == 0 ? body : hollows) += std::abs(shells.volume[s]);
   }
-  constexpr double kMostPulp = 0.3;  // of a tooth's volume; a young molar's pulp takes a tenth
+  // Limit of the pulp as a fraction of the tooth's volume; the pulp of a young molar takes about a tenth
+  constexpr double kMostPulp = 0.3;
   const int deepest_shell = shells.depth.empty() ? 0 : *std::ranges::max_element(shells.depth);
   if (tooth && (deepest_shell > 1 || hollows > kMostPulp * body)) {
     throw Error(file.string(), "shells",
@@ -390,7 +394,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
       return (shells.depth[static_cast<std::size_t>(shells.of_triangle[t])] > 0) == hollow;
     };
   };
-  // What bounds a hollow faces it; as a part of its own it is a solid.
+  // The surface of a hollow faces the hollow; its triangles are reversed to make it a solid part.
   std::vector<std::vector<Triangle>> parts{triangles_of(mesh, out.frame, shell_is(false)),
                                            triangles_of(mesh, out.frame, shell_is(true))};
   for (Triangle& t : parts[1]) std::swap(t.b, t.c);
@@ -398,8 +402,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   if (!has_hollow) parts.pop_back();
   if (options.progress) options.progress(0.2);
 
-  // A tooth by depth: enamel of `shell` on the crown, thinning out over its lowest 2.5 mm; a pulp chamber where the
-  // surface is more than 3 mm away, or where the mesh has a hollow. Bone: a cortical shell.
+  // Tissues of a tooth by depth: enamel of thickness `shell` on the crown, which becomes thinner over the lowest 2.5
+  // mm; pulp where the surface is more than 3 mm away, or in the mesh's hollows. Bone: a cortical shell.
   constexpr double kPulpDepth = 3e-3, kTaper = 2.5e-3, kCrownShare = 0.42;
   const double shell = options.shell.value_or(tooth ? 1.3e-3 : 1.5e-3);
   if (!(shell >= 0 && shell <= 0.5 * longest)) {
@@ -410,7 +414,7 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.8);
 
-  // The crown lies at that end of the longest axis where the body is wider.
+  // The crown is at that end of the longest axis where the body is wider.
   const dvec3 extent = bounds.extent();
   const int axis = extent.x == longest ? 0 : extent.y == longest ? 1 : 2;
   double below = 0, above = 0;
@@ -465,9 +469,9 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   bounds.add(mesh);
   check_length(file, bounds.extent(), options, "an arch or a part of one", kLeast, kMost);
 
-  // Up is from the border to the surface; triangles face that way.
+  // Up is the direction from the border to the surface; the triangles face up.
   close_holes(mesh, kSmallHole, repairs);
-  std::size_t scanned = mesh.corners.size();  // triangles of the scan, holes included, without the base
+  std::size_t scanned = mesh.corners.size();  // number of the scan's triangles, with closed holes, without the base
   std::vector<Border> open = borders(mesh);
   std::erase_if(open, [](const Border& b) { return !b.closed || b.points.size() < 3; });
   dvec3 up(0, 0, 1);
@@ -514,7 +518,7 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
   const FilledMesh filled = fill_mesh(parts, out.size, deepest / voxel);
   if (options.progress) options.progress(0.7);
 
-  // How far every sample is from the scanned surface of the teeth, and from the gum's (the base counts as gum).
+  // Distance of every sample from the scanned surface of the teeth, and from that of the gingiva (including the base).
   Mask teeth_at(out.size, 0), gum_at(out.size, 0);
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     std::size_t gums = 0;

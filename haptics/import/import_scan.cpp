@@ -15,7 +15,7 @@
 
 namespace typodont::haptics::importing {
 
-// Means over blocks of k voxels: for a result much coarser than the scan.
+// Averages blocks of k voxels, for a result that is much coarser than the scan.
 static void reduce(Scan& scan, const glm::ivec3& k) {
   const glm::ivec3 size = scan.grey.size / k;
   Grid<float> out(size);
@@ -37,8 +37,8 @@ static void reduce(Scan& scan, const glm::ivec3& k) {
   scan.grey = std::move(out);
 }
 
-// The greys between `lo` and `hi` (inclusive, may lie beyond the scan) on cubes of `voxel`; beyond the scan the
-// surround.
+// Resamples the grey values between `lo` and `hi` (inclusive, may be outside the scan) on cubes of `voxel`; outside the
+// scan, the value is `outside`.
 static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::ivec3& hi, double voxel, float outside) {
   Grid<float> box(hi - lo + 1, outside);
   const glm::ivec3 from = glm::max(lo, glm::ivec3(0)), to = glm::min(hi + 1, scan.grey.size);
@@ -59,7 +59,7 @@ static Grid<float> resample(const Scan& scan, const glm::ivec3& lo, const glm::i
       }
     }
   });
-  // Walls of surround, as the segmentation expects.
+  // The segmentation expects that all walls of the box belong to the surroundings.
   for (int x = 0; x < size.x; ++x) {
     for (int y = 0; y < size.y; ++y) {
       for (int z = 0; z < size.z; ++z) {
@@ -75,7 +75,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const auto progress = [&](double done) {
     if (options.progress) options.progress(done);
   };
-  // A human tooth is 10 to 35 mm long: it cannot be told in voxels beyond 0.7 mm.
+  // A human tooth is 10 to 35 mm long; with voxels above 0.7 mm its tissues cannot be distinguished.
   const SpacingLimits limits = tooth
                                    ? SpacingLimits{1e-6, 0.7e-3, "a tooth", "; of a jaw or another bone --preset bone"}
                                    : SpacingLimits{1e-6, 3e-3, "a bone", ""};
@@ -96,7 +96,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   const glm::ivec3 k = glm::clamp(glm::ivec3(voxel / scan.spacing + 1e-6), glm::ivec3(1), scan.grey.size / 4);
   if (k != glm::ivec3(1)) reduce(scan, k);
 
-  // What is tissue, roughly: enough to know the greys and to cut the body out.
+  // Approximate tissue, good enough to find the grey levels and to cut the body out.
   const double working = std::min({scan.spacing.x, scan.spacing.y, scan.spacing.z});
   Grid<float> smooth = gaussian(scan.grey, 0.8);
   Levels levels = find_levels(file, scan.grey, smooth, options, report.notes);
@@ -108,7 +108,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
                   "Hounsfield units plus a constant; --hounsfield OFFSET gives it, e.g. 0 or 1024");
     jaw_greys = find_jaw_greys(smooth, levels.surface(), *levels.hounsfield, levels.smoothed_noise);
     levels.noise = noise_of(scan.grey);
-    // The surface lies half way up to whatever tissue is there, from cancellous bone to metal.
+    // The surface is halfway between the surroundings and the adjacent tissue, from cancellous bone to metal.
     levels.soft = jaw_greys.cancellous;
     levels.dense = jaw_greys.metal.value_or(jaw_greys.enamel);
     if (!jaw_greys.has_enamel) report.notes.push_back("nothing as bright as enamel: no teeth are told from the bone");
@@ -155,12 +155,12 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   check_result_size(extent + 2 * options.band, voxel);
   check_result_size(extent + 20 * working, working);
   {
-    // Measured (typodont bench import), bytes. Per voxel of the scan while it is read and its greys are sorted; of the
-    // box around the body; of the blocks near it while they are segmented, and afterwards; of the blocks near the
-    // surface of a result on another grid; of the result while it is made.
+    // Memory in bytes (measured with typodont bench import). Per voxel of: the scan while it is read and its grey
+    // values are sorted; the box around the body; the blocks near the body during segmentation, and afterwards; the
+    // blocks near the surface of a result on another grid; the result.
     constexpr double kRead = 9, kBox = 4, kSegmented = 38, kKept = 28, kPlaced = 24, kResult = 6, kGrey = 4,
                      kResidue = 90e6;
-    constexpr double kJaw = 70;  // of the blocks near the body, for the labels of a jaw
+    constexpr double kJaw = 70;  // bytes per voxel in the blocks near the body, for the labels of a jaw
     const auto voxels = [](const glm::dvec3& size, double h) { return size.x / h * size.y / h * size.z / h; };
     const double box = voxels(extent + 20 * working, working);
     const double near = std::min(box, near_tissue / std::pow(working, 3));
@@ -175,7 +175,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   }
   progress(0.2);
 
-  // Where the result's samples are those of the working grid, segment() knows their distances already.
+  // If the result uses the samples of the working grid, segment() already computes their distances.
   const double scale = voxel / working, band = options.band / working;
   const bool same_grid = std::abs(scale - 1) < kRounding;
   const double around_body = same_grid ? std::max(10.0, band + 6) : 10;
@@ -195,9 +195,9 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
     report.jaw = std::move(labels->report);
   }
 
-  // The result's grid shares a sample with the working grid.
+  // The result's grid has a sample in common with the working grid.
   glm::ivec3 first = grey.size, last(0);
-  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks without samples lie further in
+  for (std::size_t i = 0; i < s.surface.distance.v.size(); ++i) {  // blocks that are not stored are deeper inside
     if (!(s.surface.distance.v[i] < 0)) continue;
     first = glm::min(first, s.surface.distance.place(i));
     last = glm::max(last, s.surface.distance.place(i));
@@ -213,7 +213,7 @@ Imported import_scan(const std::filesystem::path& file, const ImportOptions& opt
   out.frame = {origin + working * placement.offset, voxel};
   const DistanceField field =
       same_grid ? std::move(s.surface) : signed_distance(s.phi, out.size, placement, band, band);
-  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);  // from the result's samples to the field's
+  const glm::ivec3 shift = same_grid ? from : glm::ivec3(0);  // offset from the result's samples to the field's samples
   progress(0.9);
 
   const Tissue dense = tooth ? Tissue::kEnamel : Tissue::kCorticalBone;

@@ -17,7 +17,7 @@ double cubed(double x) {
   return x * x * x;
 }
 
-// Components of at least so many samples.
+// Components with at least this number of samples.
 SparseMask large_parts(const SparseMask& mask, double samples) {
   const SparseComponents parts = components(mask);
   SparseMask large(mask.set, 0, 0);
@@ -28,14 +28,14 @@ SparseMask large_parts(const SparseMask& mask, double samples) {
   return large;
 }
 
-// Random walker (Grady 2006, "Random walks for image segmentation"): for every bright sample the probability that a
-// walk from it meets a tooth's crown before it meets bone. Steps through dim samples (the ligament, where the blur
-// leaves it bright enough to count at all) are improbable. Solved by conjugate gradients.
+// Random walker (Grady 2006, "Random walks for image segmentation"): for every bright sample, the probability that a
+// random walk from it reaches a tooth's crown before it reaches bone. Steps through dim samples are improbable; such
+// samples are the periodontal ligament, where it is bright enough to count at all. Solved by conjugate gradients.
 Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bright, const SparseMask& crown,
                                 const SparseMask& bone, const SparseMask& beside_marrow, const JawGreys& greys,
                                 const std::function<void(double)>& progress) {
   const BlockSet& set = *grey.set;
-  std::vector<std::size_t> sample_of;  // of the unknowns
+  std::vector<std::size_t> sample_of;  // index of the sample of each unknown
   Sparse<std::int32_t> unknown(grey.set, -1, -1);
   for (std::size_t i = 0; i < bright.v.size(); ++i) {
     if (!bright.v[i] || crown.v[i] || bone.v[i] || !set.holds(set.place(i))) continue;
@@ -49,9 +49,9 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   const std::size_t n = sample_of.size();
   std::vector<Row> rows(n);
   std::vector<double> diagonal(n), b(n), x(n, 0.0);
-  constexpr double kLeast = 1e-4;  // of a step through the dimmest of the bright samples
-  // Of ending in bone beside cancellous bone, where a root without a bright wall around it may lie too: so small that a
-  // root 3 mm wide stays with its crown for some 15 mm.
+  constexpr double kLeast = 1e-4;  // weight of a step through the dimmest bright samples
+  // Weight of ending in bone beside cancellous bone. A root without a bright wall may be there too, so the weight is
+  // small: a root of 3 mm width stays connected to its crown for about 15 mm.
   constexpr double kMarrow = 1e-3;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t k) {
     const std::size_t i = sample_of[k];
@@ -111,7 +111,7 @@ Sparse<float> tooth_probability(const Sparse<float>& grey, const SparseMask& bri
   return probability;
 }
 
-// Eigenvalues of a symmetric matrix, rising (Smith 1961).
+// Eigenvalues of a symmetric matrix, increasing (Smith 1961).
 glm::dvec3 eigenvalues(const glm::dmat3& a) {
   const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
   const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
@@ -124,7 +124,7 @@ glm::dvec3 eigenvalues(const glm::dmat3& a) {
   return {least, 3 * mean - most - least, most};
 }
 
-// At the walls of the box, where nothing of a body lies, zero.
+// Matrix of second derivatives; zero at the walls of the box, where there is no body.
 glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   glm::dmat3 h(0);
   if (glm::any(glm::lessThan(p, glm::ivec3(1))) || glm::any(glm::greaterThan(p + 2, g.set->size))) return h;
@@ -139,11 +139,11 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
   return h;
 }
 
-// The greys without the dim outer edge, but with the mouths of the sockets: there, in a valley between two bright
-// sides, the scan's own grey stands and not the brightest on the way inwards.
+// Grey values without the dim outer edge, but with the openings of the sockets: in a valley between two bright sides,
+// the scan's own grey value is used instead of the brightest one further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels
-  constexpr double kValley = 0.1;  // of the contrast, per voxel²: a third of what a ligament of one voxel gives
+  constexpr double kValley = 0.1;  // contrast per voxel²; one third of the value for a ligament of one voxel
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
   Sparse<float> grey = s.grey;
@@ -155,9 +155,9 @@ Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const
   return grey;
 }
 
-// Where a thin dark layer between bright ones (or a bright one between dark ones) ends, when a Gaussian blur has filled
-// it to a depth of `dip` (0..1 of the contrast): with the layer's width w and the blur's σ, dip = erf(w / (2√2 σ)), and
-// the grey at its ends has sunk by erf(w / (√2 σ)) / 2.
+// The grey value at the ends of a thin dark layer between bright ones (or the reverse), when blur has reduced its
+// contrast to `dip` (0..1). With the layer's width w and the blur's σ, dip = erf(w / (2√2 σ)), and the value at its
+// ends is reduced by erf(w / (√2 σ)) / 2.
 class LayerBound {
  public:
   LayerBound() {
@@ -174,12 +174,12 @@ class LayerBound {
   std::array<double, kSteps + 1> sunk_{};
 };
 
-// Dark tubes about 2.5 mm wide in cancellous bone, after Frangi 1998: across them the grey rises steeply in both
-// directions, along them hardly.
+// Finds dark tubes of about 2.5 mm width in cancellous bone, after Frangi 1998: across a tube the grey value rises
+// steeply in both directions, along the tube hardly.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
   constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;  // m
-  constexpr double kLeastTube = 0.15;  // of the contrast; a tube of kRadius gives about a third
+  constexpr double kLeastTube = 0.15;  // fraction of the contrast, lower limit; a tube of kRadius gives about a third
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
   for_each_sample(*grey.set, [&](const glm::ivec3&, std::size_t i) {
@@ -206,7 +206,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       if (parts.label.v[i] == static_cast<std::int32_t>(id)) samples.push_back(i), mean += glm::dvec3(likely.place(i));
     }
     mean /= static_cast<double>(samples.size());
-    // The longest direction, by power iteration.
+    // Longest direction, by power iteration.
     glm::dmat3 spread(0);
     for (const std::size_t i : samples) {
       const glm::dvec3 r = glm::dvec3(likely.place(i)) - mean;
@@ -220,7 +220,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       lo = std::min(lo, t), hi = std::max(hi, t);
     }
     if ((hi - lo) * voxel < kLeastLength) continue;
-    // Centres of slices across that direction, weighted by how much of a tube each sample is.
+    // Centres of slices across this direction, weighted by each sample's tube measure.
     const double every = kEvery / voxel;
     const auto slices = static_cast<std::size_t>((hi - lo) / every) + 1;
     std::vector<glm::dvec3> centre(slices, glm::dvec3(0));
@@ -250,7 +250,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
 
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise) {
   constexpr int kBins = 300;
-  constexpr double kBrightest = 3600;  // Hounsfield units: enamel; beyond is metal
+  constexpr double kBrightest = 3600;  // Hounsfield units, limit of enamel; brighter voxels are metal
   const double lo = surface, width = (offset + kBrightest - lo) / kBins, steepest = std::max(120.0, 3 * noise);
   std::array<double, kBins> count{};
   for (int x = 1; x + 1 < smoothed.size.x; ++x) {
@@ -265,7 +265,7 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       }
     }
   }
-  // Otsu 1979: the two thresholds that leave the least variance within the classes.
+  // Otsu 1979: the two thresholds with the least variance within the classes.
   std::array<double, kBins + 1> mass{}, moment{};
   for (std::size_t i = 0; i < kBins; ++i) {
     mass[i + 1] = mass[i] + count[i];
@@ -283,9 +283,9 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
       if (variance > best) best = variance, first = a, second = b;
     }
   }
-  // Of each class the grey with most voxels around it.
+  // The most frequent grey value of each class.
   const auto mode = [&](std::size_t from, std::size_t to) {
-    constexpr std::size_t kHalf = 6;  // bins
+    constexpr std::size_t kHalf = 6;  // bins, half width of the window
     double most = -1, at = 0;
     for (std::size_t i = from; i < to; ++i) {
       const double near = mass[std::min(i + kHalf + 1, to)] - mass[i > from + kHalf ? i - kHalf : from];
@@ -298,17 +298,18 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
   greys.cancellous = mode(0, first);
   greys.hard = mode(first, second);
   greys.enamel = mode(second, kBins);
-  // Enamel is a good deal denser than dentin and cortical bone.
+  // Lower limit of the ratio of enamel's density to that of dentin and cortical bone.
   constexpr double kDenser = 1.3;
-  // Metal is brighter by far than enamel.
+  // Metal must be much brighter than enamel.
   const double least_metal = 2 * greys.enamel - greys.hard;
   std::vector<float> metal;
   for (const float g : smoothed.v) {
     if (static_cast<double>(g) > least_metal) metal.push_back(g);
   }
-  constexpr std::size_t kLeastMetal = 40;  // voxels
+  constexpr std::size_t kLeastMetal = 40;  // voxels, smallest number that counts as metal
   if (metal.size() >= kLeastMetal) {
-    const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);  // most of the rest is border
+    // Third quartile, because many of these voxels are at borders
+    const auto k = metal.begin() + static_cast<std::ptrdiff_t>(metal.size() * 3 / 4);
     std::nth_element(metal.begin(), k, metal.end());
     greys.metal = static_cast<double>(*k);
   }
@@ -329,17 +330,17 @@ double noise_of(const Grid<float>& scan) {
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
                     const std::function<void(double)>& progress) {
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
-  // Less noise, and thin layers (pulp, ligament, the wall of a canal) as wide as they were before the blur.
+  // Reduces noise, and restores the width of thin layers (pulp, ligament, wall of a canal) from before the blur.
   constexpr double kSmooth = 0.8;  // voxels
   const Sparse<float> grey = smooth_in_place(with_valleys(scan, s, greys), kSmooth, s.blur);
-  const double mm3 = 1e-9 / cubed(voxel);  // samples
+  const double mm3 = 1e-9 / cubed(voxel);  // number of samples per mm³
   JawLabels out{Sparse<Tissue>(set, Tissue::kAir, Tissue::kCancellousBone), {}};
   const auto mask = [&](auto test) { return where(set, false, false, test); };
   const auto brighter = [&](std::size_t i, double bound) { return static_cast<double>(grey.v[i]) > bound; };
   const SparseMask body = mask([&](std::size_t, const glm::ivec3& p) { return s.surface.distance[p] < 2; });
 
-  // What is surely crown, and what may be bone: bright samples next to the middle of cancellous bone.
-  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³
+  // Certain crowns, and possible bone: bright samples beside the inner part of cancellous bone.
+  constexpr double kLeastCrown = 8, kLeastMarrow = 20;  // mm³, smallest volumes
   const SparseMask bright =
       mask([&](std::size_t i, const glm::ivec3&) { return body.v[i] && brighter(i, greys.bright()); });
   SparseMask crown(set, 0, 0);
@@ -356,8 +357,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_marrow = distance_squared_to(marrow, 3);
   const SparseMask beside_marrow =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && to_marrow.v[i] <= 6.25F; });
-  // Surely bone: the outer plate away from crowns.
-  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m
+  // Certain bone: the outer plate away from crowns.
+  constexpr double kPlate = 1.2e-3, kFromCrown = 4e-3;  // m, thickness of the plate; distance from crowns
   const int from_crown = static_cast<int>(std::clamp(kFromCrown / voxel, 2.0, 32.0));
   const Sparse<float> to_crown = distance_squared_to(crown, from_crown);
   const SparseMask plate = mask([&](std::size_t i, const glm::ivec3& p) {
@@ -368,7 +369,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> probability = tooth_probability(grey, bright, crown, plate, beside_marrow, greys,
                                                       [&](double done) { progress(0.2 + 0.5 * done); });
 
-  // Teeth with their cavities: what the surround reaches only through gaps of a sample is inside.
+  // A tooth includes its cavities: space that the surroundings reach only through gaps of one sample is inside.
   const SparseMask tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return bright.v[i] && probability.v[i] > 0.5F; });
   const Sparse<float> to_tooth = distance_squared_to(tooth, 2);
@@ -378,17 +379,18 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const Sparse<float> to_reached = distance_squared_to(reached, 2);
   const auto in_tooth = [&](std::size_t i) { return tooth.v[i] || to_reached.v[i] > 1; };
 
-  // Canals in the bone that is left.
+  // Canals in the remaining bone.
   progress(0.8);
   const SparseMask cancellous = mask([&](std::size_t i, const glm::ivec3& p) {
     return s.surface.distance[p] < -2 && !in_tooth(i) && to_tooth.v[i] > 4 && !brighter(i, greys.bright());
   });
   SparseMask canal(set, 0, 0);
   find_canals(grey, cancellous, greys, voxel, canal, out.report.canals);
-  constexpr int kCanalReach = 5;  // voxels from the middle of a canal
+  constexpr int kCanalReach = 5;  // voxels, limit of the distance from the middle of a canal
   const Sparse<float> to_canal = distance_squared_to(canal, kCanalReach);
 
-  // A canal ends half way up to the bone around it; where it has a thin bright wall, that the blur dims, higher up.
+  // A canal ends halfway to the grey value of the bone around it. If the canal has a thin bright wall that the blur has
+  // dimmed, the limit is higher.
   const LayerBound layer_bound;
   const Sparse<float> brightest = ball_max(grey, 2, cancellous);
   const SparseMask canal_core = mask([&](std::size_t i, const glm::ivec3&) {
@@ -397,7 +399,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    constexpr double kWall = 0.25;  // of the way from cancellous to cortical bone: brighter is a wall
+    constexpr double kWall = 0.25;  // fraction of the way from cancellous to cortical bone; brighter samples are a wall
     const auto wall = static_cast<double>(brightest.v[i]);
     const double rise = greys.hard - greys.soft;
     const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)
@@ -406,7 +408,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     return canal_core.v[i] || (cancellous.v[i] && to_core.v[i] <= 2 && !brighter(i, bound));
   };
 
-  // Dentin ends half way down to soft tissue; where what is soft is so thin that the blur fills it, higher up.
+  // Dentin ends halfway to the grey value of soft tissue. If the soft layer is so thin that the blur fills it, the
+  // limit is higher.
   const SparseMask near_tooth =
       mask([&](std::size_t i, const glm::ivec3&) { return to_tooth.v[i] <= 4 || in_tooth(i); });
   const Sparse<float> darkest = ball_min(grey, 2, near_tooth);
@@ -421,7 +424,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_metal = distance_squared_to(metal, 3);
 
-  constexpr double kLigament = 0.5e-3;  // m, at most
+  constexpr double kLigament = 0.5e-3;  // m, largest width
   const auto ligament = static_cast<float>(kLigament * kLigament / (voxel * voxel));
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
     if (!body.v[i]) return;
@@ -444,9 +447,9 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
   });
 
-  // Doubts: how far noise and the greys' own uncertainty move a border, times its area; for teeth and bone also what
-  // the random walker is not sure of.
-  constexpr double kBorder = 0.1;  // voxels: what was measured without noise
+  // Uncertainty: displacement of a border by noise and by the uncertainty of the grey values, times its area. For teeth
+  // and bone also the uncertainty of the random walker.
+  constexpr double kBorder = 0.1;  // voxels, measured without noise
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
   PerTissue faces{};
@@ -461,7 +464,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
     }
     if (bright.v[i]) unsure += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
-  constexpr double kFacesPerArea = 1.5;  // of a surface that lies at any angle to the axes
+  // Faces of voxels per area of one voxel face, for a surface at a random angle to the axes
+  constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
     out.report.volume_doubt[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;
   out.report.unsure = unsure * cubed(voxel);

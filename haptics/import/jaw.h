@@ -13,15 +13,15 @@ namespace typodont::haptics::importing {
 struct JawGreys {
   double soft = 0, cancellous = 0, hard = 0, enamel = 0;
   bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
-  std::optional<double> metal;  // only if the scan contains metal
+  std::optional<double> metal;  // grey value of metal; nullopt if the scan contains none
 
   double bright() const { return 0.5 * (cancellous + hard); }  // lower limit of dentin and cortical bone
   double crown() const { return 0.5 * (hard + enamel); }       // lower limit of enamel
   double canal() const { return 0.5 * (soft + cancellous); }   // upper limit of a canal in cancellous bone
 };
 
-/// Finds the greys by Otsu's method with two thresholds, from plateaus brighter than `surface`. `offset`: the grey of 0
-/// Hounsfield units.
+/// Finds the grey values by Otsu's method with two thresholds, from uniform regions brighter than `surface`. `offset`:
+/// grey value of 0 Hounsfield units.
 JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offset, double noise);
 
 /// Standard deviation of the noise, from the differences of voxels that are three voxels apart. Works if most of the
@@ -29,12 +29,12 @@ JawGreys find_jaw_greys(const Grid<float>& smoothed, double surface, double offs
 double noise_of(const Grid<float>& scan);
 
 struct JawLabels {
-  Sparse<Tissue> tissue;  // in the body and two samples around it
-  JawReport report;       // canals in samples of the grid
+  Sparse<Tissue> tissue;  // labels in the body and up to two samples around it
+  JawReport report;       // centres of canals in samples of the grid
 };
 
-/// `scan`: the greys that were segmented. `noise`: their standard deviation. `voxel`: m.
-/// `progress`: 0..1, may throw.
+/// `scan`: the segmented grey values. `noise`: standard deviation of their noise. `voxel`: m. `progress`: receives
+/// 0..1, may throw.
 JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys, double noise, double voxel,
                     const std::function<void(double)>& progress);
 

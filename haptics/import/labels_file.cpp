@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// x runs fastest, as both formats have it.
+/// The labels in the order of both formats: x runs fastest.
 std::string labels_of(const DenseTissue& t) {
   std::string labels;
   labels.reserve(t.tissue.size());
@@ -33,7 +33,7 @@ std::string labels_of(const DenseTissue& t) {
   return labels;
 }
 
-/// From voxels to mm in LPS: its columns are the steps along x, y and z.
+/// Transform from voxels to mm in LPS; the columns of `step` are the steps along x, y and z.
 struct Placing {
   glm::dmat3 step{1};
   glm::dvec3 origin{0};
@@ -92,7 +92,7 @@ std::string nrrd_of(const Imported& imported) {
 std::string nifti_of(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const Placing p = placing_of(imported);
-  constexpr std::size_t kHeader = 352;  // with the four bytes that say that no extension follows
+  constexpr std::size_t kHeader = 352;  // bytes; includes four bytes that say that no extension follows
   std::string head(kHeader, '\0');
   const auto put = [&](std::size_t at, auto value) { std::memcpy(&head[at], &value, sizeof value); };
   constexpr std::int16_t kUint8 = 2, kBits = 8, kScannerSpace = 1;
@@ -106,13 +106,13 @@ std::string nifti_of(const Imported& imported) {
   for (std::size_t a = 3; a < 7; ++a) put(42 + 2 * a, std::int16_t{1});
   put(70, kUint8);
   put(72, kBits);
-  put(76, 1.0F);  // the fourth axis' handedness
+  put(76, 1.0F);  // handedness of the fourth axis
   put(108, static_cast<float>(kHeader));
-  put(112, 1.0F);  // slope
+  put(112, 1.0F);  // slope of the values
   put(123, kMillimetres);
   put(254, kScannerSpace);
   for (int row = 0; row < 3; ++row) {
-    const double sign = row < 2 ? -1 : 1;  // RAS
+    const double sign = row < 2 ? -1 : 1;  // LPS to RAS
     for (int column = 0; column < 4; ++column) {
       const double value = column < 3 ? p.step[column][row] : p.origin[row];
       put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(column),

@@ -1,4 +1,4 @@
-// Which greys are what: found in the histogram.
+// Finds the grey values of surroundings and tissues in the histogram.
 #pragma once
 
 #include <filesystem>
@@ -11,30 +11,30 @@
 namespace typodont::haptics::importing {
 
 struct Levels {
-  double outside = 0;           // of the surround
-  double soft = 0;              // of the softer tissue (dentin, cancellous bone)
-  std::optional<double> dense;  // of the denser (enamel, cortical bone), where there are two
-  bool fixed_dense = false;     // the bound between the two was given, not found
-  bool fixed_surround = false;  // layers on the tissue as bright as `outside` are its surround, however thin
-  double height = 0.5;  // of the surface between the surround's grey and the tissue's; a half unless it was given
-  std::optional<double> hounsfield;  // the grey of 0 Hounsfield units, where the greys are such
-  double noise = 0;                  // standard deviation of the surround's greys
-  double smoothed_noise = 0;         // … after smoothing
+  double outside = 0;           // grey value of the surroundings
+  double soft = 0;              // grey value of the softer tissue (dentin, cancellous bone)
+  std::optional<double> dense;  // grey value of the denser tissue (enamel, cortical bone), if there are two tissues
+  bool fixed_dense = false;     // the threshold between both tissues was given, not found
+  bool fixed_surround = false;  // thin layers on the tissue that are as bright as `outside` belong to the surroundings
+  double height = 0.5;          // height of the surface between both grey values, 0..1; 0.5 unless it was given
+  std::optional<double> hounsfield;  // grey value of 0 Hounsfield units, if the scale is known
+  double noise = 0;                  // standard deviation of the grey values in the surroundings
+  double smoothed_noise = 0;         // standard deviation after smoothing
 
-  /// At half height: where a blurred edge truly is.
+  /// Grey value of the surface. At half height it is the true position of a blurred edge.
   double surface() const { return outside + height * (soft - outside); }
   double denser() const { return 0.5 * (soft + *dense); }
   double top() const { return dense.value_or(soft); }
 };
 
 struct Peak {
-  double level;  // grey
-  double mass;   // share of all voxels between its valleys
+  double level;  // grey value
+  double mass;   // fraction of all voxels between the adjacent valleys
 };
-/// Hills of the histogram that rise clearly out of their valleys, from dark to bright.
+/// Peaks of the histogram that rise clearly above their valleys, from dark to bright.
 std::vector<Peak> peaks_of(const Grid<float>& greys, double blur);
 
-/// `smoothed` is `grey` after a slight smoothing. Throws Error when there is no tissue to be found.
+/// `smoothed`: `grey` after slight smoothing. Throws Error if no tissue is found.
 Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, const Grid<float>& smoothed,
                    const ImportOptions& options, std::vector<std::string>& notes);
 

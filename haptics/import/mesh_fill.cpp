@@ -12,10 +12,10 @@ namespace {
 
 using glm::dvec3;
 
-constexpr int kInside = 3;  // sixths of a turn from which on a sample is inside
+constexpr int kInside = 3;  // sixths of the winding number; a sample with this value or more is inside
 
-/// What of the triangles has the outside on one side. Triangles within the body (where parts of the mesh overlap or
-/// touch) are left out; those that are partly within it are split, down to about a voxel.
+/// Finds the part of the triangles that has the outside on one side. Triangles within the body (where parts of the mesh
+/// overlap or touch) are omitted; triangles partly within the body are split, down to about one voxel.
 class Skin {
  public:
   Skin(std::span<const std::vector<Triangle>> parts, const Mask& part) : part_(part) {
@@ -26,7 +26,7 @@ class Skin {
     std::vector<Triangle> skin;
     for (const Triangle& t : mesh_) {
       const std::size_t before = skin.size();
-      if (add(t, skin)) {  // all of it: unsplit
+      if (add(t, skin)) {  // kept completely: add it unsplit
         skin.resize(before);
         skin.push_back(t);
       }
@@ -35,7 +35,7 @@ class Skin {
   }
 
  private:
-  /// Adds the kept parts of a triangle; whether that was all of it.
+  /// Adds the kept parts of a triangle. Returns true if all of it was kept.
   bool add(const Triangle& t, std::vector<Triangle>& skin) {
     constexpr double kSmall = 2;  // voxels
     const dvec3* p[3] = {&t.a, &t.b, &t.c};
@@ -60,28 +60,28 @@ class Skin {
     const dvec3 normal = glm::cross(t.b - t.a, t.c - t.a);
     const double size = glm::length(normal);
     if (!(size > 0)) return false;
-    // A point of the triangle off its middle: middles lie on the diagonals of opposite faces.
+    // A point of the triangle away from its centre: centres lie on the diagonals of opposite faces.
     const dvec3 at = 0.3371 * t.a + 0.3187 * t.b + 0.3442 * t.c, n = normal / size;
-    // By the samples around first, which are there already; then by rays from just beside the triangle.
-    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels
+    // First tests nearby samples, whose values exist already; then rays from points just beside the triangle.
+    constexpr double kAround = 1.5, kBeside = 1e-3;  // voxels, distances from the triangle
     const auto part_at = [&](const dvec3& q) {
       const glm::ivec3 i(glm::round(q));
       return part_.holds(i) ? part_[i] : std::uint8_t{0};
     };
     const std::uint8_t one = part_at(at + kAround * n), other = part_at(at - kAround * n);
     if (one == 0 || other == 0) return false;
-    if (one != other) return true;  // there may be a crack between them
+    if (one != other) return true;  // there may be a crack between both parts
     if (!tree_) tree_ = std::make_unique<TriangleTree>(mesh_);
     return tree_->winding_sixths(at + kBeside * n) >= kInside && tree_->winding_sixths(at - kBeside * n) >= kInside;
   }
 
   std::vector<Triangle> mesh_;
   const Mask& part_;
-  std::unique_ptr<TriangleTree> tree_;  // made when it is first needed
+  std::unique_ptr<TriangleTree> tree_;  // created on first use
 };
 
-/// A sample outside between two different parts, on one grid line and at most three voxels apart, belongs to the
-/// second.
+/// An outside sample between two different parts, on one grid line and at most three voxels apart, becomes part of the
+/// second one.
 void close_cracks(Mask& part) {
   const Mask before = part;
   constexpr int kReach = 2;
@@ -122,10 +122,10 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
   Grid<float>& distance = filled.distance;
 
   filled.sheet = std::ranges::count(part.v, std::uint8_t{0}) + 8 > static_cast<std::ptrdiff_t>(part.v.size());
-  // Where inside and outside meet away from the mesh, there is the cap of an opening.
+  // Where inside and outside meet away from the mesh, an opening is capped.
   Mask cap(size, 0);
   if (!filled.sheet) {
-    constexpr float kOnMesh = 1;  // voxels
+    constexpr float kOnMesh = 1;  // voxels, limit of the distance from the mesh
     const glm::ivec3 steps[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (std::size_t i = 0; i < distance.v.size(); ++i) {
       if (distance.v[i] <= kOnMesh) continue;
@@ -140,7 +140,7 @@ FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::iv
     }
   }
   const Grid<float> to_cap = filled.capped ? distance_squared_to(cap) : Grid<float>();
-  constexpr double kShell = 1;  // voxels: half a sheet's thickness
+  constexpr double kShell = 1;  // voxels, half the thickness of a sheet
   for (std::size_t i = 0; i < distance.v.size(); ++i) {
     double d = static_cast<double>(distance.v[i]);
     if (filled.capped) d = std::min(d, std::sqrt(static_cast<double>(to_cap.v[i])) + 0.5);

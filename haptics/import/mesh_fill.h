@@ -1,4 +1,4 @@
-// Triangle meshes filled to solids on a grid.
+// Fills triangle meshes to solids on a grid.
 #pragma once
 
 #include <span>
@@ -9,19 +9,20 @@
 namespace typodont::haptics::importing {
 
 struct FilledMesh {
-  Grid<float> distance;  // voxels, negative inside, clamped to the band outside it
-  Mask part;             // of every sample inside: the number of its part, from 1; 0 outside
-  bool capped = false;   // openings were closed where the winding number is a half
-  bool sheet = false;    // encloses nothing: a shell two voxels thick
+  Grid<float> distance;  // voxels, negative inside; clamped to the band outside
+  Mask part;             // number of the part for every sample inside, from 1; 0 outside
+  bool capped = false;   // an opening was closed, where the winding number is 0.5
+  bool sheet = false;    // the mesh encloses nothing: it becomes a shell of two voxels
 };
 
-/// Inside a part is where its generalized winding number (winding_sixths) is a half or more; the body is all parts
-/// together. Where parts overlap the later one counts. Cracks between parts up to three voxels wide belong to one of
-/// them. Triangles within the body bound nothing: they are left out of the distance. In the grid's own index space;
+/// A sample is inside a part if its generalized winding number (winding_sixths) is 0.5 or more. The body is the union
+/// of all parts; where parts overlap, the later one is used. Cracks between parts, up to three voxels wide, belong to
+/// one of them. Triangles within the body do not count for the distance. Triangles are in the index space of the grid;
 /// `band` in voxels.
 FilledMesh fill_mesh(std::span<const std::vector<Triangle>> parts, const glm::ivec3& size, double band);
 
-/// Up to `reach` voxels outside the body its nearest part, so that labels can be read at the surface.
+/// Assigns the nearest part to samples up to `reach` voxels outside the body, so that labels can be read at the
+/// surface.
 void spread_parts(FilledMesh& filled, double reach);
 
 }  // namespace typodont::haptics::importing

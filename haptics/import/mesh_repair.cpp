@@ -20,9 +20,9 @@ namespace {
 using glm::dvec3;
 
 struct EdgeUse {
-  int low, high;         // points, ordered
-  std::size_t triangle;  //
-  bool up;               // the triangle runs from `low` to `high`
+  int low, high;  // indices of both points, sorted
+  std::size_t triangle;
+  bool up;  // the triangle's edge runs from `low` to `high`
 };
 
 std::vector<EdgeUse> edges_of(const Mesh& mesh) {
@@ -40,7 +40,7 @@ std::vector<EdgeUse> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-/// Calls use(first, end) for the uses of each edge.
+/// Calls use(first, end) for the edge uses of each edge.
 template <class Use>
 void for_each_edge(const std::vector<EdgeUse>& edges, Use use) {
   for (std::size_t first = 0; first < edges.size();) {
@@ -81,7 +81,8 @@ void drop_copies(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 void orient(Mesh& mesh, MeshRepairs& repairs) {
-  // Neighbours across edges of exactly two triangles, and whether both run along the edge the same way.
+  // Neighbours across edges with exactly two triangles, and whether both triangles have the same direction along the
+  // edge.
   struct Neighbour {
     std::size_t triangle;
     bool same_way;
@@ -119,7 +120,7 @@ void orient(Mesh& mesh, MeshRepairs& repairs) {
 }
 
 std::vector<Border> borders(const Mesh& mesh) {
-  // Directed border edges, from each point to the next.
+  // Directed border edges, from each point to the next one.
   std::multimap<int, int> next;
   const std::vector<EdgeUse> edges = edges_of(mesh);
   for_each_edge(edges, [&](std::size_t first, std::size_t end) {
@@ -140,7 +141,7 @@ std::vector<Border> borders(const Mesh& mesh) {
     found.push_back(std::move(border));
   };
   while (!next.empty()) {
-    // A walk from one point to the next; where it comes back to a point, the loop since then is a border.
+    // Walks from point to point. Where the walk returns to a point, the loop since that point is a border.
     std::vector<int> walk{next.begin()->first};
     std::map<int, std::size_t> place{{walk[0], 0}};
     for (auto step = next.begin(); step != next.end(); step = next.find(walk.back())) {
@@ -187,7 +188,7 @@ void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs) {
 
 Shells shells_of(const Mesh& mesh, bool nesting) {
   Shells shells;
-  // Triangles that share an edge, by union and find.
+  // Groups triangles that share an edge (union–find).
   std::vector<int> root(mesh.corners.size());
   for (std::size_t i = 0; i < root.size(); ++i) root[i] = static_cast<int>(i);
   const auto find = [&](int i) {
@@ -203,7 +204,7 @@ Shells shells_of(const Mesh& mesh, bool nesting) {
   });
   std::map<int, int> number;
   std::vector<std::vector<Triangle>> triangles;
-  std::vector<dvec3> first;  // a point of each shell
+  std::vector<dvec3> first;  // one point of each shell
   for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
     const auto [it, fresh] = number.try_emplace(find(static_cast<int>(t)), static_cast<int>(number.size()));
     const auto s = static_cast<std::size_t>(it->second);
@@ -255,7 +256,8 @@ void turn_shells(Mesh& mesh, MeshRepairs& repairs) {
   for (std::size_t s = 0; s < shells.volume.size(); ++s) {
     const bool hollow = shells.depth[s] % 2 == 1;
     if ((shells.volume[s] < 0) == hollow) continue;
-    // A hollow whose triangles face outwards is as common as one whose triangles face the solid: no repair.
+    // Hollows with triangles that face outward are as common as those with triangles that face the solid, so reversing
+    // them is not a repair.
     repairs.shells_turned += !hollow;
     for (std::size_t t = 0; t < mesh.corners.size(); ++t) {
       if (shells.of_triangle[t] == static_cast<int>(s)) turn(mesh.corners[t]);

@@ -7,38 +7,39 @@
 
 namespace typodont::haptics::importing {
 
-/// Leaves out triangles that have the same corners in the same order as an earlier one.
+/// Removes triangles with the same corners in the same order as an earlier triangle.
 void drop_copies(Mesh& mesh, MeshRepairs& repairs);
 
-/// Turns triangles so that neighbours across an edge of two triangles run along it in opposite directions. Of each
-/// connected part the fewer are turned.
+/// Reverses triangles so that two neighbours run along their common edge in opposite directions. In each connected
+/// part, the smaller number of triangles is reversed.
 void orient(Mesh& mesh, MeshRepairs& repairs);
 
-/// A walk along border edges (edges of an odd number of triangles), in the direction of their triangles.
+/// A path along border edges (edges with an odd number of triangles), in the direction of their triangles.
 struct Border {
   std::vector<int> points;
   double length = 0;   // m
-  bool closed = true;  // false: its end is not its beginning; the triangles around it disagree about their direction
+  bool closed = true;  // false: the path is not a loop, because the triangles around it have inconsistent directions
 };
 std::vector<Border> borders(const Mesh& mesh);
 
-/// Closes one closed border by triangles around its middle.
+/// Closes one closed border by triangles around its centre.
 void close_border(Mesh& mesh, const Border& border);
 
-/// Closes borders at most `longest` long, and those of at most four edges.
+/// Closes all borders with a length of at most `longest` (m) or at most four edges.
 void close_holes(Mesh& mesh, double longest, MeshRepairs& repairs);
 
-/// Parts of a mesh that hang together over edges.
+/// Parts of a mesh that are connected over edges.
 struct Shells {
   std::vector<int> of_triangle;
-  std::vector<double> volume;  // of each shell, m³, signed; of an open one as closed towards its first point
-  std::vector<int> depth;      // in how many other shells it lies wholly; 0 where there are more than kMostNested
+  std::vector<double> volume;  // m³, signed volume of each shell; an open shell is closed towards its first point
+  // Number of other shells that contain this shell completely; 0 if there are more than kMostNested shells
+  std::vector<int> depth;
 };
-inline constexpr std::size_t kMostNested = 200;  // shells; where there are more they are fragments
-/// The depths are worked out only where `nesting` is asked for.
+inline constexpr std::size_t kMostNested = 200;  // limit of the number of shells; with more, they are fragments
+/// `nesting`: also compute the depths.
 Shells shells_of(const Mesh& mesh, bool nesting);
 
-/// Turns the shells: those in no other one, or in two, outwards; those in one or three inwards (they are hollows).
+/// Orients the shells: shells in no other shell, or in an even number, face outward, the others (hollows) inward.
 void turn_shells(Mesh& mesh, MeshRepairs& repairs);
 
 }  // namespace typodont::haptics::importing

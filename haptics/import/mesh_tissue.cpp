@@ -22,14 +22,14 @@ using importing::Triangle;
 namespace {
 
 constexpr std::size_t kMostTriangles = 10'000'000;
-constexpr double kLeastVoxel = 0.1e-3;                      // m, where nothing else is asked for
-constexpr double kUsualVoxels = 12e6;                       // that a volume has at most where nothing else is asked for
-constexpr double kVoxelStep = 0.01e-3;                      // m, to which the voxel is rounded up
+constexpr double kLeastVoxel = 0.1e-3;                      // m, smallest default voxel
+constexpr double kUsualVoxels = 12e6;                       // limit of the number of voxels with the default voxel
+constexpr double kVoxelStep = 0.01e-3;                      // m, the default voxel is rounded up to multiples of this
 constexpr double kBand = 1.5e-3;                            // m
-constexpr double kLeastArea = 1e-9;                         // of the longest extent's square
-constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, of a mesh
+constexpr double kLeastArea = 1e-9;                         // ratio to the square of the longest extent
+constexpr double kLeastLength = 0.5e-3, kMostLength = 0.6;  // m, limits of a mesh's longest extent
 
-/// Six times the volume that the triangles enclose, as seen from the first vertex.
+/// Six times the volume that the triangles enclose, relative to the first vertex.
 double six_volumes(const TissueMesh& mesh) {
   const dvec3 from = mesh.vertices.front();
   double sum = 0;
@@ -39,9 +39,9 @@ double six_volumes(const TissueMesh& mesh) {
   return sum;
 }
 
-/// Whether every edge lies between two triangles that run along it in opposite directions.
+/// True if every edge belongs to pairs of triangles that run along it in opposite directions.
 bool is_closed(const TissueMesh& mesh) {
-  std::vector<std::array<unsigned, 3>> edges;  // both ends, ordered, and the direction
+  std::vector<std::array<unsigned, 3>> edges;  // both vertices, sorted, and the direction
   for (const glm::uvec3& t : mesh.triangles) {
     for (int k = 0; k < 3; ++k) {
       const unsigned a = t[k], b = t[(k + 1) % 3];

@@ -1,4 +1,4 @@
-// Triangle meshes as tissue: read from files, open ones too, and filled to volumes. Set-up time.
+// Triangle meshes as tissue: read from files, also open ones, and filled to volumes. Set-up time.
 #pragma once
 
 #include <filesystem>
@@ -14,28 +14,29 @@ namespace typodont::haptics {
 
 /// The object "mesh" of a scene's "tissue": {"file", "unit_mm", "tissue", "voxel_mm"}.
 struct MeshTissueOptions {
-  std::string file;    // as it stands there
+  std::string file;    // name of the file as in the scene
   double unit = 1e-3;  // m per unit of the file
   Tissue tissue = Tissue::kEnamel;
-  std::optional<double> voxel;  // m, of the volume; none: 0.1 mm, or as much more as the memory asks for
+  std::optional<double> voxel;  // m, voxel of the volume; default: 0.1 mm, or more if the volume would be too large
 };
-/// Throws Error.
+/// Throws Error if a key or a value is not allowed.
 MeshTissueOptions read_mesh_tissue_options(const Json& mesh);
 
 struct ReadTissueMesh {
   TissueMesh mesh;
-  std::vector<std::string> repairs;  // what was mended, in plain words
+  std::vector<std::string> repairs;  // repairs, in plain words
 };
-/// Reads STL, PLY, OBJ or glTF (.gltf, .glb). Open borders, edges of more than two triangles and surfaces that cross
-/// themselves are accepted. Corners at the same place become one vertex; triangles with two equal corners and second
-/// copies of a triangle go; a mesh whose triangles enclose a negative volume is turned. Throws Error for an empty file,
-/// no triangles, coordinates that are not finite, indices out of range, more than 10 million triangles.
+/// Reads STL, PLY, OBJ or glTF (.gltf, .glb). Open borders, edges with more than two triangles and surfaces that cross
+/// themselves are allowed. Corners at the same position become one vertex; triangles with two equal corners and second
+/// copies of triangles are removed; a closed mesh whose triangles enclose a negative volume is reversed. Throws Error
+/// for an empty file, no triangles, coordinates that are not finite, indices out of range, or more than 10 million
+/// triangles.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue);
 
-/// The volume of a mesh: inside is where its generalized winding number, taken along the six directions of the axes, is
-/// a half or more. For a closed mesh that is exact, overlapping parts included; an open one is closed by a cap, of
-/// which `exact_outside` is then false. A mesh that encloses nothing (a sheet) becomes a shell two voxels thick. Throws
-/// Error where the volume would not fit into memory.
+/// The volume of a mesh. A sample is inside if its generalized winding number, from rays in the six axis directions, is
+/// 0.5 or more. For a closed mesh this is exact, even if parts overlap. An open mesh is closed by a cap, and
+/// `exact_outside` is then false. A mesh that encloses nothing (a sheet) becomes a shell of two voxels. Throws Error if
+/// the volume does not fit into memory.
 DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options);
 
 }  // namespace typodont::haptics

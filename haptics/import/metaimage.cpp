@@ -1,5 +1,5 @@
-// MetaImage (.mha, .mhd): a few lines "Key = Value", then plain or zlib-packed numbers. The packaged readers of it come
-// only inside ITK or VTK and trust the header; these lines are checked first and unpacked with zlib.
+// MetaImage (.mha, .mhd): lines "Key = Value", then plain or zlib-compressed numbers. The available readers are part of
+// ITK or VTK and do not check the header, so this file checks it and decompresses with zlib.
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -21,7 +21,7 @@ struct Entry {
 struct Header {
   std::filesystem::path file;
   std::map<std::string, Entry, std::less<>> entries;
-  std::streamoff end = 0;  // where LOCAL data begins
+  std::streamoff end = 0;  // position where LOCAL data begin
 
   const Entry* find(std::string_view key) const {
     const auto it = entries.find(key);
@@ -71,7 +71,7 @@ static Header read_header(const std::filesystem::path& file) {
       throw Error(file.string(), fmt::format("line {}", number), excerpt(line), "Key = Value");
     const std::string key = trimmed(line.substr(0, equals));
     header.entries[key] = {trimmed(line.substr(equals + 1)), number};
-    if (key == "ElementDataFile") {  // always the last
+    if (key == "ElementDataFile") {  // always the last key
       header.end = in ? static_cast<std::streamoff>(in.tellg()) : static_cast<std::streamoff>(size_of_file(file));
       return header;
     }
@@ -94,10 +94,11 @@ static std::vector<char> read_bytes(const std::filesystem::path& file, std::uint
 static std::vector<char> unpack(const std::filesystem::path& file, const std::vector<char>& packed, std::size_t bytes) {
   std::vector<char> out(bytes);
   z_stream z{};
-  if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");  // zlib's or gzip's own header
+  // Accepts the headers of zlib and gzip
+  if (inflateInit2(&z, 15 + 32) != Z_OK) throw RunFailure("zlib does not start");
   std::size_t in = 0, got = 0;
   int state = Z_OK;
-  while (state == Z_OK && got < bytes) {  // in pieces: zlib counts in 32 bits
+  while (state == Z_OK && got < bytes) {  // decompresses in pieces, because zlib counts in 32 bits
     const std::size_t give = std::min<std::size_t>(packed.size() - in, 1 << 30),
                       room = std::min<std::size_t>(bytes - got, 1 << 30);
     z.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data() + in));
@@ -140,9 +141,9 @@ static RawScan read_metaimage(const ScanRequest& request) {
       {"MET_USHORT", Element::kUint16},
       {"MET_INT", Element::kInt32},
       {"MET_UINT", Element::kUint32},
+      // MET_LONG and MET_ULONG have 4 bytes in MetaImage, on every machine
       {"MET_LONG", Element::kInt32},
-      {"MET_ULONG", Element::kUint32},  // 4 bytes in MetaImage, whatever the
-                                        // machine
+      {"MET_ULONG", Element::kUint32},
       {"MET_LONG_LONG", Element::kInt64},
       {"MET_ULONG_LONG", Element::kUint64},
       {"MET_FLOAT", Element::kFloat},
@@ -156,7 +157,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
       static_cast<std::size_t>(sizes[0]) * static_cast<std::size_t>(sizes[1]) * static_cast<std::size_t>(sizes[2]);
   const std::size_t bytes = count * bytes_of(element);
 
-  // Where the numbers lie.
+  // File and position of the numbers.
   const std::string& name = header.find("ElementDataFile")->value;
   const bool local = name == "LOCAL" || name == "Local" || name == "local";
   if (name.empty() || name.starts_with("LIST") || name.find('%') != std::string::npos) {
@@ -181,7 +182,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
   RawScan scan;
   scan.format = "MetaImage";
   scan.space = "LPS";
-  scan.has_unit = true;  // millimetres, by definition
+  scan.has_unit = true;  // millimetres, by definition of the format
   scan.size = {static_cast<int>(sizes[0]), static_cast<int>(sizes[1]), static_cast<int>(sizes[2])};
   if (!binary) {
     if (static_cast<double>(present) < 2.0 * static_cast<double>(count) - 1) {
@@ -207,7 +208,7 @@ static RawScan read_metaimage(const ScanRequest& request) {
     scan.grey = decode(packed ? unpack(data, read, bytes) : read, count, element, swap);
   }
 
-  // Spacing, directions, origin: in millimetres by the format's definition.
+  // Spacing, directions, origin: in millimetres, by definition of the format.
   const char* spacing = header.find("ElementSpacing") ? "ElementSpacing" : "ElementSize";
   scan.spacing_place =
       header.find(spacing) ? fmt::format("line {} ({})", header.find(spacing)->line, spacing) : "header";

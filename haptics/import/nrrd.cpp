@@ -22,7 +22,7 @@ using NrrdOwner = std::unique_ptr<Nrrd, NukeNrrd>;
 using StateOwner = std::unique_ptr<NrrdIoState, NixState>;
 }  // namespace
 
-// The line of the header that begins with `field`, as "line 4 (type)"; the header alone when there is none.
+// The place of a header field for messages, for example "line 4 (type)"; "header" if there is no such line.
 static std::string place_of(const std::filesystem::path& file, const std::string& field) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
@@ -32,12 +32,12 @@ static std::string place_of(const std::filesystem::path& file, const std::string
   return "header";
 }
 
-// teem 1.12 copies lines of a broken header into messages of fixed size: no line may be longer than they are.
+// teem 1.12 copies lines of a broken header into fixed-size buffers for messages, so longer lines are rejected here.
 static void check_header(const std::filesystem::path& file) {
   constexpr std::size_t kLongest = 700, kLongestText = 100000;
   std::ifstream in(file, std::ios::binary);
   std::string line;
-  bool names = false;  // after "data file: LIST" come names to the end of the file
+  bool names = false;  // after "data file: LIST", file names follow until the end of the file
   for (int number = 1; number < 100000; ++number) {
     line.clear();
     int c = in.get();
@@ -46,7 +46,7 @@ static void check_header(const std::filesystem::path& file) {
     if (number == 1 && !line.starts_with("NRRD"))
       throw Error(file.string(), "line 1", excerpt(line), "NRRD0001 to NRRD0005");
     if (line.empty()) return;
-    // A key's value, where no field is named before it.
+    // A "key:=value" pair, which may contain ": " in its value.
     const bool pair = line.find(":=") < line.find(": ");
     const bool text = line[0] == '#' || line.starts_with("content:") || pair;
     const bool field = number == 1 || names || text || line.find(": ") != std::string::npos;
@@ -58,7 +58,7 @@ static void check_header(const std::filesystem::path& file) {
   }
 }
 
-// teem 1.12 copies each number of text data into a buffer of fixed size on its stack: no word may be longer than that.
+// teem 1.12 copies each number of text data into a fixed-size buffer on its stack, so longer words are rejected here.
 static void check_words(const std::filesystem::path& file, bool after_header) {
   constexpr std::size_t kLongest = 100;
   std::ifstream in(file, std::ios::binary);
@@ -86,7 +86,7 @@ static std::string expected_in(const std::string& field) {
   return "a well-formed NRRD header";
 }
 
-// teem's own account of what went wrong: a stack of lines, the last one nearest to the cause. `all`: the whole stack.
+// teem's error message: a stack of lines, the last one nearest to the cause. `all`: receives the whole stack.
 static std::string last_cause(std::string* all = nullptr) {
   const std::unique_ptr<char, decltype(&std::free)> text(biffGetDone(NRRD), &std::free);
   std::string cause = text ? text.get() : "an unreadable file";
@@ -127,7 +127,7 @@ static std::optional<double> millimetres_per(std::string unit) {
 static RawScan read_nrrd(const ScanRequest& request) {
   const std::filesystem::path& file = request.file;
   check_header(file);
-  // The header alone first: sizes are checked before memory is taken.
+  // Reads only the header first, so that sizes are checked before memory is allocated.
   const NrrdOwner header(nrrdNew());
   const StateOwner state(nrrdIoStateNew());
   state->skipData = 1;
@@ -147,12 +147,12 @@ static RawScan read_nrrd(const ScanRequest& request) {
   const std::size_t count = nrrdElementNumber(header.get());
   const double bytes = static_cast<double>(count) * static_cast<double>(nrrdElementSize(header.get()));
 
-  // Can the files hold that much?
+  // Checks whether the files can contain this amount of data.
   double present = 0;
   std::string data = "data";
   bool known = true;
   if (state->dataFNFormat) {
-    known = false;  // numbered slices; teem names the one that is missing or short
+    known = false;  // numbered slices; teem names a missing or short one
   } else if (state->dataFNArr->len > 0) {
     for (unsigned i = 0; i < state->dataFNArr->len; ++i) {
       const std::filesystem::path part = file.parent_path() / state->dataFN[i];
@@ -163,9 +163,9 @@ static RawScan read_nrrd(const ScanRequest& request) {
     present = static_cast<double>(size_of_file(file));
   }
   const std::string encoding = state->encoding == nrrdEncodingAscii ? "ascii" : state->encoding->name;
-  double least = 0;  // bytes of the encoded data
+  double least = 0;  // bytes, lower limit of the encoded data
   if (encoding == "raw") least = bytes;
-  if (encoding == "gzip") least = bytes / 1032;  // deflate cannot do better
+  if (encoding == "gzip") least = bytes / 1032;  // the highest compression ratio of deflate
   if (encoding == "bzip2") least = bytes / 46e6;
   if (encoding == "ascii") least = 2.0 * static_cast<double>(count) - 1;
   if (encoding == "hex") least = 2 * bytes;
@@ -186,7 +186,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
 
   const NrrdOwner nrrd(nrrdNew());
   if (nrrdLoad(nrrd.get(), file.c_str(), nullptr)) {
-    // The header was read before: what fails now is the data.
+    // The header is valid, so an error here is in the data.
     throw Error(file.string(), data, last_cause(),
                 fmt::format("{:.0f} bytes of voxels ({} x {} x {}), encoded as {}", bytes, sizes[0], sizes[1], sizes[2],
                             encoding));
@@ -205,7 +205,7 @@ static RawScan read_nrrd(const ScanRequest& request) {
   scan.has_spacing = true;
   scan.spacing_place = place_of(file, nrrd->spaceDim ? "space directions" : "spacings");
   if (scan.spacing_place == "header") scan.spacing_place = "spacings";
-  // A left-handed space is told as a right-handed one: its first axis runs the other way.
+  // A left-handed space is converted to a right-handed one by reversing its first axis.
   const bool left_handed = nrrd->space == nrrdSpaceLeftAnteriorSuperior || nrrd->space == nrrdSpace3DLeftHanded;
   for (std::size_t k = 0; k < 3; ++k) {
     const NrrdAxisInfo& axis = nrrd->axis[axes[k]];
@@ -213,14 +213,14 @@ static RawScan read_nrrd(const ScanRequest& request) {
     std::string unit = axis.units ? axis.units : "";
     if (nrrd->spaceDim == 3) {
       for (int w = 0; w < 3; ++w) step[w] = axis.spaceDirection[w];
-      // A space without directions, but with spacings: the axes are those of the space.
+      // A space without directions but with spacings: its axes are those of the space.
       if (!std::isfinite(glm::length(step)) && std::isfinite(axis.spacing)) {
         step = glm::dvec3(0);
         step[static_cast<int>(k)] = axis.spacing;
         scan.spacing_place = place_of(file, "spacings");
       }
       if (nrrd->spaceUnits[k]) unit = nrrd->spaceUnits[k];
-      // An anatomical space is in millimetres unless said otherwise.
+      // An anatomical space is in millimetres unless the file states another unit.
       scan.has_unit = scan.has_unit || !unit.empty() || nrrd->space != nrrdSpaceUnknown;
     } else {
       step[static_cast<int>(k)] = axis.spacing;

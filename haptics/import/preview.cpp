@@ -1,4 +1,4 @@
-// Pictures of what was imported, for a person to judge.
+// Pictures of an imported tissue, for visual inspection.
 #include <fmt/format.h>
 #include <png.h>
 
@@ -64,8 +64,8 @@ dvec3 color_of(Tissue tissue) {
   }
 }
 
-// The surface lit from above the viewer, from four sides and both ends, side by side: shows at a glance whether it is
-// smooth, whole and the right way up.
+// The surface, lit from above, seen from four sides and both ends, side by side: shows whether it is smooth, complete
+// and upright.
 Picture shaded(const Imported& imported) {
   const DenseTissue& t = imported.tissue;
   const dvec3 lo = t.frame.to_voxels(imported.report.lo), hi = t.frame.to_voxels(imported.report.hi);
@@ -140,7 +140,8 @@ std::vector<std::filesystem::path> write_preview(const Imported& imported, const
   const double white = report.dense_level.value_or(report.soft_grey) * 1.1 - 0.1 * report.outside_grey;
   std::vector<std::filesystem::path> files;
 
-  // One slice: fixed axis `w` at `level`; `u` to the right, `v` up. Grey on the left, tissue on the right.
+  // One slice perpendicular to axis `w` at `level`; `u` to the right, `v` up. Grey values on the left, tissue on the
+  // right.
   const auto slice = [&](const std::string& name, int w, int u, int v, double level) {
     const int pixels = std::clamp(720 / std::max(t.size[u], t.size[v]), 1, 12);
     const int width = (t.size[u] - 1) * pixels, height = (t.size[v] - 1) * pixels;

@@ -93,7 +93,7 @@ void check_sizes(const std::filesystem::path& file, std::string_view place, cons
     throw Error(file.string(), place, fmt::format("{} = {:.3g} voxels", text, product),
                 fmt::format("at most {:.3g} voxels", kMostVoxels));
   }
-  // As it is read, and turned to the axes of its space.
+  // Memory for one copy as read, and one copy with reordered axes
   constexpr double kBytesPerVoxel = 8;
   if (const double free = free_memory(); product * kBytesPerVoxel > free) {
     throw Error(file.string(), place,
@@ -154,7 +154,7 @@ const std::vector<ScanFormat>& scan_formats() {
   return formats;
 }
 
-/// "NRRD .nrrd .nhdr, NIfTI .nii".
+/// The formats with their extensions as a list: "NRRD .nrrd .nhdr, NIfTI .nii".
 static std::string formats_in_words() {
   std::string text;
   for (const ScanFormat& format : scan_formats())
@@ -162,7 +162,7 @@ static std::string formats_in_words() {
   return text;
 }
 
-/// By its first bytes, else by its ending; null where it is none of them.
+/// Finds the format from the first bytes, otherwise from the extension; null: unknown.
 static const ScanFormat* format_of(const std::filesystem::path& file, std::string_view start) {
   const std::string name = lower_name(file);
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
@@ -200,19 +200,19 @@ static RawScan read_any(const ScanRequest& request) {
               fmt::format("{} or a closed mesh ({})", a_scan, fmt::join(mesh_endings(), " ")));
 }
 
-// Turns the axes so that each runs along the like axis of the file's space. A whole turn or flip of the arrays that
-// keeps left teeth left; the rest of an oblique orientation becomes world_rotation.
+// Permutes and reverses the axes so that each runs along the nearest axis of the file's space. The result is never a
+// mirror image, so left teeth stay left. The remaining oblique rotation becomes world_rotation.
 static Scan align(RawScan&& raw) {
   Scan scan;
   scan.format = raw.format;
   scan.space = raw.space;
   scan.notes = std::move(raw.notes);
-  glm::ivec3 from(0, 1, 2);  // world axis w is the file's axis from[w]
+  glm::ivec3 from(0, 1, 2);  // world axis w corresponds to the file's axis from[w]
   glm::ivec3 sign(1, 1, 1);
   bool used[3] = {};
   double straightest = 1;
   bool placed[3] = {};
-  for (int round = 0; round < 3; ++round) {  // the best-aligned pair first
+  for (int round = 0; round < 3; ++round) {  // chooses the best-aligned pair first
     double best = -1;
     int best_w = 0, best_f = 0;
     for (int w = 0; w < 3; ++w) {
@@ -228,7 +228,7 @@ static Scan align(RawScan&& raw) {
     straightest = std::min(straightest, best);
   }
   glm::ivec3 size;
-  glm::dvec3 first = raw.origin;  // of the new voxel (0,0,0)
+  glm::dvec3 first = raw.origin;  // position of the new voxel (0,0,0)
   for (int w = 0; w < 3; ++w) {
     const auto& step = raw.step[static_cast<std::size_t>(from[w])];
     size[w] = raw.size[from[w]];
@@ -237,7 +237,7 @@ static Scan align(RawScan&& raw) {
   }
   constexpr double kOblique = 0.9999;  // cosine, 0.8 degrees
   if (straightest < kOblique) {
-    // The nearest rotation to the three directions, by averaging with the inverse transpose (Higham 1986).
+    // The rotation nearest to the three directions, by averaging with the inverse transpose (Higham 1986).
     glm::dmat3 r;
     for (int w = 0; w < 3; ++w)
       r[w] = glm::normalize(raw.step[static_cast<std::size_t>(from[w])]) * static_cast<double>(sign[w]);
@@ -252,14 +252,14 @@ static Scan align(RawScan&& raw) {
                                      sign.z < 0 ? "-" : "+", from.z));
   }
   scan.grey = Grid<float>(size);
-  // Along each of the new axes: the place of the first of the file's voxels and the way to the next.
+  // For each new axis: position of its first voxel in the file, and step to the next one.
   const std::ptrdiff_t file_step[3] = {1, raw.size.x, static_cast<std::ptrdiff_t>(raw.size.x) * raw.size.y};
   std::ptrdiff_t first_voxel = 0, next[3];
   for (int a = 0; a < 3; ++a) {
     next[a] = sign[a] * file_step[from[a]];
     if (sign[a] < 0) first_voxel += (size[a] - 1) * file_step[from[a]];
   }
-  // In slabs, so that what is read together is written soon after.
+  // Works in slabs, so that data is written soon after it is read.
   constexpr int kSlab = 16;
   for_each_slab((size.x + kSlab - 1) / kSlab, [&](int slab) {
     const int x_end = std::min((slab + 1) * kSlab, size.x);
@@ -286,7 +286,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
                angle = std::acos(std::clamp(along / glm::length(raw.step[2]), -1., 1.));
   constexpr double kStraight = 0.1 * kPi / 180;
   if (angle < kStraight) return 0;
-  // Voxels that a slice is shifted against the one before.
+  // Displacement of a slice relative to the previous one, voxels.
   const double shift[2] = {glm::dot(raw.step[2], u) / glm::length(raw.step[0]),
                            glm::dot(raw.step[2], v) / glm::length(raw.step[1])};
   const int last = raw.size.z - 1;
@@ -303,7 +303,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const auto nx = static_cast<std::size_t>(raw.size.x), ny = static_cast<std::size_t>(raw.size.y);
   const auto mx = static_cast<std::size_t>(size[0]), my = static_cast<std::size_t>(size[1]);
   std::vector<float> out(mx * my * static_cast<std::size_t>(raw.size.z), dark);
-  // Catmull and Rom's cubic through four neighbours.
+  // Cubic interpolation through four neighbours (Catmull-Rom).
   const auto cubic = [](float a, float b, float c, float d, float t) {
     return b + 0.5F * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
@@ -343,7 +343,7 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   return angle;
 }
 
-// Voxels that are no number become `nan_grey`; an error where that is not given.
+// Replaces voxels that are not a number by `nan_grey`; throws Error if there are any and no value is given.
 static void replace_nan(const std::filesystem::path& file, RawScan& raw, const std::optional<double>& nan_grey) {
   std::size_t count = 0, first = 0;
   for (std::size_t i = raw.grey.size(); i-- > 0;) {
@@ -392,7 +392,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
   }
   for (int a = 0; a < 3; ++a) {
     if (length[a] * kMillimetre >= limits.smallest && length[a] * kMillimetre <= limits.largest) continue;
-    // A file that says its voxel and its unit is believed: then the scan is too coarse.
+    // If the file states voxel and unit, they are trusted; then the scan is too coarse.
     const bool coarse = !spacing && raw.has_unit && length[a] * kMillimetre > limits.largest;
     throw Error(
         file.string(), spacing ? "--spacing-mm" : raw.spacing_place,
@@ -403,7 +403,7 @@ Scan read_scan(const ScanRequest& request, const std::optional<glm::dvec3>& spac
                : fmt::format("voxels of {:.3g} to {:.3g} mm{}", limits.smallest / kMillimetre,
                              limits.largest / kMillimetre, spacing ? "" : kAsk));
   }
-  // Axes must span space, else there is no orientation to speak of.
+  // The axes must span space; otherwise there is no orientation.
   const double volume = glm::dot(raw.step[0], glm::cross(raw.step[1], raw.step[2]));
   if (!(std::abs(volume) > 0.5 * length.x * length.y * length.z)) {
     throw Error(file.string(), "axis directions", "axes that are far from perpendicular", "a rectangular grid");

@@ -1,4 +1,4 @@
-// The types of numbers that scans are stored in.
+// Number types of stored scans.
 #pragma once
 
 #include <cstddef>

@@ -9,12 +9,12 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kStep = 0.5;  // voxels, along rays
+constexpr double kStep = 0.5;  // voxels, step along rays
 
 const std::array<glm::ivec3, 6> kFaces = {glm::ivec3(1, 0, 0), {-1, 0, 0}, {0, 1, 0},
                                           {0, -1, 0},          {0, 0, 1},  {0, 0, -1}};
 
-// Faces of a part's voxels, by what lies on the other side.
+// Number of faces of a part's voxels, by the material on the other side.
 struct Contacts {
   std::size_t mouth = 0, wall = 0, dense = 0, cavity = 0;
 };
@@ -26,10 +26,10 @@ SparseMask above(const Sparse<float>& g, float bound) {
                [&](std::size_t i, const glm::ivec3&) { return g.v[i] > bound; });
 }
 
-// The cavities of the solid: what the surround cannot reach, or only through a narrow mouth. A ball that grows from
-// nothing to the widest mouth rolls in from the walls; a pocket it cannot enter is a cavity when its mouth is a small
-// part of its wall (a root canal), and stays outside when not (a fissure, the gap between two roots). Blocks that are
-// not kept and that the surround cannot reach become inside in `set`.
+// Finds the cavities of the solid: space that the surroundings cannot reach, or only through a narrow mouth. A ball
+// rolls in from the walls, with a radius that increases up to `widest_mouth`. A pocket that the ball cannot enter is a
+// cavity if its mouth is a small part of its wall (a root canal), and outside otherwise (a fissure, the gap between two
+// roots). Blocks that are not stored and not reachable become inside in `set`.
 SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, double widest_mouth, bool tooth,
                          const std::shared_ptr<BlockSet>& set) {
   SparseMask outside, cavity(set, 0, 1);
@@ -79,14 +79,14 @@ SparseMask find_cavities(const SparseMask& solid, const SparseMask& dense, doubl
       const Contacts& f = faces[id];
       const bool narrow =
           parts.voxels[id] >= 30 && static_cast<double>(f.mouth) < 0.04 * static_cast<double>(f.mouth + f.wall);
-      const bool plug = 2 * f.cavity > f.mouth;  // the rest of a mouth that a smaller ball dipped into
+      const bool plug = 2 * f.cavity > f.mouth;  // remainder of a mouth that a smaller ball entered
       if ((narrow || plug) && !(tooth && 2 * f.dense > f.wall + f.cavity)) cavity.v[i] = 1;
     }
   }
   return cavity;
 }
 
-// Removes all but the largest part (or, with a share below one, all parts smaller than that share of it).
+// Selects the largest part only (or, for a fraction below one, all parts of at least this fraction of it).
 std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   std::vector<bool> keep(parts.voxels.size(), false);
   const std::int32_t largest = parts.largest();
@@ -102,7 +102,8 @@ std::vector<bool> keep_large(const SparseComponents& parts, double share) {
   return keep;
 }
 
-// The grey with most voxels among those that count; nothing when there are hardly any. Of many voxels a sample.
+// The most frequent grey value of the samples for which counts(i) is true; nullopt if there are too few. For large
+// volumes, only every n-th sample is used.
 template <class Counts>
 std::optional<double> mode_of(const Sparse<float>& greys, double width, Counts counts) {
   constexpr std::size_t kEnough = 20'000'000;
@@ -127,8 +128,8 @@ glm::dvec3 unit(const glm::dvec3& v) {
   return l > 1e-12 ? v / l : glm::dvec3(0);
 }
 
-// The surround's grey near by: its mean over cells of 4³ samples, smoothed over about four samples. Where hardly any
-// surround is near (a fissure) the value of the whole scan takes over.
+// The local grey value of the surroundings: the mean over cells of 4³ samples, smoothed over about four samples. Where
+// hardly any surroundings are near (a fissure), the value of the whole scan is used.
 class Surround {
  public:
   template <class Counts>
@@ -140,14 +141,14 @@ class Surround {
       sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
       weight_[cell] += 1.0F / 64;
     });
-    // Together with the cells and the interpolation between them: a standard deviation of four samples.
+    // Together with the cells and the interpolation, the standard deviation is four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
     weight_ = gaussian(weight_, kSigma);
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    constexpr double kOfEverywhere = 0.02;  // of a full neighbourhood
+    constexpr double kOfEverywhere = 0.02;  // weight of the scan's value, as a fraction of a full neighbourhood
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
   }
@@ -157,7 +158,7 @@ class Surround {
   Grid<float> sum_, weight_;
 };
 
-// Outward normal at a sample: away from its closest point, or the field's slope where it lies on the surface.
+// Outward normal at a sample: the direction away from its closest point, or, on the surface, the gradient of the field.
 glm::dvec3 normal_at(const DistanceField& d, const glm::ivec3& i) {
   const glm::ivec3 hi = d.distance.set->size - 1;
   glm::dvec3 slope;
@@ -184,11 +185,11 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   const bool tooth = preset == ImportPreset::kTooth;
   Segmentation s;
-  const double rise = levels.soft - levels.outside;  // of the softer tissue over the surround
+  const double rise = levels.soft - levels.outside;  // difference between the softer tissue and the surroundings
   const glm::ivec3 size = grey.size;
 
-  // Greys with less noise: one for masks, one that leaves curved edges in place for labels. In the blocks that hold
-  // anything as bright as the surface, and those next to them.
+  // Smoothed grey values: one version for masks, and one for labels that does not move curved edges. Only in blocks
+  // with samples as bright as the surface, and in their neighbours.
   constexpr double kSmooth = 0.8;
   const auto surface_grey = static_cast<float>(levels.surface());
   const auto blocks = std::make_shared<BlockSet>(
@@ -198,12 +199,12 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   Sparse<float> smooth = gaussian(grey, set, kSmooth, outside_grey, outside_grey);
   report(0.1);
 
-  // A first surface, at half the height of the brighter tissue where that is near, so that fissures in enamel stay
-  // open; but safely below the softer tissue's own grey.
+  // A first surface. Where a denser tissue is near, the threshold is half of its height, so that fissures in enamel
+  // stay open. But the threshold stays clearly below the grey value of the softer tissue.
   const double most_height = std::max(0.8, levels.height);
-  Sparse<float> over(set, -0.5F, 0.5F);  // smooth grey over the local threshold
+  Sparse<float> over(set, -0.5F, 0.5F);  // smoothed grey value minus the local threshold, divided by `rise`
   {
-    // Far below every threshold the brightest near by decides nothing.
+    // Far below every threshold, the brightest nearby sample does not matter.
     const Sparse<float> brightest =
         ball_max(smooth, 2, above(smooth, static_cast<float>(levels.surface() - 0.5 * rise)));
     for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -235,13 +236,14 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   solid = {};
   report(0.25);
 
-  // As far as an edge may reach to either side (shell, below); to the point itself where the edge's width is told.
+  // kWidestShell: voxels, largest reach of an edge (see `shell`). kFirstExact: voxels, exact distances for the edge's
+  // width.
   constexpr double kWidestShell = 6, kFirstExact = 1.5;
   DistanceField first = signed_distance(over, size, {}, kWidestShell + 0.5, kFirstExact);
   over = {};
   report(0.45);
 
-  // How wide the scan's edges are: a Gaussian edge of height c has slope c / (σ √2π) in its middle.
+  // Width of the scan's edges: a Gaussian edge of height c has the slope c / (σ √2π) at its centre.
   const auto inward_peak = [&](const glm::dvec3& from, const glm::dvec3& n, double depth) {
     float peak = sample(smooth, from);
     for (double t = kStep; t <= depth; t += kStep) peak = std::max(peak, sample(smooth, from - t * n));
@@ -257,22 +259,22 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double slope = glm::length(sample_cubic(smooth, glm::dvec3(first.closest.v[i])).gradient);
     if (slope > 0) widths.push_back(static_cast<float>((top - levels.outside) / (std::sqrt(2 * M_PI) * slope)));
   }
-  double edge = 1.2;  // voxels, of the smoothed greys
+  double edge = 1.2;  // voxels, width of the edges in the smoothed grey values
   if (!widths.empty()) {
     std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
     edge = std::clamp<double>(widths[widths.size() / 2], 0.8, 3);
   }
   s.blur = std::sqrt(std::max(0.0, edge * edge - kSmooth * kSmooth));
-  const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);  // voxels: how far an edge reaches to either side
+  const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);  // voxels, reach of an edge to either side
 
-  // Voxels beyond the edge's reach, other bodies left out.
+  // The surroundings: voxels outside the edge's reach, without other bodies.
   const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {
     return first.distance[p] >= static_cast<float>(shell) && smooth.v[i] <= surface_grey;
   });
   report(0.55);
 
-  // Occupancy: the grey on the scale from the surround to the tissue just below the surface. Behind the brightest point
-  // of the way in from outside it stays one, so that dentin under enamel and pulp are as solid as any.
+  // Occupancy: the grey value on a scale from the surroundings (0) to the tissue just below the surface (1). Deeper
+  // than the brightest point on the way in, it stays 1, so that dentin below enamel and pulp are solid.
   Sparse<float> occupancy(set, 0, 1);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     const double d = first.distance[p];
@@ -286,7 +288,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     const double top = std::clamp(inward_peak(at, n, shell), levels.soft, levels.top());
     double low = surround.at(p);
     if (levels.fixed_surround) {
-      // A thin layer of soft tissue on the bone is its surround, not the air behind it.
+      // A thin layer of soft tissue on the bone counts as its surroundings, not the air behind this layer.
       double brightest_near = low;
       for (double t = 2 * edge; t <= shell; t += kStep)
         brightest_near = std::max<double>(brightest_near, sample(smooth, at + t * n));
@@ -304,8 +306,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
 
   first = DistanceField();
 
-  // At least so much smoothing that edges are told by several samples, and until the noise moves the surface by less
-  // than 0.02 voxel.
+  // Smoothing: at least enough that an edge extends over several samples, and until the noise displaces the surface by
+  // less than 0.02 voxel.
   double sigma = std::sqrt(std::max(1.1 * 1.1 - s.blur * s.blur, 0.7 * 0.7));
   for (; sigma < 2; sigma += 0.1) {
     const double left = levels.noise / rise * noise_left(sigma, s.blur);
@@ -317,7 +319,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   s.phi.outside -= height, s.phi.inside -= height;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) { s.phi.v[i] -= height; });
 
-  // One body, without holes that smoothing may have opened.
+  // Keeps one body, and closes holes inside it that smoothing may have opened.
   {
     const SparseComponents parts = components(above(s.phi, 0));
     const auto keep = keep_large(parts, 1);
@@ -334,7 +336,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       if (open.v[i] && !reached.v[i]) s.phi.v[i] = 0.01F;
     });
   }
-  // Labels are read some voxels outside the surface, and smoothed there.
+  // voxels; labels are also read and smoothed outside the surface
   constexpr double kLabelBand = 6, kLabelExact = 3;
   const double surface_band = std::max({shell + 0.5, kLabelBand, band.value_or(0)});
   s.surface = signed_distance(s.phi, size, {}, surface_band, std::max(kLabelExact, band.value_or(0)));
@@ -342,8 +344,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   const Sparse<float>& d = s.surface.distance;
   report(0.85);
 
-  // For the labels the outer edge is taken out of the greys: in the skin that it dims, and outside, stands the
-  // brightest grey on the way further in. So enamel has no skin of false dentin, and dentin no skin of anything.
+  // For the labels, the dim outer edge is removed from the grey values: within the edge, and outside, the brightest
+  // grey value further inward is used. So neither enamel nor dentin gets a layer of false labels.
   const double skin = std::min(shell, 2 * edge + 0.5);
   Sparse<float> filled(set, static_cast<float>(levels.soft), static_cast<float>(levels.soft));
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -357,7 +359,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       filled.v[i] = static_cast<float>(levels.soft);
     }
   });
-  // The darkest grey of cavities: in their middle, where they are wide enough to have one.
+  // The grey value of cavities, from their centres if they are wide enough.
   double cavity_grey = levels.outside;
   {
     std::vector<float> greys, inner;
@@ -385,8 +387,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   constexpr double kInfinity = std::numeric_limits<float>::max();
 
-  // Denser tissue: brighter than half way between the two.
-  // How deep each sample lies, as far as the labels want to know.
+  // Denser tissue: samples brighter than halfway between the softer and the denser tissue. The depth class of a sample
+  // decides which rule applies.
   enum Depth : std::uint8_t { kFar, kNear, kInSkin, kBelowSkin, kBelowShell };
   Sparse<std::uint8_t> depth(set, kFar, kBelowShell);
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
@@ -403,8 +405,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
                                       .value_or(*levels.dense),
                                   levels.denser());
     const double span = dense - levels.soft, half = levels.fixed_dense ? levels.denser() : levels.soft + 0.5 * span;
-    // Where the layer thins out the blur takes its height: there half way to what is left of it, as long as that is
-    // clearly brighter than the softer tissue.
+    // Where a layer is thin, the blur reduces its brightness. There the threshold is halfway to the remaining peak, if
+    // this peak is clearly brighter than the softer tissue.
     const Sparse<float> peak = ball_max(
         bright, 2, where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return depth.v[i] == kInSkin; }));
     const double faintest =
@@ -420,7 +422,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
         bound = std::min(half, 0.5 * (levels.soft + static_cast<double>(peak.v[i])));
       s.dense.v[i] = static_cast<float>(std::clamp((here - bound) / span, -0.5, 0.5));
     });
-    // Specks of the denser tissue are noise; on a tooth only the crown's cap is enamel.
+    // Small isolated parts of the denser tissue are noise; in a tooth only the cap of the crown is enamel.
     const SparseComponents parts = components(where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
       return depth.v[i] >= kInSkin && s.dense.v[i] > 0;
     }));
@@ -431,8 +433,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Cavities. In a tooth also thin canals that the blur fills half: darker than half way between dentin and the darkest
-  // grey near, where that is clearly darker than dentin, deeper than the outer edge reaches.
+  // Cavities. In a tooth also thin canals that the blur half fills: samples deeper than the outer edge reaches, and
+  // darker than halfway between dentin and the darkest nearby grey value, if this is clearly darker than dentin.
   s.cavity = limited(-kInfinity, levels.soft + 2 * levels.noise);
   const double drop = levels.soft - cavity_grey;
   constexpr float kNothing = 1e30F;
@@ -444,7 +446,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
       tooth ? ball_min(deep, std::clamp(2 * edge, 2.0, 5.0),
                        where(set, false, false, [&](std::size_t i, const glm::ivec3&) { return deep.v[i] < kNothing; }))
             : Sparse<float>();
-  const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // contrast of a canal
+  const double least = std::max(0.25 * drop, 8 * levels.smoothed_noise);  // smallest contrast of a canal
   SparseMask pulp(set, 0, 1);
   s.cavity.outside = -0.5F, s.cavity.inside = 0.5F;
   for_each_sample(*set, [&](const glm::ivec3&, std::size_t i) {
@@ -482,7 +484,7 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Islands of the softer tissue, off its main body, belong to what surrounds them: dark spots in enamel, fissures half
+  // Isolated parts of the softer tissue get the label of the tissue around them: dark spots in enamel, fissures half
   // filled by the blur.
   if (levels.dense && tooth) {
     const SparseMask soft = where(set, false, false, [&](std::size_t i, const glm::ivec3&) {
@@ -509,8 +511,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     }
   }
 
-  // Outside the surface the labels of the nearest tissue, so that they can be read and interpolated at the surface.
-  // Those are read from samples inside, which are not written any more.
+  // Outside the surface, samples get the labels of the nearest tissue, so that labels can be interpolated at the
+  // surface. They are copied from samples inside, which no longer change.
   for_each_sample(*set, [&](const glm::ivec3& p, std::size_t i) {
     if (depth.v[i] != kNear) return;
     const glm::dvec3 n = normal_at(s.surface, p), on = glm::dvec3(s.surface.closest[p]);

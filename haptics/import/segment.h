@@ -1,4 +1,4 @@
-// From greys to a surface and labels.
+// Segmentation: from grey values to a surface and labels.
 #pragma once
 
 #include <optional>
@@ -12,22 +12,23 @@
 
 namespace typodont::haptics::importing {
 
-/// All on the working grid: isotropic, about as fine as the scan, the body with a margin of surround on all sides. Kept
-/// in the blocks of the body and those next to it.
+/// Fields on the working grid: isotropic, about as fine as the scan, with a margin of surroundings on all sides. Stored
+/// in the blocks of the body and their neighbours.
 struct Segmentation {
-  Sparse<float> phi;     // occupancy − the surface's height: positive in the body (cavities included), 0 on its outer
-                         // surface; empty where distances were asked for
-  Sparse<float> dense;   // positive where the denser tissue is; told also some voxels outside the surface
+  // Occupancy − the surface's height: positive in the body (cavities included), 0 on its outer surface. Empty if
+  // distances were requested
+  Sparse<float> phi;
+  Sparse<float> dense;   // positive in the denser tissue; also valid some voxels outside the surface
   Sparse<float> cavity;  // positive in pulp or marrow spaces
-  Sparse<float> grey;    // the scan's, without the dim outer edge: there, and outside, the brightest on the way inwards
-  DistanceField surface;  // of phi, at least as far as was asked for
+  Sparse<float> grey;  // grey values without the dim outer edge: there, and outside, the brightest value further inward
+  DistanceField surface;  // distance to the surface phi = 0, at least up to the requested band
   double blur = 0;        // voxels, standard deviation of the scan's edge response
   int bodies_kept = 0;
   int cavity_parts = 0;
 };
 
-/// `grey` must be surround on its walls. `voxel` in m. `band`: voxels, as far as distances to the
-/// surface are wanted; none: not on this grid.
+/// `grey`: its walls must belong to the surroundings. `voxel`: m. `band`: voxels, distance from the surface up to which
+/// distances are needed; nullopt: not on this grid.
 Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel, ImportPreset preset,
                      const std::optional<double>& band, const std::function<void(double)>& progress);
 

@@ -16,7 +16,7 @@ static double distance2(const dvec3& lo, const dvec3& hi, const dvec3& p) {
   return glm::dot(off, off);
 }
 
-// Split at the median of the longest edge.
+// Splits at the median along the longest edge of the box.
 std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
   const std::size_t index = nodes_.size();
   nodes_.emplace_back();
@@ -73,7 +73,7 @@ int TriangleTree::winding(const dvec3& p) const {
 }
 
 int TriangleTree::winding_sixths(const dvec3& p) const {
-  // A little off the axes, so that no ray runs within a face.
+  // Slightly off the axes, so that no ray lies within a face.
   constexpr double kTilt = 1.618e-7, kOtherTilt = 2.718e-7;
   int sum = 0;
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-// A tree of boxes over triangles: the nearest one, and how often rays cross them.
+// A tree of boxes over triangles: finds the nearest triangle, and counts crossings of rays.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -14,10 +14,10 @@ class TriangleTree {
 
   /// Squared distance to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
-  /// How often a closed mesh winds around p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
-  /// triangles face inwards. By the median of three rays, so that one through an edge is outvoted.
+  /// The winding number of a closed mesh around p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
+  /// triangles face inward. It is the median of three rays, so a ray through an edge does no harm.
   int winding(const glm::dvec3& p) const;
-  /// The same for open meshes, in sixths, by rays along the six directions of the axes; see winding_sixths() in
+  /// The winding number of an open mesh, in sixths, from rays in the six axis directions; see winding_sixths() in
   /// distance.h.
   int winding_sixths(const glm::dvec3& p) const;
 
@@ -28,13 +28,13 @@ class TriangleTree {
   static constexpr std::size_t kLeaf = 4;
   struct Node {
     glm::dvec3 lo{1e300}, hi{-1e300};
-    std::size_t first = 0, count = 0;  // of triangles in a leaf …
-    std::size_t left = 0, right = 0;   // … or children
+    std::size_t first = 0, count = 0;  // range of triangles in a leaf
+    std::size_t left = 0, right = 0;   // children of an inner node
   };
 
   std::size_t build(std::size_t first, std::size_t end);
   void nearest(std::size_t index, const glm::dvec3& p, double& best2) const;
-  /// Crossings of a ray, +1 where it leaves the mesh and −1 where it enters it.
+  /// Signed number of crossings of a ray: +1 where it leaves the mesh, −1 where it enters the mesh.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
   std::vector<Triangle> triangles_;

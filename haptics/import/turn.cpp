@@ -37,7 +37,7 @@ glm::dmat3 quarter_turns(const std::string& text) {
 
 void turn(Imported& imported, const glm::dmat3& by) {
   if (by == glm::dmat3(1)) return;
-  // New axis w runs along the old axis from[w], or against it.
+  // The new axis w is the old axis from[w], with the direction sign[w].
   glm::ivec3 from(0), sign(1);
   for (int w = 0; w < 3; ++w) {
     for (int f = 0; f < 3; ++f) {

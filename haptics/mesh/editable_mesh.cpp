@@ -9,12 +9,12 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kMostAround = 64;  // faces around a vertex; with more of them an edge is not collapsed
+constexpr int kMostAround = 64;  // limit of the faces around a vertex; if there are more, its edges are not collapsed
 
 struct HalfEdge {
   Index lo, hi, face;
   int edge;
-  bool forward;  // runs from lo to hi
+  bool forward;  // the edge runs from lo to hi
 };
 
 }  // namespace
@@ -48,7 +48,7 @@ EditableMesh& EditableMesh::operator=(const EditableMesh& other) {
   return *this;
 }
 
-/// The faces with the vertices of `mesh`, and which lies beside which.
+/// Creates the faces with the vertex indices of `mesh`, and links neighbours.
 void EditableMesh::join_faces(const TissueMesh& mesh) {
   faces_.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -78,9 +78,9 @@ void EditableMesh::join_faces(const TissueMesh& mesh) {
   }
 }
 
-/// A vertex for each fan of faces around one of `mesh`.
+/// Creates one vertex for each fan of faces around a vertex of `mesh`.
 void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
-  const std::vector<Face> old = faces_;  // with the numbers of `mesh`
+  const std::vector<Face> old = faces_;  // faces with the vertex indices of `mesh`
   std::vector<std::uint8_t> done(3 * old.size(), 0);
   for (Index f = 0; f < faces_used_; ++f) {
     for (int c = 0; c < 3; ++c) {
@@ -91,7 +91,7 @@ void EditableMesh::make_vertices(const TissueMesh& mesh, std::size_t spare) {
         faces_[g].v[k] = v;
         done[3 * std::size_t{g} + static_cast<std::size_t>(k)] = 1;
       };
-      // Once round, or in both directions as far as the border.
+      // Visits the faces around the vertex: a full circle, or in both directions up to the border.
       const auto step = [&](Index& g, int& k, int edge) {
         const Index next = old[g].n[edge];
         if (next == kNone) return false;
@@ -153,10 +153,10 @@ TissueMesh EditableMesh::copy() const {
   return mesh;
 }
 
-// The grid.
+// Functions of the grid
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  constexpr float kRounding = 1e-6f;  // of the coordinates: more than floats lose
+  constexpr float kRounding = 1e-6f;  // ratio to the coordinates; larger than the rounding error of floats
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});
@@ -204,7 +204,7 @@ void EditableMesh::place(Index f) noexcept {
   place = now;
 }
 
-// Records.
+// Functions that change vertices and faces, and that record these changes.
 
 Vertex& EditableMesh::write_vertex(Index v) noexcept {
   if (record_ && vertex_stroke_[v] != stroke_) {
@@ -298,7 +298,7 @@ void EditableMesh::exchange(MeshRecord& record) {
   for (const auto& [f, face] : record.faces) {
     if (f < faces_used_ && uses(f)) link(f), ++face_count_;
   }
-  // A face whose vertices alone moved may lie in another cell now.
+  // A face of which only vertices moved may now belong to another cell.
   for (const auto& [v, vertex] : record.vertices) {
     if (!(v < vertices_used_ && vertices_[v].face != kNone)) continue;
     around(v, [&](Index f, int) {
@@ -336,7 +336,7 @@ std::uint64_t EditableMesh::hash() const noexcept {
   return h;
 }
 
-// Edits.
+// Functions that edit the mesh
 
 void EditableMesh::move(Index v, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(v);
@@ -378,7 +378,7 @@ Index EditableMesh::split(Index f, int i, const dvec3& p) noexcept {
   Vertex& vertex = write_vertex(m);
   vertex.p = p, vertex.face = f, vertex.flags = vertices_[a].flags & vertices_[b].flags & Vertex::kMoved;
 
-  // f: a m c, f2: m b c, g: b m d, g2: m a d.
+  // Corners after the split: f: a, m, c; f2: m, b, c; g: b, m, d; g2: m, a, d
   Face& F = write_face(f);
   Face& G = write_face(g);
   F.v[i1] = m, F.n[i] = g2, F.n[i1] = f2;
@@ -406,7 +406,7 @@ bool EditableMesh::flip(Index f, int i) noexcept {
   const Index f_bc = faces_[f].n[i1], f_ca = faces_[f].n[i2], g_ad = faces_[g].n[j1], g_db = faces_[g].n[j2];
   const Tissue f_tissue = faces_[f].tissue, g_tissue = faces_[g].tissue;
 
-  // f: a d c, g: d b c.
+  // Corners after the flip: f: a, d, c; g: d, b, c
   write_face(f) = {{a, d, c}, {g_ad, g, f_ca}, f_tissue};
   write_face(g) = {{d, b, c}, {g_db, f_bc, f}, g_tissue};
   replace_neighbour(g_ad, g, d, f);
@@ -433,7 +433,7 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
   for (const Index v : {c, d}) {
     if (valence(v) <= (vertices_[v].on_border() ? 1 : 3)) return false;
   }
-  // Both may have just those two neighbours in common, or the surface would touch itself.
+  // If both vertices had other common neighbours, the surface would touch itself.
   Index beside[kMostAround];
   int count = 0;
   bool allowed = true;
@@ -444,7 +444,8 @@ bool EditableMesh::may_collapse(Index f, int i, bool keeps_first) const noexcept
       beside[count++] = v;
     }
   };
-  around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });  // closed: `gone` is not on the border
+  // Closed fan, because `gone` is not on the border
+  around(gone, [&](Index h, int k) { add(faces_[h].v[(k + 1) % 3]); });
   const auto shares = [&](Index v) {
     if (v != gone && v != c && v != d && std::find(beside, beside + count, v) != beside + count) allowed = false;
   };
@@ -472,7 +473,7 @@ bool EditableMesh::collapse(Index f, int i, bool keeps_first) noexcept {
     if (h != f && h != g) ring[count++] = h;
   });
   for (int k = 0; k < count; ++k) write_face(ring[k]).v[corner(ring[k], gone)] = kept;
-  // The faces beyond the two that go become neighbours. `second` or `first` in them is `kept` by now where it was gone.
+  // The neighbours of the two removed faces become neighbours of each other. In them, `kept` already replaces `gone`.
   const auto now = [&](Index v) { return v == gone ? kept : v; };
   replace_neighbour(f_bc, f, c, f_ca);
   replace_neighbour(f_ca, f, now(first), f_bc);

@@ -1,9 +1,9 @@
 // A triangle mesh that can be edited in place: split, flip, collapse and move, with neighbours, a grid over the faces
 // and a record of what changed.
 //
-// Every face knows its three vertices and the three faces beside it; every vertex knows one of its faces. A mesh may
-// have a border. Vertices and edges of the border are never removed, and moving them is left to the caller, so an open
-// mesh keeps the border that it came with.
+// Every face stores its three vertices and the three faces beside it; every vertex stores one of its faces. A mesh may
+// have a border. Edits never remove vertices and edges of the border, and only the caller moves them, so an open mesh
+// keeps its border.
 //
 // Equal meshes and equal calls give equal bits. After construction nothing allocates: records come from a pool whose
 // size is fixed at set-up. Lengths in metres, frame W.
@@ -23,21 +23,23 @@ inline constexpr Index kNone = 0xffffffff;
 
 struct Vertex {
   dvec3 p{0};          // m, W
-  Index face = kNone;  // one of its faces; kNone: not in use
-  Index flags = 0;     // kBorder, kMoved. Of a vertex not in use: the next such
+  Index face = kNone;  // one of the vertex's faces; kNone: not in use
+  Index flags = 0;     // kBorder, kMoved; in an unused vertex: index of the next unused one
   bool on_border() const { return flags & kBorder; }
   bool was_moved() const { return flags & kMoved; }
   static constexpr Index kBorder = 1, kMoved = 2;
 };
 
-/// Edge i runs from v[i] to v[(i+1)%3]; n[i] is the face beyond it, kNone at a border.
+/// Edge i connects v[i] and v[(i+1)%3]; n[i] is the face on its other side, kNone at a border.
 struct Face {
-  Index v[3] = {kNone, kNone, kNone};  // counter-clockwise seen from outside; v[0] kNone: not in use, v[1]: the next
+  // Counter-clockwise seen from outside. An unused face has v[0] = kNone, and v[1] is the index of the next unused one
+  Index v[3] = {kNone, kNone, kNone};
   Index n[3] = {kNone, kNone, kNone};
-  Tissue tissue = Tissue::kAir;  // the tissue under it
+  Tissue tissue = Tissue::kAir;  // tissue below the face
 };
 
-/// What changed while it was recorded: the records as they were before. EditableMesh::exchange() swaps them back.
+/// A recording of changes: the vertices and faces before they changed. EditableMesh::exchange() swaps them with the
+/// mesh.
 struct MeshRecord {
   std::vector<std::pair<Index, Vertex>> vertices;
   std::vector<std::pair<Index, Face>> faces;
@@ -48,9 +50,9 @@ struct MeshRecord {
 class EditableMesh {
  public:
   EditableMesh() = default;
-  /// `edge`: m, the longest edge that the finest level of the grid is made for. `spare`: vertices that may be added.
-  /// An edge with more than two faces, or with two that disagree on their orientation, becomes a border; a vertex whose
-  /// faces touch in that vertex alone becomes several. Triangles that name a vertex twice are left out.
+  /// `edge`: m, longest edge of the faces in the finest level of the grid. `spare`: number of vertices that may be
+  /// added. An edge with more than two faces, or with two of inconsistent orientation, becomes a border. A vertex whose
+  /// faces touch only in this vertex becomes several vertices. Triangles that name a vertex twice are omitted.
   EditableMesh(const TissueMesh& mesh, double edge, std::size_t spare);
   EditableMesh(const EditableMesh& other);
   EditableMesh& operator=(const EditableMesh& other);
@@ -58,7 +60,7 @@ class EditableMesh {
   EditableMesh& operator=(EditableMesh&&) noexcept = default;
   ~EditableMesh() = default;
 
-  // Records. Ranges include those not in use.
+  // Access to vertices and faces. Ranges include unused ones.
   const Vertex& vertex(Index v) const noexcept { return vertices_[v]; }
   const Face& face(Index f) const noexcept { return faces_[f]; }
   const dvec3& point(Index f, int corner) const noexcept { return vertices_[faces_[f].v[corner]].p; }
@@ -70,27 +72,28 @@ class EditableMesh {
   std::size_t vertex_room() const noexcept { return vertices_.size(); }
   std::size_t face_room() const noexcept { return faces_.size(); }
   std::size_t border_edges() const noexcept;
-  /// As a plain mesh, without records that are not in use.
+  /// The mesh as a plain mesh, without unused vertices and faces.
   TissueMesh copy() const;
 
-  // Edits. Those that split, flip or collapse return what they could not do by kNone or false, and then do nothing.
-  void move(Index v, const dvec3& p) noexcept;  // and says so in its flags
-  /// Takes a move back, flags included. `before` as vertex(v) was.
+  // Edits. If split, flip or collapse are impossible, they return kNone or false and change nothing.
+  void move(Index v, const dvec3& p) noexcept;  // also sets kMoved
+  /// Undoes a move, flags included. `before`: vertex(v) before the move.
   void move_back(Index v, const Vertex& before) noexcept;
   void set_tissue(Index f, Tissue tissue) noexcept;
-  /// Puts the faces of a vertex, or one face, into the right cells of the grid, after move().
+  /// After move(): updates the grid cells of the faces around a vertex, or of one face.
   void settle(Index v) noexcept;
   void settle_face(Index f) noexcept { place(f); }
-  /// Splits edge i of f at a point. Returns the new vertex; kNone at a border or without room.
+  /// Splits edge i of f at a point. Returns the new vertex; kNone at a border or if the pool is empty.
   Index split(Index f, int i, const dvec3& p) noexcept;
-  /// Turns edge i of f to join the two other vertices. False at a border, or where those are joined already.
+  /// Replaces edge i of f by the other diagonal of its two faces. Returns false at a border, or if the other diagonal
+  /// is an edge already.
   bool flip(Index f, int i) noexcept;
-  /// Draws the first (`keeps_first` false) or second vertex of edge i of f into the other one, which stays where it is.
-  /// False where a border vertex would go, or where the surface would touch itself.
+  /// Removes the first vertex of edge i of f (the second one if `keeps_first`) and connects its faces to the other
+  /// vertex of the edge. Returns false if a border vertex would be removed, or if the surface would touch itself.
   bool collapse(Index f, int i, bool keeps_first) noexcept;
   bool may_collapse(Index f, int i, bool keeps_first) const noexcept;
 
-  /// Calls fn(face, corner) for each face around v. Counter-clockwise, as long as there is no border.
+  /// Calls fn(face, corner) for each face around v; counter-clockwise if there is no border.
   template <class Fn>
   void around(Index v, Fn&& fn) const noexcept(noexcept(fn(Index{}, 0))) {
     const Index first = vertices_[v].face;
@@ -108,12 +111,12 @@ class EditableMesh {
       f = faces_[f].n[c];
     }
   }
-  /// Which corner of f is v.
+  /// Index of the corner of f that is v.
   int corner(Index f, Index v) const noexcept {
     const Face& face = faces_[f];
     return face.v[0] == v ? 0 : face.v[1] == v ? 1 : 2;
   }
-  /// Which edge of f has face g beyond it and begins at v.
+  /// Index of the edge of f that begins at v and has face g on its other side.
   int edge_to(Index f, Index g, Index v) const noexcept {
     const Face& face = faces_[f];
     for (int i = 0; i < 2; ++i) {
@@ -122,7 +125,7 @@ class EditableMesh {
     return 2;
   }
 
-  /// Calls fn(face) once for each face that may reach into the box, and for some that do not.
+  /// Calls fn(face) once for each face that may intersect the box, and for some faces that do not.
   template <class Fn>
   void near(const dvec3& lo_W, const dvec3& hi_W, Fn&& fn) const {
     const glm::vec3 lo(lo_W), hi(hi_W);
@@ -147,32 +150,33 @@ class EditableMesh {
           }
     }
   }
-  /// A ball around a face, as the grid has it: m.
+  /// A bounding ball of a face, as stored in the grid: m.
   const glm::vec3& ball_center(Index f) const noexcept { return places_[f].center; }
   float ball_radius(Index f) const noexcept { return places_[f].radius; }
 
-  // What changes.
-  /// From now on, records are kept in `record` before they first change; null: no longer. Allocates in `record`.
+  // Recording of changes.
+  /// Starts to store in `record` each vertex and face before its first change; null: stops. Allocates memory in
+  /// `record`.
   void record(MeshRecord* record);
-  /// Makes the records of a finished recording what they were, and leaves in it what they are.
+  /// Swaps the stored vertices and faces of a finished recording with the present ones.
   void exchange(MeshRecord& record);
-  /// From now on the faces that change are listed, dead ones included. Allocates.
+  /// Starts to list the faces that change, removed ones included. Allocates memory.
   void list_changes();
-  /// The faces that changed since the last call, each once.
+  /// Returns the faces that changed since the last call, each once.
   void take_changes(std::vector<Index>& faces);
 
-  /// FNV-1a over points, faces and tissues in use, in order.
+  /// FNV-1a hash of points, faces and tissues in use, in order.
   std::uint64_t hash() const noexcept;
 
  private:
   static constexpr int kLevels = 12;
   static constexpr int kLevelShift = 60;
-  static constexpr double kCellOfSize = 2;  // edge of a cell over the longest edge of its faces
+  static constexpr double kCellOfSize = 2;  // ratio of a cell's edge to the longest edge of its faces
   struct Place {
     std::uint64_t key = 0;  // level and cell
     Index next = kNone, before = kNone;
-    glm::vec3 center{0};  // m, of a ball around the face …
-    float radius = 0;     // … rounded up
+    glm::vec3 center{0};  // m, centre of a bounding ball of the face
+    float radius = 0;     // m, radius of the bounding ball, rounded up
     bool meets(const glm::vec3& lo, const glm::vec3& hi) const noexcept {
       const glm::vec3 off = center - glm::clamp(center, lo, hi);
       return glm::dot(off, off) <= radius * radius;
@@ -184,7 +188,7 @@ class EditableMesh {
     const auto bits = [](int c) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(c)) & kMask; };
     return static_cast<std::uint64_t>(level) << kLevelShift | bits(cell.x) << 40 | bits(cell.y) << 20 | bits(cell.z);
   }
-  /// Cells above each other lie side by side, so that a look reads whole cache lines.
+  /// Cells above each other have adjacent buckets, so a search reads whole cache lines.
   std::size_t bucket_of(std::uint64_t key) const noexcept {
     const std::uint64_t column = (key >> 20) * 0x9e3779b97f4a7c15u >> bucket_shift_;
     return static_cast<std::size_t>(column + (key & 0xfffff)) & (heads_.size() - 1);
@@ -207,7 +211,7 @@ class EditableMesh {
   int valence(Index v) const noexcept;
   void note_change(Index f) noexcept;
 
-  std::vector<Vertex> vertices_;  // as many as there is room for
+  std::vector<Vertex> vertices_;  // all vertices of the pool, used and unused
   std::vector<Face> faces_;
   std::vector<Place> places_;
   std::vector<Index> heads_;  // first face of each bucket
@@ -217,10 +221,11 @@ class EditableMesh {
   std::size_t in_level_[kLevels] = {};
   int bucket_shift_ = 63;
 
-  // Not copied: they belong to one owner.
+  // Not copied: these members belong to one owner.
   MeshRecord* record_ = nullptr;
   std::uint32_t stroke_ = 0;
-  std::vector<std::uint32_t> vertex_stroke_, face_stroke_;  // the last recording that kept a record
+  // Number of the last recording that stored this vertex or face
+  std::vector<std::uint32_t> vertex_stroke_, face_stroke_;
   bool lists_changes_ = false;
   std::vector<Index> changed_;
   std::vector<std::uint8_t> is_changed_;

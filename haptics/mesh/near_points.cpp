@@ -11,9 +11,9 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::size_t kBatch = 8;
-constexpr double kRounding = 1e-8;  // m, more than floats lose within a metre's hundredth of the centre
+constexpr double kRounding = 1e-8;  // m, above the rounding error of floats up to a centimetre from the centre
 
-/// Writes the indices of points with a squared distance of at most `square` to `at`; returns how many.
+/// Writes the indices of points whose squared distance to `p` is at most `square` to `at`; returns their number.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
 std::size_t list_within(const float* x, const float* y, const float* z, std::size_t count, const float* p, float square,
                         std::uint32_t* at) {
@@ -29,7 +29,7 @@ std::size_t list_within(const float* x, const float* y, const float* z, std::siz
       at[found++] = static_cast<std::uint32_t>(k) + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
   }
-  // The last batch may reach beyond the last point.
+  // The last batch may contain lanes beyond the last point.
   while (found > 0 && at[found - 1] >= count) --found;
   return found;
 }

@@ -1,4 +1,4 @@
-// The points around a head, and which of them lie within a distance of a place.
+// The points around a head, and a search for those within a distance of a point.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace typodont::haptics::mesh {
 
-/// Points by their index, in doubles, and as floats side by side, so that eight are looked at at once. Servo thread;
-/// allocates at construction only. Equal calls give equal bits on every processor.
+/// Points by their index, stored as doubles and also as arrays of floats, so that eight points are tested at once.
+/// Servo thread; allocates only at construction. Equal calls give equal bits on every processor.
 class NearPoints {
  public:
-  /// `most`: points that it has room for.
+  /// `most`: limit of the number of points.
   explicit NearPoints(std::size_t most);
 
-  /// Without points. `center`: m, near all that will be added.
+  /// Removes all points. `center`: m, W, a point near all points that will be added.
   void clear(const dvec3& center) noexcept;
-  /// False when it is full.
+  /// Returns false if the list is full.
   bool add(const dvec3& p_W) noexcept;
 
   std::size_t size() const noexcept { return points_.size(); }
@@ -27,8 +27,8 @@ class NearPoints {
   bool full() const noexcept { return points_.size() == most_; }
   const dvec3& operator[](std::size_t i) const noexcept { return points_[i]; }
 
-  /// The indices, rising, of all points within `reach` metres of p, and of some that are a little farther. Valid until
-  /// the next call.
+  /// The indices, increasing, of all points within `reach` (m) of p, and of some slightly farther ones. Valid until the
+  /// next call.
   std::span<const std::uint32_t> within(const dvec3& p_W, double reach) noexcept;
 
  private:
@@ -36,8 +36,8 @@ class NearPoints {
   dvec3 center_{0};
   std::vector<dvec3> points_;  // m, W
   std::vector<float> x_, y_,
-      z_;                          // m from center_; room for a whole batch behind the last
-  std::vector<std::uint32_t> at_;  // those within
+      z_;  // m, relative to center_; the arrays are longer, so that a whole batch can be read after the last point
+  std::vector<std::uint32_t> at_;  // indices of the points found
 };
 
 }  // namespace typodont::haptics::mesh

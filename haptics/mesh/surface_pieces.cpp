@@ -10,14 +10,14 @@ namespace typodont::haptics::mesh {
 namespace {
 
 constexpr std::uint32_t kNoPiece = 0xffffffff;
-constexpr std::size_t kMostAround = 64;  // faces around a vertex; beyond them the others count as one with the first
+constexpr std::size_t kMostAround = 64;  // limit of the faces around a vertex; further faces are ignored
 
-/// Not yet of unit length: twice the area.
+/// Normal of a face, not normalised: its length is twice the area.
 dvec3 area_normal(const EditableMesh& mesh, Index f) {
   return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
 }
 
-/// m, edge of a cell that holds as many faces as are wanted.
+/// Edge of a cell that contains the wanted number of faces, m.
 double cell_for(const EditableMesh& mesh, const PieceParameters& parameters) {
   double area = 0;
   for (Index f = 0; f < mesh.face_range(); ++f)
@@ -63,7 +63,7 @@ void SurfacePieces::mark(std::uint32_t piece) {
   dirty_.push_back(piece);
 }
 
-/// A face that came, went or changed: into the piece that it belongs to now.
+/// Puts a face that was added, removed or changed into the piece to which it belongs now.
 void SurfacePieces::put(Index f) {
   const std::uint32_t before = piece_of_[f];
   mark(before);
@@ -81,7 +81,7 @@ void SurfacePieces::put(Index f) {
 std::vector<SurfacePiece> SurfacePieces::take_changed() {
   mesh_.take_changes(changes_);
   for (const Index f : changes_) put(f);
-  // The normals and tissues at a vertex are those of all faces around it, in whichever piece they lie.
+  // Normals and tissues at a vertex depend on all faces around it, so all their pieces change.
   for (const Index f : changes_) {
     if (!mesh_.uses(f)) continue;
     for (const Index v : mesh_.face(f).v) mesh_.around(v, [&](Index g, int) { mark(piece_of_[g]); });
@@ -97,7 +97,7 @@ std::vector<SurfacePiece> SurfacePieces::take_changed() {
   return pieces;
 }
 
-/// The normals of the faces around v, a group of faces between two creases at a time.
+/// Computes the normals at v for all faces around it; faces between the same two creases have one normal.
 void SurfacePieces::look_around(Index v) {
   struct Around {
     Index face;
@@ -122,14 +122,14 @@ void SurfacePieces::look_around(Index v) {
     return i;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    // The next face counter-clockwise, beyond the edge that ends in v.
+    // The next face counter-clockwise, on the other side of the edge that ends in v.
     const Index next = mesh_.face(ring[i].face).n[(ring[i].corner + 2) % 3];
     if (next == kNone) continue;
     std::size_t k = 0;
     while (k < count && ring[k].face != next) ++k;
     if (k == count) continue;
     const dvec3 &one = ring[i].unit, &other = ring[k].unit;
-    // A face without area bends nothing.
+    // A face without area has no normal, so it makes no crease.
     const bool smooth = one == dvec3(0) || other == dvec3(0) || glm::dot(one, other) > parameters_.crease_cosine;
     if (!smooth) continue;
     const std::size_t a = group_of(i), b = group_of(k);
@@ -152,7 +152,8 @@ void SurfacePieces::look_around(Index v) {
 SurfacePiece SurfacePieces::make(Piece& piece) {
   const auto number = static_cast<std::uint32_t>(&piece - pieces_.data());
   std::erase_if(piece.faces, [&](Index f) { return piece_of_[f] != number; });
-  std::ranges::sort(piece.faces);  // so that the piece does not tell in which order its faces came
+  // Sorted, so that the piece does not depend on the order in which its faces were added
+  std::ranges::sort(piece.faces);
   piece.faces.erase(std::unique(piece.faces.begin(), piece.faces.end()), piece.faces.end());
   SurfacePiece made;
   made.cell = piece.cell;
@@ -163,7 +164,8 @@ SurfacePiece SurfacePieces::make(Piece& piece) {
   made.indices.reserve(3 * piece.faces.size());
   for (const Index f : piece.faces) {
     const Face& face = mesh_.face(f);
-    // How many faces of each tissue lie around the corners: the border between two is drawn where they are equal.
+    // Number of faces of each tissue around the corners: the border between two tissues is drawn where the numbers are
+    // equal.
     std::array<std::array<float, kTissueCount>, 3> shares{};
     std::array<float, kTissueCount> all{};
     for (std::size_t c = 0; c < 3; ++c) {

@@ -1,4 +1,4 @@
-// An editable mesh in pieces, as pictures need it. Keeps the list of what changed, and makes those pieces anew.
+// An editable mesh in pieces, for pictures: lists which pieces changed, and generates those again.
 #pragma once
 
 #include <unordered_map>
@@ -10,24 +10,24 @@
 
 namespace typodont::haptics::mesh {
 
-/// What the pieces are like.
+/// Parameters of the pieces.
 struct PieceParameters {
-  double faces = 256;              // that a piece should have
-  double least = 1.5e-3;           // m, edge of a piece's cell: fewer pieces to draw …
-  double most = 3e-3;              // m: … and fewer faces to make anew for a small cut
-  double crease_cosine = 0.76604;  // cos 40°: an edge whose faces' normals differ by more is drawn sharp
+  double faces = 256;     // wanted number of faces per piece
+  double least = 1.5e-3;  // m, smallest edge of a piece's cell; limits the number of pieces to draw
+  double most = 3e-3;     // m, largest edge of a piece's cell; limits the faces to generate again after a small cut
+  double crease_cosine = 0.76604;  // cos 40°: an edge whose faces' normals differ by more is drawn as a sharp edge
 };
 
-/// Carver thread. Mesh and volume outlive it.
+/// Carver thread. Mesh and volume must outlive this object.
 ///
-/// Normals: a corner's is the mean over the faces around its vertex that can be reached from its own face without
-/// crossing a crease, each weighted by sin(angle) over the lengths of its two edges there (Max 1999, doi
-/// 10.1080/10867651.1999.10487501: exact on a sphere). So round places look round at any fineness, and edges stay
+/// Normals: the normal of a corner is the mean over the faces around its vertex that can be reached from its own face
+/// without crossing a crease, each weighted by sin(angle) divided by the lengths of its two edges there (Max 1999, doi
+/// 10.1080/10867651.1999.10487501: exact on a sphere). So round surfaces look round at any resolution, and edges stay
 /// sharp.
 class SurfacePieces final : public TissueSurface {
  public:
-  /// `labels`: what labels() gives; places of corners start from its frame's origin. From now on the mesh lists its
-  /// changes.
+  /// `labels`: result of labels(); positions of corners are relative to the origin of its frame. From now on, the mesh
+  /// lists its changes.
   SurfacePieces(EditableMesh& mesh, const TissueVolume& labels, const PieceParameters& parameters = {});
 
   bool open() const override { return open_; }
@@ -38,24 +38,24 @@ class SurfacePieces final : public TissueSurface {
  private:
   struct Piece {
     glm::ivec3 cell{0};
-    std::vector<Index> faces;  // and some that have left it
+    std::vector<Index> faces;  // faces of the piece, and some that have moved to another piece
     bool dirty = false;
   };
   struct KeyHash {
     std::size_t operator()(const glm::ivec3& k) const noexcept;
   };
-  /// A face at a vertex, with the normal there.
+  /// Normal of a face's corner at one vertex.
   struct CornerNormal {
     Index face = kNone;
     glm::vec3 n{0};
   };
-  /// A vertex of the piece that is being made.
+  /// State of a vertex in the piece that is being generated.
   struct Local {
-    std::uint32_t stamp = 0;             // of the piece that it was last part of
-    std::uint32_t first = 0, count = 0;  // of normals_
-    std::uint32_t copy = 0;              // its newest corner in the piece
+    std::uint32_t stamp = 0;             // number of the last piece that contained the vertex
+    std::uint32_t first = 0, count = 0;  // range in normals_
+    std::uint32_t copy = 0;              // index of the vertex's newest corner in the piece
   };
-  /// A corner of the piece: the one made before it of the same vertex.
+  /// A corner of the piece; links to the previous corner of the same vertex.
   struct Copy {
     std::uint32_t older;
   };
@@ -74,13 +74,13 @@ class SurfacePieces final : public TissueSurface {
   bool open_;
   std::vector<Piece> pieces_;
   std::unordered_map<glm::ivec3, std::uint32_t, KeyHash> by_cell_;
-  std::vector<std::uint32_t> piece_of_;  // by face
+  std::vector<std::uint32_t> piece_of_;  // number of the piece of each face
   std::vector<std::uint32_t> dirty_;
   std::vector<Index> changes_;
 
-  // Of the piece that is being made.
+  // State of the piece that is being generated.
   std::uint32_t stamp_ = 0;
-  std::vector<Local> locals_;  // by vertex
+  std::vector<Local> locals_;  // state of each vertex
   std::vector<CornerNormal> normals_;
   std::vector<Copy> copies_;
 };

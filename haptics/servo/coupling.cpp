@@ -1,4 +1,4 @@
-// What the contact gives the hand: coupling, damper, friction, teeth, a tip that sinks, the spindle's vibration.
+// Force of the contact: coupling, damper, friction, teeth, sinking tip, vibration of the spindle.
 #include <algorithm>
 #include <cmath>
 
@@ -50,11 +50,11 @@ void Servo::State::feel_nothing(ContactTick& now) noexcept {
   c.rate = 0;
   c.friction = {};
   fade_teeth(now);
-  // By the first laws the last force faded where there was no snapshot.
+  // In version 1 of the force laws, the last force fades where there is no snapshot.
   if (settings.laws < 2 && now.contact.lost) now.force = limits.last_force * std::exp(-now.dt / P::fade_time_of_laws_1);
 }
 
-/// The proxy pulls the hand: a virtual coupling (spring and damper) between both.
+/// The proxy pulls the hand through a virtual coupling (spring and damper).
 void Servo::State::couple(ContactTick& now, double depth) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -71,7 +71,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     now.force += more * contact.side_normal;
     now.stored += more * along / 2;
   }
-  // Each contact pushes along its own normal; together they are the force, and they turn the tool about its centre.
+  // Each contact pushes along its own normal. The sum of these forces is the force; their moments turn the tool.
   const double h = contact.unit;
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
@@ -83,11 +83,11 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   if (contact.held_off_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.held_off_direction);
   } else if (!contact.bridging) {
-    c.pressed = dvec3(0);  // free, and led at a pace: the motor has nothing to work on
+    c.pressed = dvec3(0);  // nothing presses the head, so the teeth have no load
   }
   c.pressing = c.head_force * std::max(0.0, glm::dot(c.pressed, now.normal));
   dvec3 sideways(0);
-  // A turning bur slips always; its tangential force is that of the teeth.
+  // A turning bur always slips; its tangential force is that of the teeth.
   if (settings.friction && !contact.own_friction && (!now.in.cuts || now.in.scrapes)) {
     const FrictionLaw law{mean(&Material::static_friction), mean(&Material::dynamic_friction), settings.stiffness};
     sideways = friction_force(law, contact.p_WG, motion.X_WG.p, now.normal, c.normal_force, c.friction);
@@ -96,7 +96,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   feel_teeth(now);
   if (contact.turns_tool) {
     now.torque += h * glm::cross(contact.lever, sideways + now.spindle_force);
-    // Which of many contacts carry how much may change from tick to tick; what the wrist feels follows smoothly.
+    // The distribution of the force over many contacts may jump from tick to tick, so the torque is smoothed.
     if (contact.count > 1 && !fresh) now.torque += (c.torque - now.torque) * std::exp(-now.dt / P::stiffness_time);
     c.torque = now.torque;
   }
@@ -111,7 +111,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// A penalty method gives the force itself: its springs and dampers instead of the coupling.
+/// A penalty method computes the force itself, with its own springs and dampers instead of the coupling.
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact);
@@ -137,20 +137,21 @@ void Servo::State::take_force(ContactTick& now) noexcept {
   now.out.n_C_W = now.normal;
 }
 
-/// The change of force that the depth's own change leaves for others in this tick, N.
+/// Part of P::waiting_slew that the depth's change leaves for other force changes in this tick, N.
 double Servo::State::spare_change(const ContactTick& now, double depth) const noexcept {
   const double k = settings.stiffness * coupling.relative_stiffness;
   const dvec3 change = k * depth * now.normal - coupling.normal_force * coupling.normal;
   return std::max(P::waiting_slew * now.dt - glm::length(change), 0.0);
 }
 
-/// The coupling's stiffness relative to the settings': that of the tissue under the head over 1 N/mm, followed
-/// smoothly.
+/// Updates the factor on the coupling's stiffness: stiffness of the tissue under the head divided by 1 N/mm, smoothed.
+/// Returns it.
 double Servo::State::follow_stiffness(const ContactTick& now, double depth) noexcept {
   double& stiffness = coupling.relative_stiffness;
   const double wanted = mean_hardened(&Material::stiffness) / 1000.0;
   if (coupling.normal_force <= 0) return stiffness = wanted;
-  // Under a deep push a change of stiffness is a large change of force, and a rise is energy that no hand put in.
+  // At a large depth, a change of stiffness is a large change of force, and a rise adds energy that the hand did not
+  // put in.
   const double most = std::min(spare_change(now, depth), P::tissue_slew * now.dt) / (settings.stiffness * depth);
   const double step = (wanted - stiffness) * (1 - std::exp(-now.dt / P::stiffness_time));
   const double paid = 2 * std::max(sums.energy + limits.given, P::unpaid) / (settings.stiffness * depth * depth);
@@ -159,14 +160,14 @@ double Servo::State::follow_stiffness(const ContactTick& now, double depth) noex
   return stiffness = next;
 }
 
-/// The coupling's push and the damper's, N. The damper acts along the normal only, from the depth itself: sliding at
-/// constant depth is not damped.
+/// Force of coupling and damper, N; `push` is the coupling's. The damper uses the rate of the depth, so it acts along
+/// the normal only: sliding at constant depth is not damped.
 double Servo::State::damped(const ContactTick& now, double push, double depth) noexcept {
   Coupling& c = coupling;
-  VelocityEstimate sinking;  // where the hand moves by counts
+  VelocityEstimate sinking;  // rate of the depth, for a quantised position
   if (settings.position_step > 0) sinking = c.depth_speed.add(now.hand.t, {depth, 0, 0});
   if (!(settings.damping > 0 && motion.started)) return push;
-  // What a tool cuts or puts down itself is rough: the proxy moves on it by fits and starts, voxel by voxel.
+  // A surface that the tool itself cuts or fills is rough: the proxy moves over it in steps of voxels.
   const bool rough = now.in.cuts || tool().fill != Tissue::kAir;
   const double smooth = rough ? std::exp(-now.dt / P::cut_damping_time) : 0.0;
   const double measured = settings.position_step > 0 ? sinking.v.x : (depth - c.last_depth) / now.dt;
@@ -179,7 +180,7 @@ double Servo::State::damped(const ContactTick& now, double push, double depth) n
   return std::max(0.0, push + settings.damping * c.rate);
 }
 
-/// The tissue pushes the teeth back, against their way; not at the pole, where they stand still.
+/// The tissue pushes the teeth against their motion. The force is zero at the pole, where the teeth do not move.
 void Servo::State::feel_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   now.spindle_force = now.tangential * c.pressing * glm::cross(now.X_WT.R * dvec3(0, 0, 1), c.pressed);
@@ -192,12 +193,12 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
   keep_teeth_paid(now);
 }
 
-/// The head is free. The teeth's force follows the push by a limited slew, so some of it may be left: it fades instead
-/// of ending in a step. Without a snapshot nothing is known about the tissue, and it ends at once.
+/// Fades the teeth's force of a free head. The slew limit may have left a part of this force, and the part fades
+/// instead of ending in a step. Without a snapshot the tissue is unknown, and the force ends at once.
 void Servo::State::fade_teeth(ContactTick& now) noexcept {
   Coupling& c = coupling;
   if (c.teeth_force == dvec3(0)) return;
-  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N
+  const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N, force after this tick
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
     keep_teeth_paid(now);
@@ -206,8 +207,8 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   }
 }
 
-/// The teeth never give the hand more energy than the spindle itself has done, even when the hand yields to them as
-/// abruptly as it did in the last moments.
+/// Limits the teeth's force, so that the teeth never give the hand more energy than the spindle's work. The hand is
+/// expected to yield as abruptly as it did recently.
 void Servo::State::keep_teeth_paid(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
@@ -240,8 +241,8 @@ void Servo::State::sink_tip(ContactTick& now) noexcept {
   now.torque = dvec3(0);
 }
 
-/// From the same contact as the sound's. Its energy is the motor's: the ledger has it with the spindle's. A period has
-/// five ticks or more.
+/// Adds the spindle's vibration, computed from the same contact as the sound. The motor supplies its energy, so the
+/// ledger counts it with the spindle's. The band is limited so that a period has at least five ticks.
 void Servo::State::vibrate(ContactTick& now) noexcept {
   now.teeth_force = now.spindle_force;
   if (!(settings.vibration.band > 0 && now.spindle.speed > 0)) return;

@@ -1,5 +1,5 @@
-// What the bur earns: power at the teeth from the push and the spindle, which buys volume at the tissue's specific
-// energy.
+// Energy of cutting: force and spindle speed give the power at the teeth, and this energy removes volume according to
+// the tissue's specific energy.
 #include <algorithm>
 #include <cmath>
 
@@ -21,11 +21,12 @@ void Servo::State::earn(ContactTick& now) noexcept {
   ContactInput& in = now.in;
   in.scrapes = bur.cuts && bur.scrapes > 0;
   in.cuts = settings.cutting && bur.cuts && (in.scrapes || cutting.speed > 0);
-  SpindleLoad spindle{cutting.speed, 0};  // kept in registers: reading it back from memory would wait for the store
+  // A local copy stays in registers; reading it back from memory would wait for the store
+  SpindleLoad spindle{cutting.speed, 0};
   in.specific_energy = in.cuts ? mean_hardened(&Material::specific_energy) : 0;
   double power = 0;
   if (in.scrapes && in.cuts && coupling.head_force > 0) {
-    // An edge drawn over the surface cuts with the hand's own work: push × way along the surface.
+    // An edge that is drawn over the surface cuts with the hand's work: force × displacement along the surface.
     const double way = glm::length(now.moved - glm::dot(now.moved, coupling.normal) * coupling.normal);
     power = bur.scrapes * coupling.head_force * way / now.dt;
   } else if (in.cuts && coupling.pressing > 0) {
@@ -42,17 +43,17 @@ void Servo::State::earn(ContactTick& now) noexcept {
   if (in.cuts && coupling.head_force > 0) {
     const double most = in.scrapes || wall > 0 ? power * P::held_time : std::max(budget, power * P::budget_time);
     budget = std::min(budget + power * now.dt, most);
-    if (!in.scrapes) {  // a bur that was put into tissue is not held for it
+    if (!in.scrapes) {  // limits the debt of a bur that started inside tissue, so that the debt does not hold it back
       const double h = settings.frame.voxel, owed = std::max(P::owed_volume, P::owed_voxels * h * h * h);
       budget = std::max(budget, -std::max(power * P::held_time, owed * in.specific_energy));
     }
   } else if (coupling.normal_force <= 0) {
-    // Where only the shank holds the tool, the head keeps what it earned.
+    // Without contact, saved energy is lost. If only the shank touches, the head keeps its energy.
     budget = std::min(budget, 0.0);
   }
   cutting.wall_budget =
       wall > 0 ? std::min(cutting.wall_budget + wall * power * now.dt, wall * power * P::held_time) : 0.0;
-  // An edge that the hand draws earns little: it waits for what hard tissue gave way without being paid for.
+  // A drawn edge earns little energy. After it removed more than it paid for, it must first earn the difference.
   in.must_earn = in.scrapes && budget <= 0;
   in.budget = budget;
   in.wall_budget = cutting.wall_budget;

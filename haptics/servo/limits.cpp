@@ -1,4 +1,4 @@
-// What bounds the force: the device's limits, the ramps at start and end, and the energy ledger.
+// Limits of the force: limits of the device, ramps at start and end, and the passivity controller with its ledger.
 #include <algorithm>
 #include <cmath>
 
@@ -10,15 +10,15 @@ using P = LimitParameters;
 
 void Servo::State::limit(ContactTick& now) noexcept {
   Limits& l = limits;
-  // A hand that lands in its own cut, after a fall from the rim or through a soft place, is no step either. (What the
-  // spindle sends through the arm is meant to be felt.)
+  // Limits the force change of a head that lands in its own cut, after a fall from a rim or through soft tissue. The
+  // limit does not include the vibration, which the hand should feel.
   if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
     const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
     const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
     if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
-  if (!now.contact.touching && !fades) l.ramp = 1;  // begun in the open: nothing to ramp
+  if (!now.contact.touching && !fades) l.ramp = 1;  // without contact there is no force to ramp
   l.ramp = std::clamp(l.ramp + (fades ? -1 : 1) * now.dt / std::max(settings.ramp_time, now.dt), 0.0, 1.0);
   const double magnitude = glm::length(now.force + now.spindle_force);
   double fraction = l.ramp;
@@ -42,18 +42,18 @@ void Servo::State::limit(ContactTick& now) noexcept {
   now.spindle_force *= fraction;
   now.teeth_force *= fraction;
   now.torque *= fraction;
-  // What the tissue's torque leaves of the limit.
+  // The spindle's torque may use the part of the limit that the tissue's torque leaves.
   if (now.contact.holds_turn && now.spindle_torque != dvec3(0)) {
     now.spindle_torque *= std::min(
         fraction, std::max(0.0, settings.torque_limit - glm::length(now.torque)) / glm::length(now.spindle_torque));
   }
 }
 
-/// Where the ledger holds far less energy than the coupling (after a hard landing, or in a tool that was found inside
-/// tissue), passive_share() takes the force away within a few ticks when the hand goes back, and gives it again when
-/// the hand comes on: the hand bounces. From the first time that such a hand goes back, the force is at most that of a
-/// spring which holds as much energy as the ledger, so that both end together. Returns the fraction of the force that
-/// may stay.
+/// Limits the force if the ledger holds far less energy than the coupling (after a hard landing, or for a tool that
+/// started inside tissue). Without this limit, passive_share() would remove the force within a few ticks when the hand
+/// retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such a hand on,
+/// the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty together.
+/// Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
@@ -68,20 +68,20 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
 
 dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   Limits& l = limits;
-  // Leading a tool out of tissue that it was born in, or a leap of the input against it, raises what the coupling
-  // stores without a hand's doing: that much is allowed for, as long as the contact lasts. What raises it later the
-  // hand pays for.
+  // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps against the tissue, the
+  // stored energy of the coupling rises without work of the hand. The ledger allows this energy while the contact
+  // lasts. The hand must pay for any later rise.
   const bool born_inside =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
   if (born_inside || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
-  // What the hand was given stays forgiven: a ledger in debt would never again allow a force. So is a debt of a contact
-  // that is over, whatever brought it: ticks that came late hold a force for longer than was foreseen.
+  // After the contact, the allowed energy is not demanded back: a ledger in debt would allow no force. A debt above
+  // most_debt() is forgiven too, whatever its cause. Late ticks, for example, hold a force for longer than expected.
   const double forgiven = sums.energy < -most_debt() ? -sums.energy : l.given;
   if (!now.contact.touching && coupling.tip.sunk <= 0) l.given = std::clamp(-sums.energy, 0.0, forgiven);
   l.stored = now.stored;
-  // An arm that gives no torque resists no turn, and none may be counted as if the hand had paid for it.
+  // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
     double passive = passive_share(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,

@@ -1,58 +1,75 @@
-// The numbers of the servo's steps, each with its unit and its reason. Those that belong to a method of contact are in
-// that method's folder.
+// Parameters of the servo's steps, each with its unit and reason. The parameters of a contact method are in that
+// method's folder.
 #pragma once
 
 namespace typodont::haptics {
 
-/// The hand, from tick to tick (servo.cpp).
+/// Motion of the hand from tick to tick (servo.cpp).
 struct MotionParameters {
-  static constexpr double hand_speed_limit = 2.0;  // m/s: what moves faster is a leap of the input, not a hand
-  static constexpr double leap_time = 0.05;        // s that the proxy may take to follow a leap
-  static constexpr double lost_distance = 0.02;    // m: a hand that comes back from so far off starts anew
-  static constexpr double workspace = 100;         // m: no hand is as far away; a larger number is bad input
-  static constexpr double longest_tick = 0.1;      // s: a longer one is a jump of the clock and counts as a nominal one
-  static constexpr double stale_time = 0.02;       // s that a snapshot may be due before that is a fault
+  // m/s, limit of a hand's speed; a faster motion is a jump of the input
+  static constexpr double hand_speed_limit = 2.0;
+  static constexpr double leap_time = 0.05;  // s, time in which the proxy may follow a jump of the input
+  // m, limit of the proxy's distance from the hand after an interruption; at a larger distance the proxy begins at the
+  // hand
+  static constexpr double lost_distance = 0.02;
+  // m, limit of the hand's distance from the origin; a larger distance is illegal input
+  static constexpr double workspace = 100;
+  static constexpr double longest_tick = 0.1;  // s; a longer tick is a jump of the clock and counts as a nominal tick
+  // s, time for which a new snapshot may be due before the servo reports a fault
+  static constexpr double stale_time = 0.02;
 };
 
-/// What a bur earns and spends (cutting.cpp).
+/// Energy that a bur earns and spends (cutting.cpp).
 struct CuttingParameters {
-  static constexpr double budget_time =
-      0.5;                                   // s of power that may wait for a voxel to yield or for a bur to land again
-  static constexpr double held_time = 0.05;  // s of power that may wait at a wall, or under an edge that the hand draws
-  static constexpr double owed_volume = 8e-12;  // m³ that a motor works for later where a tip broke in at once, …
-  static constexpr double owed_voxels = 8;      // … and at least as many voxels
+  // s, limit of the saved energy, as the time in which the present power delivers it; applies until a voxel yields or
+  // the bur lands again
+  static constexpr double budget_time = 0.5;
+  // s, limit of the saved energy at a wall, or for an edge that the hand draws; a time like budget_time
+  static constexpr double held_time = 0.05;
+  // m³, limit of the tissue that may be removed in advance of the motor's work (when a tip breaks in)
+  static constexpr double owed_volume = 8e-12;
+  static constexpr double owed_voxels = 8;  // voxels, lower bound of owed_volume on coarse grids
 };
 
-/// What the contact gives the hand (coupling.cpp).
+/// Force and torque of the contact (coupling.cpp).
 struct CouplingParameters {
-  static constexpr double stiffness_time = 4e-3;  // s, time constant of the stiffness felt and of the torque
-  static constexpr double cut_damping_time =
-      4e-3;                                   // s, time constant of the depth's rate for the damper of a cutting bur
-  static constexpr double tissue_slew = 4;    // N/s, limit of the change by another tissue under the head
-  static constexpr double damper_slew = 4;    // N/s, limit of the damper's change while cutting
-  static constexpr double teeth_slew = 4;     // N/s, limit of the change of the teeth's tangential force
-  static constexpr double waiting_slew = 16;  // N/s of the depth's own change above which tissue and damper wait
-  static constexpr double total_slew = 18;    // N/s of all changes above which the teeth's force waits
-  static constexpr double unpaid = 0.15e-3;   // J that harder tissue may store beyond what the ledger holds
-  static constexpr double fade_time_of_laws_1 =
-      0.1;                                   // s, time constant of a force without a snapshot, by the first laws
-  static constexpr double teeth_ahead = 50;  // ticks for which the spindle's work must suffice, or its force shrinks
+  // s, time constant of the stiffness and the torque that the hand feels
+  static constexpr double stiffness_time = 4e-3;
+  // s, time constant of the damper's velocity when a tool cuts or fills
+  static constexpr double cut_damping_time = 4e-3;
+  static constexpr double tissue_slew = 4;  // N/s, limit of the force change caused by another tissue under the head
+  static constexpr double damper_slew = 4;  // N/s, limit of the damper's force change when a tool cuts or fills
+  static constexpr double teeth_slew = 4;   // N/s, limit of the change of the teeth's tangential force
+  // N/s, limit of the sum of all normal force changes; tissue and damper may use the part that the depth does not use
+  static constexpr double waiting_slew = 16;
+  // N/s, limit of the sum of all force changes; the teeth's force may use the part that the other changes do not use
+  static constexpr double total_slew = 18;
+  // J that a rise of the stiffness may store in the coupling even if the ledger holds less
+  static constexpr double unpaid = 0.15e-3;
+  // s, time constant with which the force fades without a snapshot, in version 1 of the force laws
+  static constexpr double fade_time_of_laws_1 = 0.1;
+  // Ticks for which the spindle's remaining work must suffice; otherwise the teeth's force is reduced
+  static constexpr double teeth_ahead = 50;
 };
 
-/// What bounds the force (limits.cpp).
+/// Limits of the force (limits.cpp).
 struct LimitParameters {
-  static constexpr double drilling_slew = 18.5;  // N/s, limit of the force's change while a bur cuts, hand included, …
-  static constexpr double most_lag = 0.05;       // N … where the force need not stay behind by more than this
-  static constexpr double debt = 2e-9;           // J of ledger debt that is more than rounding
-  static constexpr double unpaid_force = 0.1;    // N that the coupling may give although the ledger holds nothing
-  static constexpr double far_more = 2;          // ratio to the force that the ledger's energy is worth
+  // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
+  static constexpr double drilling_slew = 18.5;
+  static constexpr double most_lag = 0.05;  // N, limit of the part of a force change that drilling_slew can hold back
+  static constexpr double debt = 2e-9;      // J, limit of the ledger's debt that counts as rounding
+  // N, force that the coupling may always give, even if the ledger is empty
+  static constexpr double unpaid_force = 0.1;
+  // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
+  static constexpr double far_more = 2;
 };
 
-/// The passivity law of a scene of another size (law_for in servo.cpp).
+/// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).
 struct ScaleParameters {
-  static constexpr double tooth_stiffness = 1000;  // N/m, coupling of a scene as large as a tooth, where …
-  static constexpr double credit = 1e-10;          // … J that the ledger may be overdrawn by, and …
-  static constexpr double turning = 1.2;  // … m/s² that a hand may do which has not shown how abruptly it moves
+  // N/m, stiffness of the coupling in a tooth-sized scene, for which `credit` and `turning` hold
+  static constexpr double tooth_stiffness = 1000;
+  static constexpr double credit = 1e-10;  // J by which the ledger may be overdrawn
+  static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
 
 }  // namespace typodont::haptics

@@ -1,5 +1,5 @@
-// What a servo carries from tick to tick, step by step: Motion, Cutting, Coupling, Limits, and the contact model.
-// Servo::tick in servo.cpp calls the steps in turn.
+// State that the servo keeps between ticks, one struct per step: Motion, Cutting, Coupling, Limits, and the contact
+// model. Servo::tick in servo.cpp calls the steps in order.
 #pragma once
 
 #include <algorithm>
@@ -17,19 +17,19 @@
 
 namespace typodont::haptics {
 
-/// The tick that is being computed: what every tick has. SI, frame W.
+/// Data of the tick that is being computed. SI, frame W.
 struct TickData {
-  const HandSample& hand;  // as it came in
+  const HandSample& hand;  // input, not yet checked
   ServoTick& out;
   Cut& cut;
-  Pose X_WT{};               // of the hand, checked, unit quaternion
-  double dt = 0;             // s since the last tick, as measured
-  dvec3 moved{0};            // m, the hand since the last tick
-  dvec3 turned{0};           // rad, its turn
-  double given_to_hand = 0;  // J since the last tick
+  Pose X_WT{};               // pose of the hand, checked, with a unit quaternion
+  double dt = 0;             // s since the last tick, measured
+  dvec3 moved{0};            // m, displacement of the hand since the last tick
+  dvec3 turned{0};           // rad, rotation of the hand since the last tick
+  double given_to_hand = 0;  // J, energy that the device gave the hand since the last tick
 };
 
-/// The tick of a tool that may touch something.
+/// Additional data of a tick in which the tool may touch something.
 struct ContactTick : TickData {
   explicit ContactTick(const TickData& tick) noexcept : TickData(tick) {}
 
@@ -37,21 +37,22 @@ struct ContactTick : TickData {
   Contact contact;
   std::uint32_t faults = 0;
   SpindleLoad spindle{};
-  double tangential = 0;  // force of the teeth over normal force
+  double tangential = 0;  // ratio of the teeth's tangential force to the normal force
   dvec3 force{0}, torque{0}, normal{0};
-  dvec3 spindle_force{0};   // N that the spindle feeds to the hand: teeth and vibration
-  dvec3 teeth_force{0};     // N, the teeth's part of it
-  dvec3 spindle_torque{0};  // N·m that the spindle feeds to the hand
-  dvec3 p_held{0};          // m, where the tool is held
-  double stored = 0;        // J in the coupling
+  dvec3 spindle_force{0};   // N, force of the spindle on the hand: teeth and vibration
+  dvec3 teeth_force{0};     // N, part of spindle_force that comes from the teeth
+  dvec3 spindle_torque{0};  // N·m, torque of the spindle on the hand
+  dvec3 p_held{0};          // m, position at which the contact holds the tool
+  double stored = 0;        // J stored in the coupling
 };
 
-/// The passivity law of a servo with these settings. A scene that is larger, with a coupling softer by as much, has the
-/// same forces: what the law foresees of a hand and gives it is larger by as much, up to the limit of a nanojoule. The
-/// hand of a device is a human hand whatever the scene, and its jumps are counts of the encoders.
+/// The passivity law for these settings. In a scene n times larger, with an n times softer coupling, the forces are
+/// equal. So the hand's expected motion and the ledger's credit grow in proportion, up to the upper limit of the
+/// credit. The hand of a device is a human hand in every scene, and its jumps are encoder counts: its law does not
+/// scale.
 PassivityLaw law_for(const ServoSettings& settings);
 
-/// Every tissue is as hard as its material says.
+/// Hardness 1 for all tissues: every tissue is as hard as its material.
 inline PerTissue own_hardness() noexcept {
   PerTissue all;
   all.fill(1);
@@ -59,136 +60,140 @@ inline PerTissue own_hardness() noexcept {
 }
 
 struct Servo::State {
-  /// Hand and proxy.
+  /// Motion of hand and proxy.
   struct Motion {
-    Pose X_WG;             // the proxy: where the tool is held outside the tissue
+    Pose X_WG;             // pose of the proxy
     bool placed = false;   // X_WG is valid
-    bool started = false;  // there was a tick before
-    Nanos began = 0;       // when the hand came, or came back
+    bool started = false;  // the last tick had a valid pose
+    Nanos began = 0;       // time at which the hand came, or came back
     Nanos last_t = 0;
     Pose last_hand;
-    dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};  // the hand's orientation as it last came in, and that as a unit
-    double leap = 0;                             // s left to follow a leap of the input
-    double due_for = 0;                          // s that a new snapshot has been due
-    bool idle = false;                           // the last tick left nothing of a contact
-    bool released = false;                       // the model knows that
-    double room = 0;                             // m that a free tool may still move before the model is asked again
+    // Orientation of the hand in the last input, and the same orientation normalised
+    dquat came_R{0, 0, 0, 0}, R_WT{1, 0, 0, 0};
+    double leap = 0;        // s left for following a jump of the input
+    double due_for = 0;     // s for which a new snapshot has been due
+    bool idle = false;      // the last tick left no force and no state of a contact
+    bool released = false;  // the model's release() was called after the last contact
+    double room = 0;        // m, distance that a free tool may still move before the model is queried again
   };
-  /// The spindle, and the energy that may be spent on removal.
+  /// Spindle, and energy that may be spent on removal.
   struct Cutting {
-    double speed = 0;         // rad/s, running free
-    double phase = 0;         // rad
-    double budget = 0;        // J; negative: removed in advance
-    double wall = 0;          // a wall held the head in the last tick: fraction of the power that it leaves; 0: none
-    double wall_budget = 0;   // J, the part of it that may be spent on that wall
-    double spindle_work = 0;  // J done in cutting so far
+    double speed = 0;         // rad/s, free-running speed
+    double phase = 0;         // rad, angle of the spindle
+    double budget = 0;        // J that may be spent; negative: tissue was removed in advance
+    double wall = 0;          // fraction of the power that a wall left for the head in the last tick; 0: no wall
+    double wall_budget = 0;   // J, part of the budget that may be spent on the wall
+    double spindle_work = 0;  // J, total work of cutting so far
   };
-  /// What the contact gives the hand.
+  /// State of the contact force.
   struct Coupling {
-    double relative_stiffness = 1;        // of the tissue under the head, over the settings' coupling
-    PerTissue tissue{};                   // fractions of it
-    PerTissue hardness = own_hardness();  // mean hardness of each of its tissues, 0..1 (hardness.h)
-    double normal_force = 0;              // N, last tick
-    double head_force = 0;                // N, the part of it that lies on the head
+    double relative_stiffness = 1;        // factor on the stiffness in the settings, from the tissue under the head
+    PerTissue tissue{};                   // fraction of each tissue under the head
+    PerTissue hardness = own_hardness();  // mean hardness of each tissue under the head, 0..1 (hardness.h)
+    double normal_force = 0;              // N, normal force in the last tick
+    double head_force = 0;                // N, part of normal_force that acts on the head
     dvec3 normal{0};
-    dvec3 pressed{0};     // unit, the direction in which contacts and debt push the head
-    double pressing = 0;  // N, the component of head_force along it
+    dvec3 pressed{0};     // unit, direction in which the contacts and a removal debt push the head
+    double pressing = 0;  // N, component of head_force along `pressed`
     FrictionState friction;
     TipState tip;
-    double rate = 0;                // m/s of the depth, smoothed
-    VelocityEstimator depth_speed;  // the same where the hand moves by counts, whose differences would buzz
-    double last_depth = 0;          // m
-    dvec3 torque{0};                // N·m, before the limits
-    dvec3 teeth_force{0};           // N, before the limits
+    double rate = 0;  // m/s, smoothed rate of the depth
+    VelocityEstimator
+        depth_speed;        // estimates the rate of the depth for a quantised position, whose differences are noisy
+    double last_depth = 0;  // m, depth in the last tick
+    dvec3 torque{0};        // N·m, torque before the limits
+    dvec3 teeth_force{0};   // N, force of the teeth before the limits
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
-  /// What was sent, and the ledger.
+  /// Limits of the force, last force, and allowances of the ledger.
   struct Limits {
     PassivityLaw law;
     PassivityState passivity;
-    double stored = 0;    // J in the coupling, last tick
-    double given = 0;     // J that leading the tool out of tissue put into the coupling: allowed for
-    bool unpaid = false;  // the ledger holds far less than the coupling: the force follows the ledger
-    double ramp = 0;      // 0..1, of the force at start and end
+    double stored = 0;    // J stored in the coupling in the last tick
+    double given = 0;     // J that leading the tool out of tissue put into the coupling; the ledger allows this energy
+    bool unpaid = false;  // the ledger holds far less energy than the coupling, so the ledger limits the force
+    double ramp = 0;      // 0..1, factor on the force at start and end
     bool ending = false;
-    dvec3 last_force{0};           // N, by the tissue
-    dvec3 last_torque{0};          // N·m, as felt
-    dvec3 last_spindle_force{0};   // N, by the spindle
-    dvec3 last_teeth_force{0};     // N, the teeth's part of it
-    dvec3 last_sent{0};            // N, all of it
-    dvec3 last_spindle_torque{0};  // N·m
+    dvec3 last_force{0};           // N, tissue's force in the last tick
+    dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
+    dvec3 last_spindle_force{0};   // N, spindle's force in the last tick
+    dvec3 last_teeth_force{0};     // N, part of last_spindle_force that came from the teeth
+    dvec3 last_sent{0};            // N, total force in the last tick
+    dvec3 last_spindle_torque{0};  // N·m, spindle's torque in the last tick
     double teeth_energy = 0;       // J that the teeth gave the hand so far
   };
 
   ServoSettings settings;
-  std::span<const Tool> tools;  // of the settings
+  std::span<const Tool> tools;  // tools in the settings
   std::uint32_t in_hand = 0;
   std::unique_ptr<ContactModel> model;
-  const Snapshot* snapshot;  // the model's
-  double travel;             // m, the model's
-  bool turns_matter;         // the model's, of the tool in the hand
+  const Snapshot* snapshot;  // snapshot of the model
+  double travel;             // m, travel() of the model
+  bool turns_matter;         // turns_matter() of the model, for the tool in the hand
   Motion motion;
   Cutting cutting;
   Coupling coupling;
   Limits limits;
-  ServoTick sums;  // carries index, removed, energy, cuts
+  ServoTick sums;  // running totals: index, removed, energy, spindle_energy, cuts
 
   explicit State(const ServoSettings& s);
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
   const Tool& tool() const noexcept { return tools[in_hand]; }
-  /// rad/s at full pedal, of the tool in the hand.
+  /// Speed of the unloaded spindle at full pedal with the tool in the hand, rad/s.
   double free_speed() const noexcept { return tool().free_speed(settings.spindle.free_speed); }
-  /// Mean of a material's property over the tissue under the head.
+  /// Mean of a material property over the tissues under the head.
   double mean(double Material::*member) const noexcept;
-  /// The same of a property that hardness scales: stiffness or specific energy.
+  /// Mean of a material property that hardness scales: stiffness or specific energy.
   double mean_hardened(double Material::*member) const noexcept;
 
-  /// J of ledger debt that is not forgiven: never more than the law gives credit for. A greater one would allow no
-  /// force, without a force nothing is ever paid, and the servo would stay silent for good.
+  /// Limit of the ledger's debt, J; a greater debt is forgiven. The limit is at most the credit of the passivity law: a
+  /// greater debt would allow no force, and without a force the hand could never pay it back.
   double most_debt() const noexcept {
     return settings.laws < 2 ? LimitParameters::debt : std::min(LimitParameters::debt, limits.law.credit);
   }
 
   // servo.cpp
-  /// A tick without a valid pose or without a hand: no force, and the next tick begins anew.
+  /// A tick without a valid pose or without a hand: no force. The next valid tick begins anew.
   void rest(TickData& now, bool valid) noexcept;
   void begin_anew(const Pose& X_WT, Nanos t) noexcept;
-  /// The ledger: what the device did to the hand since the last tick. Always inlined: the hand's pose was written just
-  /// before, and a function call would read it back from memory in other pieces, which waits for the store.
+  /// Updates the energy ledger by the energy that the device gave the hand since the last tick. Always inlined: the
+  /// hand's pose was written just before, and a called function would read it in pieces of another size, which must
+  /// wait for the pending stores.
   [[gnu::always_inline]] inline void account(TickData& now, bool turns) noexcept;
-  /// Takes up the tool that the hand wants if neither that tool nor the one in the hand touches or turns.
+  /// Takes the wanted tool if the spindle has stopped and neither that tool nor the one in the hand touches tissue.
   void change_tool(TickData& now) noexcept;
-  /// The rest of a tick of a tool that is far from everything, and was before: the same result as the long way if no
-  /// contact, force or state of one is left. False, and nothing done, where there may be more to it.
+  /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
+  /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
   bool fly(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
-  /// Removes what this tick pays for. True and a Cut where tissue changed.
+  /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
   bool remove(ContactTick& now) noexcept;
   void remember(ContactTick& now, const dvec3& felt_torque) noexcept;
 
   // servo/cutting.cpp
-  /// The spindle's free speed follows the pedal.
+  /// The spindle's free speed follows the pedal with the time constant run_up_time.
   void run_spindle(const TickData& now) noexcept;
-  /// The energy that may be spent on removal in this tick, from the push of the last.
+  /// Computes the energy that this tick may spend on removal, from the force of the last tick.
   void earn(ContactTick& now) noexcept;
   void spend(ContactTick& now, double energy) noexcept;
 
   // servo/coupling.cpp
-  /// Coupling, damper, friction and teeth; of a penalty method its own force, friction and teeth.
+  /// Computes coupling, damper, friction and teeth. For a penalty method, takes its own force and adds friction and
+  /// teeth.
   void feel(ContactTick& now) noexcept;
-  /// A sharp tip in softened tissue: sinks under a push, holds on withdrawal.
+  /// A sharp tip in softened tissue: it sinks under a push and sticks on withdrawal.
   void sink_tip(ContactTick& now) noexcept;
-  /// What the spindle sends through the arm.
+  /// Adds the vibration of the spindle.
   void vibrate(ContactTick& now) noexcept;
 
   // servo/limits.cpp
-  /// Limits of the device, of its slew, and the ramps at start and end.
+  /// Limits of force, torque and slew, and the ramps at start and end.
   void limit(ContactTick& now) noexcept;
-  /// Never gives the hand energy that it did not put in: the controller, and the ledger's allowances. Returns the part
-  /// of the torque that the hand's arm can give.
+  /// The passivity controller, with the ledger's allowances: the hand never receives energy that it did not put in.
+  /// Returns the torque that the device can render.
   dvec3 keep_passive(ContactTick& now) noexcept;
 
  private:

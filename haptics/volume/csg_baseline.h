@@ -1,4 +1,4 @@
-// Removal as OpenVDB offers it: a constructive difference of whole level sets. Only a yardstick for bench rows.
+// Removal by OpenVDB's own function: a constructive difference of whole level sets. Only a reference for bench rows.
 #pragma once
 
 #include <memory>
@@ -13,9 +13,9 @@ class CsgBaseline {
   explicit CsgBaseline(const DenseTissue& tissue);
   ~CsgBaseline();
 
-  /// Takes a ball away; radius in m.
+  /// Removes a ball; `radius`: m.
   void cut_ball(const dvec3& center_W, double radius);
-  /// m³, counted as TissueVolume::volumes() counts.
+  /// Volume of the tissue, m³, computed as in TissueVolume::volumes().
   double volume() const;
 
  private:

@@ -7,11 +7,11 @@
 namespace typodont::haptics {
 namespace {
 
-/// To the piece, or to what stays, voxels, as far as it matters: from the samples just beneath its surface and how deep
-/// each lies, spread from neighbour to neighbour by the vector to them (Danielsson 1980) as long as that brings anyone
-/// closer.
+/// Distances to the piece, or to the remaining tissue, voxels, as far as they are needed. They begin at the samples
+/// just below its surface, with their depths, and spread to neighbours with the vector to the source sample (Danielsson
+/// 1980) as long as this reduces a distance.
 std::vector<float> distances_to(bool piece, const PieceBox& box) {
-  constexpr float kShell = 2;  // voxels
+  constexpr float kShell = 2;  // voxels, depth below the surface from which the distances begin
   const auto place = [&](std::int32_t i) {
     const int xy = i / box.size.z;
     return glm::ivec3(xy / box.size.y, xy % box.size.y, i % box.size.z);
@@ -42,7 +42,8 @@ std::vector<float> distances_to(bool piece, const PieceBox& box) {
 }  // namespace
 
 std::vector<float> without_piece(const PieceBox& box) {
-  constexpr float kEmpty = Sweep::kInner, kClose = 0.25;  // voxels
+  // kEmpty: limit of the new distances; kClose: tolerance for "nearest to the piece"; voxels
+  constexpr float kEmpty = Sweep::kInner, kClose = 0.25;
   const std::vector<float> to_body = distances_to(false, box), to_piece = distances_to(true, box);
   std::vector<float> after = box.distance;
   for (std::size_t i = 0; i < after.size(); ++i) {

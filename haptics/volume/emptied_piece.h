@@ -1,4 +1,4 @@
-// The distance field of what stays when a loose piece is taken out.
+// The distance field after a loose piece is removed.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace typodont::haptics {
 
-/// Voxels around a piece whose distances it may have made.
+/// voxels; samples within this distance of a piece may be nearest to the piece
 inline constexpr int kPieceMargin = 4;
 
-/// A dense box of samples, z running quickest: index (x·size.y + y)·size.z + z.
+/// A dense box of samples; z runs fastest: index (x·size.y + y)·size.z + z.
 struct PieceBox {
   glm::ivec3 size{0};
   std::vector<float> distance;      // voxels
@@ -23,8 +23,8 @@ struct PieceBox {
   }
 };
 
-/// The distances without the piece, voxels: the piece's own samples, and those of the air that it alone made, become
-/// what the rest of the tissue makes of them; all others stay to the bit. Never less than before.
+/// Computes the distances without the piece, voxels. The piece's samples, and samples of air nearest to the piece, get
+/// their distance to the remaining tissue; all others keep their bits. No distance decreases.
 std::vector<float> without_piece(const PieceBox& box);
 
 }  // namespace typodont::haptics

@@ -19,8 +19,8 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'T', 'Y', 'P', 'O', 'F', 'L', 'A', 'T'};
-constexpr int kFarthest = 1 << 24;        // voxels from the origin
-constexpr std::size_t kLongestName = 64;  // bytes
+constexpr int kFarthest = 1 << 24;        // voxels, limit of a coordinate
+constexpr std::size_t kLongestName = 64;  // bytes, limit of a grid's name
 
 class Writer {
  public:
@@ -68,7 +68,7 @@ class Reader {
     bytes(&value, sizeof value);
     return value;
   }
-  /// Of things of `size` bytes each, which must all be there.
+  /// Reads a count of items of `size` bytes each; fails if the file is too short for them.
   std::uint64_t count(std::uint64_t size) {
     const auto n = take<std::uint64_t>();
     if (n > left_ / size) fail();
@@ -93,7 +93,7 @@ void add_place(Writer& out, const openvdb::Coord& at) {
   for (int axis = 0; axis < 3; ++axis) out.add(at[axis]);
 }
 
-/// A tree: background; tiles other than the background, the largest first; blocks of 8³ voxels.
+/// Writes a tree: background; tiles that differ from the background, largest first; blocks of 8³ voxels.
 template <class Grid>
 void write_grid(Writer& out, const Grid& grid) {
   using Tree = typename Grid::TreeType;
@@ -160,7 +160,7 @@ typename Grid::Ptr read_grid(Reader& in) {
 FlatGrids read_vdb(const std::filesystem::path& file, std::span<const std::string> names) {
   openvdb::initialize();
   openvdb::io::File vdb(file.string());
-  vdb.setCopyMaxBytes(0);  // read now, all of it: a truncated file must fail here and not in the middle of a session
+  vdb.setCopyMaxBytes(0);  // reads everything now, so that a truncated file fails here and not during the session
   vdb.open(false);
   FlatGrids result;
   for (const std::string& name : names) {

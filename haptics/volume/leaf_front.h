@@ -13,7 +13,7 @@
 
 namespace typodont::haptics {
 
-/// For one head. Carver thread. A key is a position in units of leaves of 8³ samples.
+/// Front of one head. Carver thread. A key is a position in units of leaves of 8³ samples.
 class LeafFront {
  public:
   using Leaf = openvdb::FloatTree::LeafNodeType;
@@ -22,7 +22,7 @@ class LeafFront {
   struct Place {
     Leaf* leaf = nullptr;      // null: not examined yet
     Kept* kept = nullptr;      // the leaf's copy for the current stroke's undo; null: no stroke
-    bool cut = false;          // true if it was cut since it was first examined
+    bool cut = false;          // the leaf was cut since it was first examined
     std::uint64_t logged = 0;  // the last mark whose log of writes contains the leaf
   };
   static constexpr float kNow = -1e9f, kNever = 1e9f;
@@ -53,7 +53,7 @@ class LeafFront {
 
   void move_window(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  std::optional<Sweep> last_;  // no value: nothing is known
+  std::optional<Sweep> last_;  // no value: the position of the head is unknown
   double path_ = 0;            // voxels
   glm::ivec3 first_{0}, size_{0};
   std::vector<float> due_, due_moved_;

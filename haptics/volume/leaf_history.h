@@ -1,5 +1,5 @@
-// What strokes changed in an OpenVDB tree, leaf by leaf: before a stroke first touches a leaf, the leaf is kept as it
-// was; undo and redo exchange it with the one in the tree, by pointer. Only for tissue_volume.cpp.
+// The changes of strokes in an OpenVDB tree, leaf by leaf. Before a stroke first writes to a leaf, a copy of the leaf
+// is kept; undo and redo swap the copy and the leaf in the tree by pointer. Only for tissue_volume.cpp.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -17,12 +17,12 @@ class LeafHistory {
   using Leaf = typename Tree::LeafNodeType;
   using Value = typename Tree::ValueType;
 
-  /// A leaf as it was, or the tile in its place.
+  /// A leaf before the stroke, or the tile in its place.
   struct Kept {
     std::unique_ptr<Leaf> leaf;  // null: a tile
     Value tile{};
     bool tile_on = false;
-    bool changed = false;  // the stroke wrote to it; a leaf that was only looked at is dropped
+    bool changed = false;  // the stroke wrote to the leaf; otherwise the copy is dropped
   };
   struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
@@ -32,7 +32,7 @@ class LeafHistory {
   };
   using Stroke = std::unordered_map<openvdb::Coord, Kept, CoordHash>;
 
-  /// Before the leaf at `origin` is written to, or made; whoever then does sets `changed`.
+  /// Must be called before the leaf at `origin` is written or created; the caller then sets `changed`.
   template <class Accessor>
   static Kept& keep(Stroke& stroke, Accessor& accessor, const openvdb::Coord& origin) {
     const auto [it, fresh] = stroke.try_emplace(origin);
@@ -46,7 +46,7 @@ class LeafHistory {
     return kept;
   }
 
-  /// Puts back what was kept and keeps what was there: undo and redo alike.
+  /// Swaps the kept leaves with those in the tree: the same operation for undo and redo.
   static void exchange(Tree& tree, Stroke& stroke) {
     for (auto& [origin, kept] : stroke) {
       std::unique_ptr<Leaf> there(tree.template stealNode<Leaf>(origin, kept.tile, kept.tile_on));
@@ -57,14 +57,14 @@ class LeafHistory {
 
   /// The values of one leaf.
   struct Values {
-    const Value* samples = nullptr;  // of its voxels; null: all are the tile's
+    const Value* samples = nullptr;  // values of the leaf's voxels; null: all have the tile's value
     Value tile{};
   };
   static Values there(const Tree& tree, const openvdb::Coord& origin) {
     const Leaf* leaf = tree.probeConstLeaf(origin);
     return leaf ? Values{leaf->buffer().data(), {}} : Values{nullptr, tree.getValue(origin)};
   }
-  /// Before the stroke; nothing where it did not write.
+  /// The values before the stroke; nullopt if the stroke did not write there.
   static std::optional<Values> before(const Stroke& stroke, const openvdb::Coord& origin) {
     const auto it = stroke.find(origin);
     if (it == stroke.end()) return std::nullopt;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kEdge = 8;
 constexpr std::uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
-constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;  // blocks, about a microsecond each
+// Blocks that a cut adds to the credit, and limit of the credit; a visit takes about 1 µs per block
+constexpr std::int64_t kCreditPerCut = 200, kMostCredit = 100'000;
 
 int floor_div(int a, int b) {
   return a >= 0 ? a / b : -((-a + b - 1) / b);
@@ -40,7 +41,7 @@ std::int64_t count(const SolidBits& b) {
   return n;
 }
 
-/// Those samples and their neighbours over faces, within the block.
+/// The samples and their neighbours over faces, within the block.
 SolidBits grown(const SolidBits& b) {
   SolidBits out;
   for (std::size_t x = 0; x < 8; ++x) {
@@ -51,7 +52,7 @@ SolidBits grown(const SolidBits& b) {
   return out;
 }
 
-/// Adds to word x of a part its neighbours over faces that lie in `solid`, until there are no more within the word.
+/// Adds to word x of a part all samples of `solid` that are connected to the part within this word or over a face.
 void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   std::uint64_t w = part[x] | (((x > 0 ? part[x - 1] : 0) | (x < 7 ? part[x + 1] : 0)) & solid[x]);
   for (std::uint64_t last = 0; w != last;) {
@@ -61,7 +62,7 @@ void grow_word(SolidBits& part, const SolidBits& solid, std::size_t x) {
   part[x] = w;
 }
 
-/// Calls `visit` for each part of a block that hangs together within it.
+/// Calls `visit` for each connected part of a block.
 template <class Visit>
 void for_each_part(const SolidBits& solid, Visit&& visit) {
   std::uint64_t all = ~std::uint64_t{0};
@@ -80,7 +81,7 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
     part[x] = left[x] & (~left[x] + 1);
     for (SolidBits last{}; part != last;) {
       last = part;
-      // Up and down again, each word from those that have grown already: few rounds reach all of a part.
+      // Forward and backward through the words, so that a few rounds complete the part
       for (std::size_t i = 0; i < 8; ++i) grow_word(part, left, i);
       for (std::size_t i = 8; i-- > 0;) grow_word(part, left, i);
     }
@@ -89,8 +90,8 @@ void for_each_part(const SolidBits& solid, Visit&& visit) {
   }
 }
 
-/// What of a block touches the neighbour in direction `face` (0, 1: ∓x; 2, 3: ∓y; 4, 5: ∓z), as samples of that
-/// neighbour.
+/// The samples of the neighbour block that touch the samples `b` over one face of the block. `face`: 0, 1: ∓x; 2, 3:
+/// ∓y; 4, 5: ∓z.
 SolidBits across(const SolidBits& b, int face) {
   SolidBits out{};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -110,16 +111,16 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 }  // namespace
 
-/// The blocks as they were seen last, linked to their neighbours, and floods through them, which spread at the same
-/// pace and are one from where they meet. Buffers are kept from cut to cut.
+/// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same rate
+/// and are joined when they meet. Buffers stay allocated between cuts.
 class LoosePieces::SeenBlocks {
  public:
-  /// The bits of a block as it was seen last, to be changed; null where it was not.
+  /// The bits of a block as last read, for changing them; null if the block was not read yet.
   SolidBits* seen(const glm::ivec3& key) {
     const auto it = index_.find(key);
     return it == index_.end() ? nullptr : &changing(it->second);
   }
-  /// The same, or, where it was not seen yet, as it is now (`unseen`).
+  /// The bits of a block as last read; a block that was not read yet (`unseen`) is read now.
   SolidBits& bits(const TissueVolume& volume, const glm::ivec3& key, bool* unseen = nullptr) {
     return changing(find(volume, key, unseen));
   }
@@ -128,14 +129,14 @@ class LoosePieces::SeenBlocks {
     blocks_.clear();
   }
 
-  /// Begins a look around: no flood is left.
+  /// Begins a new search without floods.
   void begin_look() {
     ++look_;
     looked_at_ = 0;
     parts_.clear();
     flood_count_ = 0;
   }
-  /// A flood from each part of the block that holds any of `seeds`.
+  /// Starts a flood in each part of the block that contains a sample of `seeds`.
   void start(const TissueVolume& volume, const glm::ivec3& key, const SolidBits& seeds) {
     const Block& block = with_parts(find(volume, key, nullptr));
     for (int i = block.first_part; i < block.first_part + block.part_count; ++i) {
@@ -147,7 +148,7 @@ class LoosePieces::SeenBlocks {
       take(flood, i);
     }
   }
-  /// Lets them spread until no more than one has anywhere to go, and that one is larger than all that ended.
+  /// Lets the floods spread until at most one can still spread, and this one is larger than all floods that ended.
   void run(const TissueVolume& volume) {
     roots_.resize(static_cast<std::size_t>(flood_count_));
     std::iota(roots_.begin(), roots_.end(), 0);
@@ -155,7 +156,7 @@ class LoosePieces::SeenBlocks {
       std::erase_if(roots_, [&](int i) { return floods_[static_cast<std::size_t>(i)].root != i; });
       if (roots_.size() < 2) return;
       live_.clear();
-      std::int64_t largest = 0;  // of those that ended
+      std::int64_t largest = 0;  // samples in the largest flood that ended
       for (const int i : roots_) {
         const Flood& flood = floods_[static_cast<std::size_t>(i)];
         if (flood.ended()) {
@@ -169,10 +170,9 @@ class LoosePieces::SeenBlocks {
       for (const int i : live_) spread(volume, i);
     }
   }
-  /// How many floods are left that have not met.
+  /// Number of floods that remain separate.
   std::size_t apart() const { return roots_.size(); }
-  /// Of each of them the tissue: all that went round something, and the rest (last) as far as it was seen; the largest
-  /// is the last.
+  /// The tissue of each remaining flood, sorted by size. The last one is the largest; it may be incomplete.
   std::vector<TissuePiece> pieces() const {
     std::vector<const Flood*> order;
     for (const int i : roots_) order.push_back(&floods_[static_cast<std::size_t>(i)]);
@@ -189,17 +189,18 @@ class LoosePieces::SeenBlocks {
     }
     return out;
   }
-  /// Blocks that this look met.
+  /// Number of blocks that this search visited.
   std::int64_t looked_at() const { return looked_at_; }
 
  private:
   struct Block {
     glm::ivec3 key{0};
     SolidBits bits{};
-    bool one_part = false;                     // the bits are known to hang together
-    int beside[6] = {-1, -1, -1, -1, -1, -1};  // neighbours over faces, once they were asked for
-    std::uint32_t look = 0;                    // the last look that met this block, …
-    int first_part = 0, part_count = 0;        // … and its parts in that
+    bool one_part = false;                     // the bits are known to be connected
+    int beside[6] = {-1, -1, -1, -1, -1, -1};  // indices of the neighbours over faces; -1: not known yet
+    // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
+    std::uint32_t look = 0;
+    int first_part = 0, part_count = 0;  // the block's parts
   };
   struct Part {
     SolidBits bits{};
@@ -207,9 +208,9 @@ class LoosePieces::SeenBlocks {
   };
   struct Flood {
     int root = 0;
-    std::vector<int> edge;  // parts to spread from: those from `next` on
+    std::vector<int> edge;  // parts from which the flood spreads; those before `next` are done
     std::size_t next = 0;
-    std::vector<int> taken;  // parts
+    std::vector<int> taken;  // indices of the flood's parts
     std::int64_t samples = 0;
     void begin(int number) {
       root = number;
@@ -303,9 +304,9 @@ class LoosePieces::SeenBlocks {
   std::vector<Block> blocks_;
   std::uint32_t look_ = 0;
   std::int64_t looked_at_ = 0;
-  std::vector<Part> parts_;  // of this look, block by block
+  std::vector<Part> parts_;  // parts of this search, block by block
   std::vector<Flood> floods_;
-  int flood_count_ = 0;  // of those in use
+  int flood_count_ = 0;  // number of floods in use
   std::vector<int> roots_, live_;
 };
 
@@ -336,13 +337,13 @@ LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<
 
 LoosePieces::~LoosePieces() = default;
 
-/// Compares a block with what was seen of it last.
+/// Compares a block with its last reading, and stores the samples that became air.
 void LoosePieces::note_emptied(const TissueVolume& volume, const glm::ivec3& key) {
   bool unseen;
   SolidBits& seen = blocks_->bits(volume, key, &unseen);
   SolidBits now = seen, gone;
   if (!unseen) volume.solid_block(key, now);
-  // Of a block that was not seen since the last edit all that is air now may have been tissue.
+  // For a block that was not read since the last edit, any sample of air may have been tissue.
   for (std::size_t i = 0; i < 8; ++i) gone[i] = unseen ? ~now[i] : seen[i] & ~now[i];
   seen = now;
   if (any(gone)) emptied_.push_back({key, gone});
@@ -370,7 +371,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
   blocks_->begin_look();
   for (auto part = emptied_.begin(); part != emptied_.end();) {
     const glm::ivec3 key = part->key;
-    SolidBits gone{};  // by all cuts since the last look
+    SolidBits gone{};  // samples emptied by all cuts since the last search
     for (; part != emptied_.end() && part->key == key; ++part) {
       for (std::size_t i = 0; i < 8; ++i) gone[i] |= part->bits[i];
     }

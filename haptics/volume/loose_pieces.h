@@ -1,4 +1,4 @@
-// What a cut leaves without hold: pieces of tissue that no longer hang together with the body they were part of.
+// Finds loose pieces: tissue that a cut separated from its body.
 #pragma once
 
 #include <array>
@@ -15,40 +15,40 @@ namespace typodont::haptics {
 
 class TissueVolume;
 
-/// Which of a block's 8³ samples lie in tissue: bit 8 y + z of word x.
+/// One bit for each of a block's 8³ samples, set if the sample is in tissue: bit 8 y + z of word x.
 using SolidBits = std::array<std::uint64_t, 8>;
 
-/// Part of a piece: samples of one block; `key` counts blocks, its first sample is 8 key.
+/// The part of a piece in one block; the block's first sample is at 8·key.
 struct BlockPart {
   glm::ivec3 key{0};
   SolidBits bits{};
 };
 using TissuePiece = std::vector<BlockPart>;
 
-/// Watches a volume as it is cut. Samples hang together over their six faces. A cut can only part what lies around the
-/// samples that it turned to air, so from each of the parts that meet there one flood spreads, all at the same pace,
-/// until they have met: mostly within the same block. A flood that ends alone has gone round a loose piece. What it
-/// costs goes with that piece, not with the tooth.
+/// Watches a volume during cutting. Samples are connected through their six faces. A cut can only separate tissue
+/// around the samples that became air. So a flood fill starts in each part of tissue there. All floods spread at the
+/// same rate until they have met, mostly within one block. A flood that ends without meeting another one has filled a
+/// loose piece. So the cost depends on the size of the piece, not of the tooth.
 ///
-/// What was apart before anything was cut (two teeth) stays: only of what was one body the smaller part is loose.
-/// Deterministic: equal volumes and equal cuts, equal pieces.
+/// Bodies that were separate before the first cut (two teeth) are not loose pieces: only the smaller part of a former
+/// body is. Deterministic: equal volumes and equal cuts give equal pieces.
 class LoosePieces {
  public:
-  /// Looks through the whole volume once, for its bodies.
+  /// Searches the whole volume once for its bodies.
   explicit LoosePieces(const TissueVolume& volume);
   ~LoosePieces();
 
-  /// After a cut that wrote within `written` and may have emptied samples of `blocks` (TissueVolume::Carved): the
-  /// pieces that it set loose, which are still in the volume.
+  /// Returns the pieces that a cut separated; they are still in the volume. The cut wrote within `written` and may have
+  /// emptied samples of `blocks` (TissueVolume::Carved).
   std::vector<TissuePiece> after_cut(const TissueVolume& volume, const VoxelBox& written,
                                      std::span<const glm::ivec3> blocks);
-  /// After samples lo .. hi were written to otherwise.
+  /// Must be called after samples lo .. hi were changed by anything except a cut.
   void after_fill(const TissueVolume& volume, const glm::ivec3& lo, const glm::ivec3& hi);
-  /// After strokes were taken back or brought again: everything may have changed.
+  /// Must be called after an undo or redo: any sample may have changed.
   void after_edit();
-  /// How many there were at the start.
+  /// Number of bodies at the start.
   std::size_t bodies() const { return body_count_; }
-  /// These were taken out of the volume.
+  /// Must be called after `pieces` were removed from the volume.
   void removed(std::span<const TissuePiece> pieces);
 
  private:
@@ -68,12 +68,14 @@ class LoosePieces {
   std::vector<int> bodies_of(const TissuePiece& piece) const;
   void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
 
-  std::unique_ptr<SeenBlocks> blocks_;           // as last seen
-  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // a box of blocks, inclusive, that are all among them
+  std::unique_ptr<SeenBlocks> blocks_;           // the blocks as last read
+  glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive, all of which are in blocks_
   std::size_t body_count_ = 0;
-  std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;  // of all but the largest, which is number 0
-  std::vector<BlockPart> emptied_;  // samples that turned to air and were not looked around yet; keys may repeat
-  std::int64_t credit_ = 0;         // blocks that may still be looked at: a cut brings some, a flood takes them
+  // Samples of all bodies except the largest, which has number 0
+  std::unordered_map<glm::ivec3, std::vector<Body>, KeyHash> bodies_;
+  // Samples that became air and whose surroundings were not searched yet; keys may repeat
+  std::vector<BlockPart> emptied_;
+  std::int64_t credit_ = 0;  // number of blocks that may still be visited: each cut adds some, each flood uses some
 };
 
 }  // namespace typodont::haptics

@@ -1,4 +1,4 @@
-// The surface of a volume as triangles: OpenVDB's mesher, its vertices moved onto the zero set.
+// The surface of a volume as triangles: from OpenVDB's mesher, with vertices moved onto the zero set.
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
@@ -9,17 +9,17 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kBelow = 0.5;      // voxels under a triangle at which its tissue is read
-constexpr int kSteps = 3;           // of Newton's method per vertex
-constexpr double kMostStep = 0.25;  // voxels
+constexpr double kBelow = 0.5;      // voxels, depth below a triangle at which its tissue is read
+constexpr int kSteps = 3;           // number of Newton steps per vertex
+constexpr double kMostStep = 0.25;  // voxels, limit of a Newton step
 
-/// Newton's steps along the gradient of the trilinear field: the mesher puts a vertex at the mean of a cell's
-/// crossings, which lies beside a curved surface.
+/// Newton's method along the gradient of the trilinear field. The mesher puts a vertex at the mean of a cell's
+/// crossings, which is not on a curved surface.
 template <class Accessor>
 openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
   using openvdb::tools::BoxSampler;
   const auto value = [&](const openvdb::Vec3d& q) { return static_cast<double>(BoxSampler::sample(field, q)); };
-  constexpr double kDifference = 0.25;  // voxels
+  constexpr double kDifference = 0.25;  // voxels, step of the central differences
   for (int i = 0; i < kSteps; ++i) {
     openvdb::Vec3d gradient;
     for (int axis = 0; axis < 3; ++axis) {
@@ -28,7 +28,7 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    if (!(square > 0.04)) return p;  // no surface of a distance field is as flat
+    if (!(square > 0.04)) return p;  // the gradient of a distance field near its surface is larger
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
     p += step;

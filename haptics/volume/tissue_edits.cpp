@@ -1,4 +1,4 @@
-// Cuts, fillings, pieces that come loose, and taking them back.
+// Cuts, fillings, removal of loose pieces, undo and redo.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -18,7 +18,7 @@ namespace typodont::haptics {
 
 namespace {
 
-/// What leaves hold of each tissue: every voxel by its share inside the surface.
+/// Volume of each tissue in a set of leaves; every voxel counts with the fraction of it inside the surface.
 class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
@@ -33,7 +33,7 @@ class LeafVolumes {
         count_in(tissue.samples[i], distance.samples ? units_inside(distance.samples[i]) : tile);
       return;
     }
-    // One tissue, as in most: a sum without looking it up voxel by voxel.
+    // Most leaves contain only one tissue: the sum needs no label per voxel.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
@@ -42,7 +42,7 @@ class LeafVolumes {
     }
     count_in(label, sum);
   }
-  /// m³, of voxels that wide.
+  /// m³; `voxel`: m, edge of a voxel.
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
@@ -58,7 +58,7 @@ class LeafVolumes {
   std::array<std::int64_t, kTissueCount> units_{};
 };
 
-// The model: in a shared library (libtypodont.so) the default one calls a function at each access.
+// The TLS model: in a shared library (libtypodont.so) the default model calls a function at each access.
 [[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t t_voxels_cut = 0;
 void count_voxels(const glm::ivec3& box) noexcept {
   t_voxels_cut += static_cast<std::uint64_t>(box.x * box.y * box.z);
@@ -108,7 +108,8 @@ void TissueVolume::Impl::mark_changed(const glm::ivec3& lo, const glm::ivec3& hi
 }
 
 std::uint64_t TissueVolume::Impl::first_mark() {
-  constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;  // of one volume: one a microsecond for twelve days
+  // Number of marks per volume; with one per microsecond they last twelve days
+  constexpr std::uint64_t kMarks = std::uint64_t{1} << 40;
   static std::atomic<std::uint64_t> volumes{0};
   return ++volumes * kMarks;
 }
@@ -119,7 +120,8 @@ void TissueVolume::Impl::forget_writes() {
 }
 
 void TissueVolume::Impl::log_write(const glm::ivec3& key) {
-  constexpr std::size_t kMost = 4096;  // blocks since a mark: to copy more costs as much as a whole patch
+  // Limit of the blocks since a mark; copying more of them would take as long as a whole patch
+  constexpr std::size_t kMost = 4096;
   if (writes.empty()) return;
   std::vector<glm::ivec3>& blocks = writes.back().blocks;
   if (blocks.empty() || blocks.back() != key) blocks.push_back(key);
@@ -128,7 +130,7 @@ void TissueVolume::Impl::log_write(const glm::ivec3& key) {
 
 std::uint64_t TissueVolume::mark() {
   Impl& v = *impl_;
-  constexpr std::size_t kMost = 32;  // marks whose writes are kept: the patches of a session are fewer
+  constexpr std::size_t kMost = 32;  // limit of the marks with stored writes; a session has fewer patches
   const bool unwritten = !v.writes.empty() && v.writes.back().box.empty() && v.writes.back().blocks.empty();
   if (unwritten) return v.marked;
   v.writes.emplace_back();
@@ -140,7 +142,7 @@ bool TissueVolume::written_since(std::uint64_t mark, Written& written) const {
   const Impl& v = *impl_;
   written.blocks.clear();
   written.box = {};
-  const std::uint64_t known = v.writes.size();  // marks, the last of them v.marked
+  const std::uint64_t known = v.writes.size();  // number of marks; the last is v.marked
   if (mark > v.marked || mark + known <= v.marked) return false;
   for (std::uint64_t i = known - 1 - (v.marked - mark); i < known; ++i) {
     const Written& since = v.writes[i];
@@ -156,7 +158,7 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   if (lo.x > hi.x || filled.empty()) return;
   self.filled_box(lo - 1, hi + 1, lo, hi);
   if (lo.x > hi.x) return;
-  const glm::ivec3 size = hi - lo + 3;  // a sample more on every side
+  const glm::ivec3 size = hi - lo + 3;  // one more sample on every side
   const std::ptrdiff_t stride_y = size.z, stride_x = stride_y * size.y;
   std::vector<float> distances(static_cast<std::size_t>(stride_x * size.x));
   std::vector<Tissue> labels(distances.size());
@@ -178,8 +180,8 @@ void TissueVolume::Impl::restore_labels(const TissueVolume& self, glm::ivec3 lo,
   }
 }
 
-/// The leaf that a removal is about to write to; null in air far from any surface. `kept` is given where there is a
-/// stroke: what is there now, for undo.
+/// The leaf that a removal will write to; null in air far from any surface. `kept`: during a stroke, the copy of the
+/// leaf for undo.
 openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::FloatGrid::Accessor& accessor,
                                                                   const openvdb::Coord& origin,
                                                                   LeafFront::Kept*& kept) {
@@ -187,13 +189,13 @@ openvdb::FloatTree::LeafNodeType* TissueVolume::Impl::leaf_to_cut(openvdb::Float
   if (!leaf && accessor.getValue(origin) > 0) return nullptr;
   kept = in_stroke ? &StrokeKept::Distance::keep(strokes.back().distance, accessor, origin) : nullptr;
   if (!leaf) {
-    leaf = accessor.touchLeaf(origin);  // solid, far inside: the cut brings it into the band
+    leaf = accessor.touchLeaf(origin);  // a tile far inside the tissue; the cut brings it into the band
     if (kept) kept->changed = true;
   }
   return leaf;
 }
 
-/// A removal wrote to a leaf.
+/// Must be called after a removal wrote to a leaf.
 void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept) {
   leaf.setValuesOn();
   if (kept) kept->changed = true;
@@ -201,7 +203,7 @@ void TissueVolume::Impl::leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, Le
 
 namespace {
 
-/// Takes the samples lo..hi of a leaf, to which a removal wrote, into the box of all.
+/// Extends `box` by the samples lo..hi of a leaf to which a removal wrote.
 void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
   count_voxels(hi - lo + 1);
   if (box.empty()) box = {lo, hi};
@@ -285,7 +287,7 @@ TissueVolume::Carved TissueVolume::carve(const VoxelStamp& stamp) {
 
 namespace {
 
-/// A block of samples as a removal: what it does is to replace.
+/// A block of samples in the form of a removal: it replaces the samples.
 class Replacement {
  public:
   Replacement(const RasterBlock& block, float band) : block_(block), band_(band) {}
@@ -568,7 +570,7 @@ bool TissueVolume::undo() {
 
 bool TissueVolume::redo() {
   Impl& v = *impl_;
-  if (v.done == v.strokes.size()) return false;  // the stroke being made, which is the last one then, goes on
+  if (v.done == v.strokes.size()) return false;  // an unfinished stroke is the last one and continues
   v.exchange(v.strokes[v.done++], false);
   return true;
 }

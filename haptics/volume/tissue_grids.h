@@ -1,5 +1,4 @@
-// The tissue's grids, and the strokes in which they were edited. Private to haptics/volume: whoever includes it
-// compiles OpenVDB.
+// The grids of the tissue, and the strokes that edited them. Private to haptics/volume: this header includes OpenVDB.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -46,14 +45,14 @@ struct BrickBox {
     }
   }
 };
-/// All bricks that read any of the samples in the inclusive box: a brick reads one sample beyond its cells on each
+/// All bricks that read a sample in the box lo .. hi, inclusive: a brick reads one sample beyond its cells on each
 /// side.
 BrickBox bricks_around(const glm::ivec3& lo, const glm::ivec3& hi);
 void insert_bricks(const glm::ivec3& lo, const glm::ivec3& hi, KeySet& keys);
 
-// A value of the grid of labels holds the label (label.h) in its lowest byte and 255 − hardness (hardness.h) in the
-// next. So a tissue of its own hardness has the values that it had before there was any hardness, and undo, tiles and
-// hashes cover both.
+// A value of the label grid contains the label (label.h) in its lowest byte and 255 − hardness (hardness.h) in the next
+// byte. So a tissue with its own hardness has the value of its label alone, and undo, tiles and hashes include the
+// hardness.
 inline constexpr int kSoftnessShift = 8;
 inline constexpr std::int32_t kLabelByte = 0xff;
 
@@ -63,59 +62,60 @@ inline std::int32_t grid_value(Tissue label, std::uint8_t hardness) {
 inline Tissue label_in(std::int32_t value) {
   return static_cast<Tissue>(value & kLabelByte);
 }
-/// Of a filled voxel: of what was there before the filling.
+/// Hardness in a value; for a filled voxel the hardness before the filling.
 inline std::uint8_t hardness_kept_in(std::int32_t value) {
   return static_cast<std::uint8_t>(kOwnHardness - (value >> kSoftnessShift));
 }
-/// The hardness that is felt and cut.
+/// Hardness that the hand feels and the bur cuts.
 inline std::uint8_t hardness_in(std::int32_t value) {
   return is_filled(label_in(value)) ? kOwnHardness : hardness_kept_in(value);
 }
-/// Another label with the same hardness.
+/// The value with another label and the same hardness.
 inline std::int32_t relabelled(std::int32_t value, Tissue label) {
   return (value & ~kLabelByte) | static_cast<std::int32_t>(label);
 }
-/// What a value of the grid of labels shows.
+/// The tissue that a value of the label grid shows.
 inline Tissue shown_in(std::int32_t value) {
   return shown(label_in(value));
 }
 
-/// All that one stroke changed, as it was before; once undone, as it was after.
+/// All changes of one stroke: the leaves before the stroke, or, after an undo, the leaves after it.
 struct StrokeKept {
   using Distance = LeafHistory<openvdb::FloatTree>;
   using Labels = LeafHistory<openvdb::Int32Tree>;
   Distance::Stroke distance;
   Labels::Stroke tissue;
-  std::vector<glm::ivec3> carved;  // bricks first cut by this stroke
-  // Once it is complete:
-  std::vector<glm::ivec3> bricks;  // that are others when it is undone or brought again
-  PerTissue back{};                // m³ that come back when it is undone
+  std::vector<glm::ivec3> carved;  // bricks that this stroke was the first to cut
+  // The next members are valid after the stroke is complete.
+  std::vector<glm::ivec3> bricks;  // bricks that change when the stroke is undone or redone
+  PerTissue back{};                // m³, volume that comes back when the stroke is undone
   std::size_t bytes = 0;
 };
 
 struct TissueVolume::Impl {
   openvdb::FloatGrid::Ptr distance;  // voxels
   openvdb::Int32Grid::Ptr tissue;    // labels and hardness, see grid_value()
-  std::uint64_t paints = 0;          // calls of paint()
+  std::uint64_t paints = 0;          // number of calls of paint() that changed tissue
   bool graded = false;               // some voxel was given a hardness other than its tissue's own
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
-  std::shared_ptr<const TissueMesh> mesh;  // that the volume was made from, or null
-  KeySet changed;                          // bricks since take_changed_bricks
-  KeySet carved;                           // bricks ever cut: distances outside the tissue are no longer true there
-  // The last bricks that a cut inserted into `changed` and `carved`, inclusive; lo > hi: none that are still there.
+  std::shared_ptr<const TissueMesh> mesh;  // mesh from which the volume was made, or null
+  KeySet changed;                          // bricks that changed since the last take_changed_bricks()
+  KeySet carved;                           // bricks with a cut: distances outside the tissue are no longer true there
+  // The last box of bricks that a cut inserted into `changed` and `carved`, inclusive. Empty (lo > hi) at first, and
+  // after bricks were removed from these sets.
   glm::ivec3 marked_lo{0}, marked_hi{-1};
-  LeafFront front;  // of the head that cuts
-  KeySet filled;    // leaves, counted in leaves, that may hold labels of a filling: see label.h
-  // What was written since each of the last marks, oldest first; the last is `marked`. Empty: nothing is known of what
-  // was before `marked`.
+  LeafFront front;  // active leaves of the head that cuts
+  KeySet filled;    // keys of leaves that may contain labels of a filling, see label.h
+  // Writes since each of the last marks, oldest first; the last mark is `marked`. Empty: the writes before `marked` are
+  // unknown.
   std::deque<TissueVolume::Written> writes;
   std::uint64_t marked = first_mark();
   std::vector<StrokeKept> strokes;
-  std::size_t done = 0;    // strokes in the tissue; those after it were undone
-  bool in_stroke = false;  // the last one is still being made
-  PerTissue taken_back{};  // m³ that came back by undoing, less what went again
+  std::size_t done = 0;    // number of strokes that are in the tissue; later ones were undone
+  bool in_stroke = false;  // the last stroke is not complete yet
+  PerTissue taken_back{};  // m³, volume that all undos brought back, minus what redos removed again
 
   Impl() { openvdb::initialize(); }
   void make_grids(float band_voxels) {
@@ -123,9 +123,9 @@ struct TissueVolume::Impl {
     tissue = openvdb::Int32Grid::create(0);
   }
 
-  /// Marks of different volumes differ.
+  /// The first mark of a volume; marks of different volumes differ.
   static std::uint64_t first_mark();
-  /// Something changed of which no log is kept.
+  /// Call this when a change is not logged.
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }
@@ -133,28 +133,29 @@ struct TissueVolume::Impl {
   openvdb::FloatTree::LeafNodeType* leaf_to_cut(openvdb::FloatGrid::Accessor& accessor, const openvdb::Coord& origin,
                                                 LeafFront::Kept*& kept);
   void leaf_was_cut(openvdb::FloatTree::LeafNodeType& leaf, LeafFront::Kept* kept);
-  /// A leaf was written to.
+  /// Logs that a leaf was written to.
   void log_write(const glm::ivec3& key);
 
-  /// Drops leaves that were looked at only, and a stroke that changed nothing.
+  /// Drops copies of leaves that were not written to, and a stroke that changed nothing.
   void complete_stroke();
 
-  /// Bricks of a box that a cut or a filling has written to; lo > hi: it wrote nothing.
+  /// Marks the bricks of a box that a cut or a filling has written to; lo > hi: nothing was written.
   void mark_changed(const glm::ivec3& lo, const glm::ivec3& hi);
 
-  /// See TissueVolume; of the samples between two, inclusive.
+  /// See TissueVolume::copy_every(); only the samples from..to, inclusive.
   void copy_every(int n, const Copied& box, const glm::ivec3& from, const glm::ivec3& to) const;
 
-  // The parts of labels, which files keep apart: see StoredVolume. Hardness is taken first and put last.
+  // Files store the parts of a label separately, see StoredVolume. Saving extracts hardness first; loading inserts it
+  // last.
   openvdb::Int32Grid::Ptr take_before(openvdb::Int32Grid& labels) const;
   void put_before(const openvdb::Int32Grid& before);
   openvdb::Int32Grid::Ptr take_hardness(openvdb::Int32Grid& labels) const;
   void put_hardness(const openvdb::Int32Grid& hardness);
 
-  /// Where distances changed in that box: labels of fillings that are no longer there go.
+  /// Restores labels from before a filling, in a box where distances changed and the filling is gone.
   void restore_labels(const TissueVolume& self, glm::ivec3 lo, glm::ivec3 hi);
 
-  /// What a stroke changed, for what is there now.
+  /// Swaps the content of a stroke with the tissue; `back`: true for undo.
   void exchange(StrokeKept& stroke, bool back);
 };
 

@@ -1,5 +1,5 @@
-// The tissue in OpenVDB's grids. They hold voxels, not metres: OpenVDB refuses transforms under 15 µm in metres, and
-// distances in voxels are what sampling and cutting work in.
+// The tissue in OpenVDB's grids. Grids use voxel units, not metres, because OpenVDB refuses transforms below 15 µm in
+// metres, and because sampling and cutting compute in voxels.
 #include "haptics/tissue_volume.h"
 
 #include <algorithm>
@@ -33,12 +33,13 @@ TissueVolume& TissueVolume::operator=(TissueVolume&&) noexcept = default;
 
 namespace {
 
-/// Of the grid of labels, at a voxel of the arrays.
+/// The value of the label grid for voxel `i` of the arrays.
 std::int32_t value_at(const DenseTissue& dense, std::size_t i) {
   return grid_value(dense.tissue[i], dense.hardness.empty() ? kOwnHardness : dense.hardness[i]);
 }
 
-/// The one grid value of a whole leaf of n³ voxels that lies beyond the band inside the tissue; nothing for any other.
+/// If a whole leaf of n³ voxels lies inside the tissue, deeper than the band, and has one value: this value of the
+/// label grid. Otherwise nullopt.
 std::optional<std::int32_t> uniform_inside(const DenseTissue& dense, const glm::ivec3& lo, const glm::ivec3& end,
                                            int n) {
   if (end != lo + n) return std::nullopt;
@@ -66,7 +67,7 @@ TissueVolume::TissueVolume(const DenseTissue& dense) : impl_(std::make_unique<Im
   const auto band_voxels = static_cast<float>(dense.band / dense.frame.voxel);
   v.make_grids(band_voxels);
 
-  // Leaf by leaf, so that voxels beyond the band never exist, not even for a moment.
+  // Leaf by leaf, so that memory for voxels beyond the band is never allocated.
   constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
   const auto to_voxels = static_cast<float>(1 / dense.frame.voxel), band = static_cast<float>(dense.band);
   auto distance = v.distance->getAccessor();
@@ -134,8 +135,8 @@ openvdb::Int32Grid::Ptr TissueVolume::Impl::take_hardness(openvdb::Int32Grid& la
   return hardness;
 }
 
-/// A file's grid may hold tiles of any size, so the labels' own voxels and tiles are gone through and not those of the
-/// file.
+/// Inserts hardness into the labels. The file's grid may contain tiles of any size, so this iterates over the voxels
+/// and tiles of the labels.
 void TissueVolume::Impl::put_hardness(const openvdb::Int32Grid& hardness) {
   constexpr int n = openvdb::Int32Tree::LeafNodeType::DIM;
   auto of = hardness.getConstAccessor();
@@ -252,18 +253,18 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// Copies the samples of `part` to where they lie in a dense block of [lo, lo + size), z running quickest: `converted`
-/// of each value. What no leaf holds is its tile's.
+/// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
+/// value. Samples outside leaves have their tile's value.
 template <class Grid, class Out, class Convert>
 void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
                  const Convert& converted) {
   using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
-  struct Stretch {  // of a row of samples: from one leaf, or of one value
+  struct Stretch {  // part of a row of samples: from one leaf, or of one value
     const Value* leaf;
     Out tile;
     int from, length;
-    int first;  // in the leaf's row
+    int first;  // index of the first sample in the leaf's row
   };
   std::vector<Stretch> stretches;
   auto accessor = grid.getConstAccessor();
@@ -296,7 +297,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
               continue;
             }
             const Value* const values = stretch.leaf + in_leaf + stretch.first;
-            if (stretch.length == n) {  // mostly; a length known beforehand is a few instructions
+            if (stretch.length == n) {  // the most frequent case; the constant length allows vectorisation
               for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
             } else {
               for (int z = 0; z < stretch.length; ++z) to[z] = converted(values[z]);
@@ -308,7 +309,7 @@ void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size,
   }
 }
 
-// Types of their own, not functions, so that the loops that use them are vectorised.
+// Lambdas instead of functions, so that the loops that use them are vectorised.
 constexpr auto kDistance = [](float distance) { return distance; };
 constexpr auto kLabel = [](std::int32_t value) { return label_in(value); };
 constexpr auto kHardness = [](std::int32_t value) { return hardness_in(value); };
@@ -363,7 +364,7 @@ void TissueVolume::copy_part_of_every(int n, const Copied& box, const VoxelBox& 
 }
 
 VoxelBox TissueVolume::every_around(int n, const VoxelBox& written) {
-  // Whole bricks: in one that was never cut before deep samples change too.
+  // Extends to whole bricks: when a brick is cut for the first time, its deep samples change, too.
   constexpr int cells = FieldBrick::kCells;
   const BrickBox bricks = bricks_around(written.lo, written.hi);
   const auto down = [n](const glm::ivec3& p) {
@@ -432,8 +433,8 @@ void TissueVolume::solid_block(const glm::ivec3& key, SolidBits& bits) const {
 }
 
 std::vector<glm::ivec3> TissueVolume::surface_bricks() const {
-  // A leaf with a sample on each side, or one next to a sample of the other sign, holds surface: |distance| < 2 is
-  // both.
+  // A leaf contains surface if it has samples of both signs or is next to a sample of the other sign. In both cases it
+  // has a sample with |distance| < 2.
   KeySet keys;
   for (auto leaf = impl_->distance->tree().cbeginLeaf(); leaf; ++leaf) {
     glm::ivec3 lo(INT_MAX), hi(INT_MIN);
@@ -462,8 +463,8 @@ void TissueVolume::read_brick(const glm::ivec3& key, FieldBrick& brick) const {
 
 namespace {
 
-/// Per tissue the sum, over all voxels, of their volume inside the surface times what `weight` gives for their value in
-/// the grid of labels; m³.
+/// For each tissue, the sum over all voxels of their volume inside the surface multiplied by `weight` (a function of
+/// the voxel's value in the label grid); m³.
 template <class Weight>
 PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Grid& labels, double voxel,
                       const Weight& weight) {

@@ -25,15 +25,16 @@ namespace typodont::haptics {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x56444220;  // "VDB "
-constexpr std::uint32_t kOldest = 218;        // the first with a UUID, see openvdb/version.h
+constexpr std::uint32_t kOldest = 218;        // file version, oldest with a UUID, see openvdb/version.h
 constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-constexpr std::size_t kLongestMessage = 1000;     // bytes; longer ones are grids cut off, not words
-constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes of grids that are kept between runs
+// bytes, limit of a message; a longer file contains truncated grids instead
+constexpr std::size_t kLongestMessage = 1000;
+constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the cached grids
 
-/// FNV-1a of the file's first `bytes` bytes.
+/// FNV-1a hash of the file's first `bytes` bytes.
 std::uint64_t hash_of(std::ifstream& in, std::uint64_t bytes) {
   Fnv1a hash;
   std::vector<char> piece(1 << 16);
@@ -61,7 +62,7 @@ Seal seal_of(const std::filesystem::path& file) {
   return hash_of(in, size - kSealBytes) == hash ? Seal::kUnbroken : Seal::kBroken;
 }
 
-/// The guarded process. Its exit status; -1 where a signal ended it.
+/// Runs the guarded process. Returns its exit status; -1 if a signal ended it.
 int read_elsewhere(const std::filesystem::path& file, const std::filesystem::path& flat,
                    std::span<const std::string> grids) {
   std::vector<std::string> words = {companion_program("TYPODONT_VOLUME_READER", "typodont-volume-reader",
@@ -155,7 +156,7 @@ FlatGrids read_guarded(const std::filesystem::path& file, std::span<const std::s
   if (seal == Seal::kBroken) throw Error(name, "", "bytes that changed since it was written", "an undamaged file");
   if (seal == Seal::kNone) Walker(file).walk();
 
-  // Kept by content: a scene's volume is read again at every start.
+  // The result is cached by content, because every start reads a scene's volume again.
   Fnv1a key;
   key.add(cache::hash_of(file).value_or(0));
   key.add(std::filesystem::file_size(file));

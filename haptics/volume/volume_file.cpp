@@ -22,16 +22,16 @@ namespace {
 
 constexpr const char* kBeforeFilling = "tissue_before_filling";
 constexpr const char* kHardness = "hardness";
-constexpr double kFarthestOrigin = 100;  // m
+constexpr double kFarthestOrigin = 100;  // m, limit of the origin's coordinates
 
-/// Multiplies all distances, clamped to the band: from voxels to mm and back.
+/// Converts all distances, clamped to the band, between voxels and mm.
 void rescale(openvdb::FloatGrid& grid, float factor) {
   const float band = grid.background();
   for (auto it = grid.beginValueAll(); it; ++it) it.setValue(std::clamp(*it, -band, band) * factor);
   openvdb::tools::changeBackground(grid.tree(), band * factor, /*threaded=*/false);
 }
 
-/// The grids as they are in the file. Throws Error naming `name`.
+/// The grids as stored in the file. Throws Error with `name`.
 StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   StoredVolume grids;
   const auto typed = [&]<class Grid>(const char* grid_name, typename Grid::Ptr& grid, bool needed) {
@@ -50,7 +50,7 @@ StoredVolume read_grids(const FlatGrids& flat, const std::string& name) {
   return grids;
 }
 
-/// Throws what OpenVDB throws.
+/// Throws exceptions of OpenVDB.
 void write_grids(const std::filesystem::path& file, const StoredVolume& volume) {
   openvdb::GridCPtrVec grids{volume.distance, volume.tissue};
   if (volume.before) grids.push_back(volume.before);
@@ -62,7 +62,7 @@ void write_grids(const std::filesystem::path& file, const StoredVolume& volume) 
   seal_vdb(file);
 }
 
-/// A file made elsewhere may hold anything, so every value is checked once. Throws Error naming `name`.
+/// Checks every value once, because another program may have written the file. Throws Error with `name`.
 void check_values(const StoredVolume& volume, const std::string& name) {
   for (auto it = volume.distance->cbeginValueAll(); it; ++it) {
     if (!std::isfinite(*it)) throw Error(name, "distance", "a value that is not finite", "distances in mm");

@@ -1,4 +1,4 @@
-// A tissue volume's file (.vdb): distances in mm and labels, in grids that any reader of OpenVDB understands.
+// The file of a tissue volume (.vdb): distances in mm and labels, in grids that every OpenVDB reader understands.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -9,20 +9,21 @@
 
 namespace typodont::haptics {
 
-/// What a file holds, in the haptics' units.
+/// Content of a file, in the units of haptics.
 struct StoredVolume {
   openvdb::FloatGrid::Ptr distance;  // voxels
-  openvdb::Int32Grid::Ptr tissue;    // what every voxel shows
-  openvdb::Int32Grid::Ptr before;    // of filled voxels the label from before, plus one; nowhere: none
-  openvdb::Int32Grid::Ptr hardness;  // bytes (hardness.h), of a filled voxel that from before; none: all kOwnHardness
+  openvdb::Int32Grid::Ptr tissue;    // tissue of every voxel
+  openvdb::Int32Grid::Ptr before;    // label before the filling, plus one, for filled voxels; null: no fillings
+  // Hardness bytes (hardness.h), for a filled voxel from before the filling; null: all kOwnHardness
+  openvdb::Int32Grid::Ptr hardness;
   VoxelFrame frame;
   double band = 0;  // m
   bool exact_outside = true;
 };
 
-/// Throws Error naming the file and what in it is wrong: every value is checked.
+/// Reads a file and checks every value. Throws Error with the file and the wrong item.
 StoredVolume read_volume(const std::filesystem::path& file);
-/// Takes the grids over. The file is there whole or not at all; throws Error.
+/// Writes a file, completely or not at all. Changes the grids, so they must not be used afterwards. Throws Error.
 void write_volume(const std::filesystem::path& file, const StoredVolume& volume);
 
 }  // namespace typodont::haptics

@@ -1,6 +1,6 @@
 // typodont-volume-reader FROM.vdb TO GRID…: the guarded process that reads volume files. OpenVDB trusts its files: a
-// damaged length costs gigabytes, a damaged tree the heap. Here both end in an exit status: memory, time and files are
-// limited, and the process may start nothing, reach no network and change no other file.
+// wrong length can allocate gigabytes, a wrong tree can corrupt the heap. Here both only cause an exit status: memory,
+// time and files are limited, and the process can start no other process, use no network and change no other file.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -20,10 +20,10 @@
 
 namespace {
 
-constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes of addresses, the libraries' included, and …
-constexpr std::uint64_t kMemoryPerByte = 200;     // … for each byte of the file
+constexpr std::uint64_t kMemory = 1024ull << 20;  // bytes of address space, for the process and its libraries
+constexpr std::uint64_t kMemoryPerByte = 200;     // bytes of address space per byte of the file
 constexpr std::uint64_t kMostMemory = 32ull << 30;
-constexpr std::uint64_t kOutputPerByte = 4096;  // bytes written for each read; more is no tissue
+constexpr std::uint64_t kOutputPerByte = 4096;  // bytes of output per byte of the file; a tissue volume needs less
 constexpr std::uint64_t kLeastOutput = 64ull << 20;
 
 int run(int argc, char** argv) {
@@ -34,7 +34,7 @@ int run(int argc, char** argv) {
   std::error_code code;
   const std::uint64_t bytes = std::filesystem::file_size(from, code);
   if (code) return 2;
-  // Opened before it may open nothing more for writing.
+  // Opened now, because the process gives up the right to open files for writing.
   const int out = open(to.c_str(), O_WRONLY | O_CLOEXEC);
   if (out < 0) return 2;
   limit_process({.memory = std::min(kMostMemory, kMemory + kMemoryPerByte * bytes),
@@ -53,14 +53,14 @@ int run(int argc, char** argv) {
   } catch (const std::exception& e) {
     message = Error(from, "", e.what(), "a tissue volume (.vdb)").what();
   }
-  // In place of the grids.
+  // The message replaces the grids in the output file.
   if (ftruncate(out, 0) != 0 || pwrite(out, message.data(), message.size(), 0) < 0) return haptics::kReaderCannotWrite;
   return 1;
 }
 
 }  // namespace
 
-/// Ends at once: what a sanitizer does when a process exits needs calls that this one has given up.
+/// Exits without cleanup: a sanitizer would use forbidden system calls at exit.
 int main(int argc, char** argv) {
   _exit(run(argc, argv));
 }

@@ -101,8 +101,8 @@ class HaplyDevice : public HapticDevice {
   }
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     const Frame frame = frame_for(f_T_W);
-    watchdog_process_->note_write(
-        f_T_W != dvec3(0), now());  // before the force is sent, so that the watchdog process knows of every force
+    // Called before the force is sent, so that the watchdog process knows of every force
+    watchdog_process_->note_write(f_T_W != dvec3(0), now());
     socket_.send({frame.text.data(), frame.size});
   }
   void release() noexcept override {

@@ -100,7 +100,7 @@ struct Api {
   }
 };
 
-/// kInvalid if there is no such device; "" is the default device.
+/// Opens a device and returns its handle, or kInvalid if there is no such device; "" is the default device.
 HHD init(const Api& api, const std::string& name) {
   const HHD device = api.init(name.empty() ? nullptr : name.c_str());
   return api.get_error().code == 0 ? device : kInvalid;
@@ -125,7 +125,7 @@ DeviceInfo describe(const Api& api, const std::string& name) {
                   number(kMaxStiffness) * kNewtonPerMillimetre,
                   0,
                   number(kMaxContinuousForce)};
-  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, that of the weakest model
+  if (!(info.force_limit > 0 && info.force_limit < 100)) info.force_limit = 3.3;  // N, limit of the weakest model
   return info;
 }
 

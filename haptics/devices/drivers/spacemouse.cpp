@@ -33,7 +33,8 @@ dvec3 axes_at(std::span<const std::uint8_t> report, std::size_t at) {
   return v;
 }
 
-/// Zero in the dead zone; above it increasing from zero, with a small slope at first.
+/// Response to the deflection of each axis: zero in the dead zone, then increasing from zero, with a small slope at
+/// first.
 dvec3 shape(const dvec3& v, double dead) {
   dvec3 out;
   for (int i = 0; i < 3; ++i) {
@@ -60,7 +61,7 @@ class SpaceMouse : public HapticDevice {
   bool read(HandSample& sample) noexcept override {
     if (due_ == 0) due_ = heard_ = link_->now();
     due_ += period_;
-    // after a pause of the servo, do not make up for lost samples
+    // After a pause of the servo, lost samples are not delivered later.
     if (link_->now() - due_ > kSilence) due_ = link_->now();
     for (int late = 0; late <= kMostQueued;) {
       std::uint8_t buffer[64];

@@ -98,7 +98,7 @@ class ArmDevice : public HapticDevice {
   void write(const dvec3& f_T_W, const dvec3&) noexcept override {
     gravity_share_ = std::min(1.0, gravity_share_.load() + 1 / (kGravityRamp * info_.rate));
     const Currents currents = motor_currents(arm_, theta_, f_T_W, gravity_share_.load() * gravity_torque(arm_, theta_));
-    // before the currents are sent, so that the watchdog process knows of every force
+    // Called before the currents are sent, so that the watchdog process knows of every force
     watchdog_process_.note_write(currents.amperes != dvec3(0), now());
     link_->write(encode(protocol_, currents.amperes).span());
   }
@@ -111,7 +111,8 @@ class ArmDevice : public HapticDevice {
 
  private:
   /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is late,
-  /// and a board may send without request; only the newest gives the hand's position. Returns as Link::read.
+  /// and a board may send without request; only the newest gives the hand's position. Returns the result of
+  /// Link::read().
   int hear(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {

@@ -1,6 +1,6 @@
-// DICOM: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads in a process of its own
-// (dicom_reader.cpp); here its slices are told apart, put in order and checked. Nothing about a person is asked for,
-// and no message names a file of the series: their names often hold a person's.
+// DICOM: a folder, a ZIP archive, a DICOMDIR, or one file with all slices. GDCM reads the files in a separate process
+// (dicom_reader.cpp); this file groups, sorts and checks its slices. No data about a person is read, and no message
+// contains the name of a file, because such names often contain a person's name.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 using glm::dvec3;
 
 constexpr std::size_t kMostFiles = 20000;
-constexpr int kDeepest = 8;              // folders within folders
-constexpr std::size_t kLeastSlices = 4;  // of a scan; fewer are an overview picture
+constexpr int kDeepest = 8;              // limit of the depth of nested folders
+constexpr std::size_t kLeastSlices = 4;  // smallest number of slices in a scan; fewer are an overview image
 
 struct Slice {
   std::size_t file = 0, frame = 0;
@@ -36,9 +36,9 @@ struct Slice {
   std::uint64_t instance = 0;
 };
 
-/// Slices that can be one scan: of one series, size and orientation.
+/// Slices that can belong to one scan: same series, size and orientation.
 struct Stack {
-  DicomHeader head;  // of its first file; its frame 0 is the first slice's
+  DicomHeader head;  // header of the first file; its only frame belongs to the first slice
   std::vector<Slice> slices;
 };
 
@@ -54,7 +54,8 @@ std::string first_bytes(const fs::path& file) {
   return start;
 }
 
-/// The files of a folder that begin as DICOM does. Links are not followed, so no loop of them leads round.
+/// The files of a folder that begin like DICOM files. Symbolic links are not followed, so that a cycle of links does no
+/// harm.
 std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
   std::size_t seen = 0;
@@ -72,7 +73,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// A file that a DICOMDIR names, beside it; nothing for a name that leads out of there.
+/// The file to which a DICOMDIR in `folder` refers; nullopt if its name leads outside the folder.
 std::optional<fs::path> referenced(const fs::path& folder, const std::string& name) {
   fs::path at = folder;
   for (const fs::path& part : fs::path(name)) {
@@ -80,7 +81,7 @@ std::optional<fs::path> referenced(const fs::path& folder, const std::string& na
     std::string lower = part.string();
     std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     std::error_code code;
-    // Discs are often mounted with small letters.
+    // Discs are often mounted with lower-case names.
     at = fs::exists(at / part, code) ? at / part : at / lower;
     if (fs::is_symlink(at, code)) return std::nullopt;
   }
@@ -104,7 +105,7 @@ dvec3 vec(const double* p) {
   return {p[0], p[1], p[2]};
 }
 
-/// Right, down and away from the viewer of a slice.
+/// Directions of a slice: right, down, and away from the viewer; unit vectors.
 struct Axes {
   dvec3 right{1, 0, 0}, down{0, 1, 0}, normal{0, 0, 1};
 };
@@ -118,7 +119,8 @@ Axes axes_of(const Stack& stack) {
   return axes;
 }
 
-/// Slices of several acquisitions of the same place are several scans; copies of a slice are left out.
+/// Splits slices of several acquisitions of the same region into several scans, and removes copies of slices. `copies`:
+/// number of removed copies is added.
 std::vector<Stack> split(Stack stack, std::size_t& copies) {
   const dvec3 normal = axes_of(stack).normal;
   std::vector<Slice>& all = stack.slices;
@@ -128,7 +130,7 @@ std::vector<Stack> split(Stack stack, std::size_t& copies) {
   std::ranges::stable_sort(all, [&](const Slice& a, const Slice& b) {
     return a.placed && b.placed ? along(a) < along(b) : std::pair(a.order, a.frame) < std::pair(b.order, b.frame);
   });
-  constexpr double kSamePlace = 1e-3;  // mm
+  constexpr double kSamePlace = 1e-3;  // mm, tolerance: slices closer to each other are at the same position
   bool twice = false;
   std::set<int> acquisitions;
   for (std::size_t k = 0; k < all.size(); ++k) {
@@ -206,14 +208,14 @@ const Stack& chosen(const std::vector<Stack>& stacks, const ScanRequest& request
   return stacks[0];
 }
 
-/// Where the slices of a scan are wanted: their place in the stack, in slices, and the step between them.
+/// Positions in the stack at which slices are wanted, in slices, and the vector between two of them.
 struct SliceLevels {
   std::vector<double> at;
   dvec3 step{0}, origin{0};  // mm
 };
 
-/// The rule for gaps: those that differ by at most a fiftieth are even; up to one and a half times the usual gap the
-/// slices are interpolated to even ones; beyond, slices are missing, and that is an error.
+/// Rule for gaps: gaps that differ by at most 2 % count as even. Gaps up to 1.5 times the median are interpolated to
+/// even spacing. A larger gap means missing slices, which is an error.
 SliceLevels levels_of(const std::string& name, const Stack& stack, std::vector<std::string>& notes) {
   constexpr double kEven = 0.02, kMissing = 1.5;
   const std::vector<Slice>& s = stack.slices;
@@ -285,7 +287,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   scan.spacing_place = "Pixel Spacing (0028,0030)";
   check_sizes(name, "size", {file.columns, file.rows, static_cast<long long>(stack.slices.size())});
 
-  // Where the slices lie.
+  // Positions of the slices.
   const Axes axes = axes_of(stack);
   const bool placed =
       first.has_orientation && std::ranges::all_of(stack.slices, [](const Slice& s) { return s.placed; });
@@ -295,7 +297,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     levels = levels_of(name, stack, scan.notes);
     scan.space = "LPS";
   } else {
-    // One position for all frames of a file, or none: in the order of the file, as far apart as it says.
+    // All frames of a file have one position or none: order and spacing as given in the file.
     for (std::size_t k = 0; k < stack.slices.size(); ++k) levels.at.push_back(static_cast<double>(k));
     levels.step = axes.normal * (first.has_gap ? first.gap : 1.0);
     if (stack.slices[0].placed) levels.origin = stack.slices[0].position;
@@ -310,7 +312,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   if (placed && std::abs(file.tilt) > 0.5) {
     const double lean =
         std::acos(std::clamp(glm::dot(glm::normalize(levels.step), axes.normal), -1.0, 1.0)) * 180 / kPi;
-    constexpr double kAgree = 1;  // degrees
+    constexpr double kAgree = 1;  // degrees, tolerance
     if (std::abs(lean - std::abs(file.tilt)) > kAgree) {
       scan.notes.push_back(
           fmt::format("the gantry's tilt is given as {:.1f} degrees, the positions of the slices say "
@@ -319,7 +321,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
     }
   }
 
-  // The pixels, file by file.
+  // Reads the pixels, file by file.
   std::vector<std::size_t> needed;
   for (const Slice& s : stack.slices) needed.push_back(s.file);
   std::ranges::sort(needed);
@@ -351,7 +353,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
       const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(s.frame * slice_bytes);
       const std::vector<char> own(from, from + static_cast<std::ptrdiff_t>(slice_bytes));
       std::vector<float> grey = decode(own, area, element, false);
-      // MONOCHROME1: the least is white.
+      // In MONOCHROME1 the smallest value is white.
       const double sign = pixels.inverted ? -1 : 1;
       for (std::size_t i = 0; i < area; ++i)
         raw[k * area + i] = static_cast<float>(sign * (s.slope * static_cast<double>(grey[i]) + s.intercept));
@@ -359,7 +361,7 @@ RawScan read_stack(const std::string& name, const std::vector<fs::path>& files, 
   });
   if (lossy) scan.notes.emplace_back("the slices were compressed with loss: fine detail may be missing");
 
-  // Uneven slices: between the two next to a level.
+  // Uneven slices: interpolate between the two slices next to the wanted position.
   scan.size = {static_cast<int>(file.columns), static_cast<int>(file.rows), static_cast<int>(levels.at.size())};
   if (std::ranges::all_of(levels.at, [](double a) { return a == std::floor(a); })) {
     scan.grey = std::move(raw);

@@ -14,7 +14,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-/// A file without a name, gone with the object.
+/// A temporary file without a name; it is deleted with the object.
 class Scratch {
  public:
   Scratch() {
@@ -28,7 +28,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   int fd() const { return fd_; }
 
-  /// False at the end.
+  /// Returns false at the end of the file.
   bool read(void* to, std::size_t bytes) {
     char* p = static_cast<char*>(to);
     while (bytes > 0) {
@@ -81,11 +81,11 @@ bool read_text(Scratch& in, std::string& text) {
 
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files) {
   constexpr std::size_t kMostDeaths = 50;
-  constexpr std::uint64_t kOutputPerFile = 1 << 20;  // 4096 frames of about 150 bytes
+  constexpr std::uint64_t kOutputPerFile = 1 << 20;  // bytes; a file with 4096 frames of about 150 bytes fits
   std::vector<DicomHeader> headers(files.size());
   std::size_t from = 0;
   for (std::size_t deaths = 0; from < files.size(); ++deaths) {
-    if (deaths > kMostDeaths) break;  // the rest stays "other"
+    if (deaths > kMostDeaths) break;  // the remaining files keep the kind "other"
     Scratch list, out;
     list.write(list_of(files, from));
     const int status = run_guarded(

@@ -14,14 +14,15 @@ namespace typodont::haptics::importing {
 struct DicomHeader {
   DicomFile file;
   std::vector<DicomFrame> frames;
-  std::vector<std::string> references;  // of a DICOMDIR
+  std::vector<std::string> references;  // file names in a DICOMDIR
 };
 
-/// What each of the files is. A file that the reader dies of is unreadable; the others are read all the same.
+/// Reads the headers of the files. If the reader process dies on a file, this file is unreadable, and the others are
+/// still read.
 std::vector<DicomHeader> read_dicom_headers(std::span<const std::filesystem::path> files);
 
-/// The decoded pixels of each file, one after the other. `largest`, `total`: bytes of the largest and of all of them,
-/// as the headers promise. Throws Error, with `name` for its file, where one cannot be decoded.
+/// Decodes the pixels of each file, one after another, and passes them to `take`. `largest`, `total`: bytes of the
+/// largest file and of all files, according to the headers. Throws Error with `name` if one file cannot be decoded.
 void read_dicom_pixels(const std::string& name, std::span<const std::filesystem::path> files, std::uint64_t largest,
                        std::uint64_t total,
                        const std::function<void(const DicomPixels& pixels, std::vector<char>& bytes)>& take);

@@ -1,7 +1,7 @@
-// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: the guarded process that reads DICOM files, by GDCM, which
-// crashes on some damaged ones. LIST names the files, with a zero after each. It writes records (dicom_wire.h) to its
-// output. Memory and time are limited, and the process may start nothing, reach no network and change no file. IMAGE,
-// OUTPUT: bytes of the largest image, and of all that is written.
+// typodont-dicom-reader headers|pixels LIST IMAGE OUTPUT: the guarded process that reads DICOM files with GDCM, which
+// crashes on some damaged files. LIST is a file with the file names, each followed by a zero byte. The output is a
+// sequence of records (dicom_wire.h). Memory and time are limited, and the process can start no other process, use no
+// network and change no file. IMAGE, OUTPUT: bytes of the largest image, and of the whole output.
 #include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
@@ -40,7 +40,7 @@ void write_all(const void* from, std::size_t bytes) {
   while (bytes > 0) {
     const ssize_t n = ::write(1, p, bytes);
     if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) std::_Exit(3);  // nobody reads on
+    if (n <= 0) std::_Exit(3);  // the parent no longer reads
     p += n, bytes -= static_cast<std::size_t>(n);
   }
 }
@@ -55,7 +55,7 @@ void say_text(DicomRecord record, std::string text) {
   write_all(text.data(), text.size());
 }
 
-/// The value as text, without the padding.
+/// Value of an element as text, without padding.
 std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   if (!set.FindDataElement(tag)) return "";
   const gdcm::ByteValue* value = set.GetDataElement(tag).GetByteValue();
@@ -64,7 +64,7 @@ std::string text_of(const gdcm::DataSet& set, const gdcm::Tag& tag) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
   return text;
 }
-/// The numbers of "1\2\3"; all, or none and `to` is left alone.
+/// Reads `count` numbers from a text like "1\2\3". Returns false and leaves `to` unchanged if any number is missing.
 bool numbers_of(const gdcm::DataSet& set, const gdcm::Tag& tag, double* to, std::size_t count) {
   const std::string text = text_of(set, tag);
   std::vector<double> numbers(count);
@@ -95,7 +95,7 @@ std::uint64_t hash_of(const std::string& text) {
   return hash.value;
 }
 
-/// What one data set says of a frame: the file's own, or the items of its functional groups.
+/// Reads the data of a frame from one data set: the file's own, or an item of its functional groups.
 void read_frame(const gdcm::DataSet& set, DicomFrame& f) {
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0032), f.position, 3)) f.has_position = 1;
   if (numbers_of(set, gdcm::Tag(0x0020, 0x0037), f.orientation, 6)) f.has_orientation = 1;
@@ -137,7 +137,7 @@ void headers(const std::string& name, std::uint32_t number) {
     say(DicomRecord::kFile, file);
     return;
   }
-  // GDCM gives numbers in this machine's byte order.
+  // GDCM returns numbers in this machine's byte order.
   const gdcm::DataSet& set = reader.GetFile().GetDataSet();
   file.columns = short_of(set, gdcm::Tag(0x0028, 0x0011));
   file.rows = short_of(set, gdcm::Tag(0x0028, 0x0010));
@@ -176,22 +176,22 @@ void headers(const std::string& name, std::uint32_t number) {
     if (per_frame && k < per_frame->GetNumberOfItems())
       read_groups(per_frame->GetItem(k + 1).GetNestedDataSet(), frame);
     else if (k > 0)
-      frame.has_position = 0;  // one position for many frames is the first one's
+      frame.has_position = 0;  // a single position for many frames belongs to the first frame
     say(DicomRecord::kFrame, frame);
   }
 }
 
-/// Whether the file ends before its pixels do: GDCM fills up what is missing, and says nothing.
+/// True if the file ends before its pixels do: GDCM fills missing pixels without an error.
 bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& image) {
   const gdcm::TransferSyntax& syntax = file.GetHeader().GetDataSetTransferSyntax();
   std::ifstream in(name, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  if (syntax.IsEncapsulated()) {  // the end of the sequence of fragments
+  if (syntax.IsEncapsulated()) {  // searches for the end marker of the sequence of fragments
     return bytes.rfind(std::string("\xfe\xff\xdd\xe0", 4)) == std::string::npos;
   }
   if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian) {
     constexpr std::size_t kPreamble = 132 + 12, kPiece = 1 << 16;
-    std::uint32_t meta = 0;  // length of the meta information that follows
+    std::uint32_t meta = 0;  // bytes, length of the meta information that follows
     if (bytes.size() < kPreamble) return true;
     std::memcpy(&meta, &bytes[kPreamble - 4], sizeof meta);
     if (meta > bytes.size() - kPreamble) return true;
@@ -208,7 +208,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
     inflateEnd(&z);
     return state != Z_STREAM_END;
   }
-  // The element's tag and length, as this syntax writes them, and how many bytes follow.
+  // Searches for the element's tag and length in this syntax, and compares the length with the number of following
+  // bytes.
   const gdcm::ByteValue* value = image.GetDataElement().GetByteValue();
   if (!value) return true;
   const std::uint32_t length = value->GetLength();
@@ -216,7 +217,8 @@ bool is_cut(const std::string& name, const gdcm::File& file, const gdcm::Image& 
   const std::string tag = big ? std::string("\x7f\xe0\0\x10", 4) : std::string("\xe0\x7f\x10\0", 4);
   std::string size(reinterpret_cast<const char*>(&length), sizeof length);
   if (big) std::reverse(size.begin(), size.end());
-  const std::size_t before = syntax.IsImplicit() ? 4 : 8;  // explicit: the type and two zeros stand between
+  // With explicit VR, the type and two zero bytes are between tag and length
+  const std::size_t before = syntax.IsImplicit() ? 4 : 8;
   for (std::size_t at = bytes.rfind(tag); at != std::string::npos; at = at == 0 ? at - 1 : bytes.rfind(tag, at - 1)) {
     if (bytes.compare(std::min(at + before, bytes.size()), 4, size) != 0) continue;
     return bytes.size() - (at + before + 4) < length;
@@ -282,10 +284,10 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   {
     std::ifstream list(argv[2], std::ios::binary);
-    // A name may hold a line end: names end in a zero.
+    // File names may contain line ends, so each name ends with a zero byte.
     for (std::string name; std::getline(list, name, '\0');) names.push_back(name);
   }
-  // The file's bytes, the decoded ones, and a codec's own copies.
+  // Memory limit: a base for the libraries, plus copies of the image (file, decoded pixels, buffers of the codec).
   constexpr std::uint64_t kBase = 768ull << 20, kCopies = 5, kSeconds = 300;
   limit_process({.seconds = kSeconds,
                  .memory = kBase + kCopies * std::strtoull(argv[3], nullptr, 10),
@@ -295,7 +297,7 @@ int main(int argc, char** argv) {
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   for (std::uint32_t number = 0; number < names.size(); ++number) {
-    if (names[number].empty()) continue;  // looked at before
+    if (names[number].empty()) continue;  // already read by an earlier process
     say(DicomRecord::kBegins, number);
     try {
       if (want_pixels)

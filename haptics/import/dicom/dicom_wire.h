@@ -1,20 +1,21 @@
-// What the guarded DICOM reader says about the files that it was given: plain records, checked by who reads them. No
-// name, date or number of a person is among them.
+// The output of the guarded DICOM reader: plain records, which the receiver checks. They contain no name, date or
+// number of a person.
 #pragma once
 
 #include <cstdint>
 
 namespace typodont::haptics::importing {
 
-/// Every record begins with one of these.
+/// Type of a record; every record begins with it.
 enum class DicomRecord : std::uint32_t {
-  kBegins = 0x44420001,  // a file is looked at: uint32 its number. Where nothing follows, the process died of it
-  kFile,                 // what the file is: DicomFile
-  kFrame,                // one of its frames: DicomFrame
-  kReference,            // of a DICOMDIR: uint32 length, the file's name relative to it
-  kPixels,               // DicomPixels, then the bytes
-  kRefused,              // uint32 length, why in plain words
-  kEnd,                  // of everything
+  // uint32 index of a file whose reading begins; if no record follows, the process died on this file
+  kBegins = 0x44420001,
+  kFile,       // DicomFile
+  kFrame,      // DicomFrame, one frame of the file
+  kReference,  // name of a file in a DICOMDIR, relative to it: uint32 length, then the name
+  kPixels,     // DicomPixels, then the pixels' bytes
+  kRefused,    // reason of a refusal in plain words: uint32 length, then the text
+  kEnd,        // end of the output
 };
 
 enum class DicomKind : std::uint32_t { kOther, kImage, kNoImage, kDirectory, kColor, kUnreadable };
@@ -27,21 +28,22 @@ struct DicomFile {
   std::int32_t series_number = 0, acquisition = 0, order = 0;
   char modality[8] = {};
   std::uint32_t columns = 0, rows = 0;
-  double tilt = 0;                // degrees, of the gantry, as the file says
-  std::uint8_t derived_view = 0;  // a localizer
+  double tilt = 0;                // degrees, tilt of the gantry according to the file
+  std::uint8_t derived_view = 0;  // 1: a localizer (overview image)
 };
 
 struct DicomFrame {
   std::uint8_t has_position = 0, has_orientation = 0, has_spacing = 0, has_gap = 0;
-  double position[3] = {}, orientation[6] = {}, spacing[2] = {};  // mm: of the first voxel; rows, columns; down, across
-  double gap = 0;                                                 // mm between slices, as the file says
+  // mm, position of the first voxel; unit, directions of rows and columns; mm, spacing down and across
+  double position[3] = {}, orientation[6] = {}, spacing[2] = {};
+  double gap = 0;  // mm between slices, according to the file
   double slope = 1, intercept = 0;
 };
 
 struct DicomPixels {
   std::uint32_t number = 0;
   std::uint32_t element = 0;  // Element (scan.h)
-  std::uint8_t inverted = 0;  // MONOCHROME1: the least value is white
+  std::uint8_t inverted = 0;  // 1: MONOCHROME1, the smallest value is white
   std::uint8_t lossy = 0;
   std::uint64_t bytes = 0;
 };

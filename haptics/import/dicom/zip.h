@@ -7,7 +7,7 @@
 
 namespace typodont::haptics::importing {
 
-/// A folder that only this user can look into; it and all in it go with the object.
+/// A temporary folder that only this user can read; it is deleted with its content when the object is destroyed.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -22,8 +22,8 @@ class TemporaryFolder {
 
 bool is_zip(std::string_view first_bytes);
 
-/// Unpacks all files (stored or deflated, not encrypted, not beyond 4 GB) under numbers instead of their names: no name
-/// in an archive can lead out of the folder. Sizes are checked before anything is written.
+/// Unpacks all files (stored or deflated, not encrypted, at most 4 GB). Files get numbers instead of their names, so
+/// that no name in the archive can lead outside the folder. Sizes are checked before anything is written.
 std::vector<std::filesystem::path> unzip(const std::filesystem::path& archive, const std::filesystem::path& folder);
 
 }  // namespace typodont::haptics::importing
