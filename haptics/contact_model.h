@@ -80,7 +80,7 @@ struct Contact {
   dvec3 turn{0};            // Σ w (x - c) × n, in `unit`
   dvec3 on_head{0};         // Σ w n over the head's contacts, in `unit`
   // Σ w n over the contacts of shank and safe end, in `unit`; added to `on_head`: the proxy's depth
-  dvec3 on_smooth{0};
+  dvec3 on_shank{0};
   bool known_tissue = false;  // `tissue` is valid; otherwise the last value stays in use
   PerTissue tissue{};         // fraction of each tissue under the contacts; sum 1
   bool graded = false;        // `hardness` is valid; otherwise every tissue has its own hardness

@@ -68,7 +68,7 @@ class CutFront {
   };
   std::vector<Place> listed_in(const glm::ivec3& patch_lo, int n) const;
   /// Call this when only labels changed: the lists are renewed.
-  void list_anew() noexcept { drop_listed(); }
+  void renew_lists() noexcept { drop_listed(); }
 
  private:
   friend class Sweep;

@@ -11,7 +11,7 @@ Fill::Fill(const Tool& tool, const dvec3& center_W, double radius, const Pose& X
     : label_(tool.fill),
       within_(tool.fill_within.get()),
       frame_(frame),
-      head_(HeadField::with_way_out(tool, frame.voxel)),
+      head_(HeadField::with_exit_path(tool, frame.voxel)),
       center_(frame.to_voxels(center_W)),
       radius_(radius / frame.voxel),
       X_VT_{frame.to_voxels(X_WT.p), X_WT.R} {

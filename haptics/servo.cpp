@@ -55,7 +55,7 @@ PassivityLaw law_for(const ServoSettings& settings) {
   const double size = ScaleParameters::tooth_stiffness / settings.stiffness;
   law.credit = std::min(law.credit, size * ScaleParameters::credit);
   law.turning = size * ScaleParameters::turning;
-  law.long_way *= std::max(size, 1.0);
+  law.jump_distance *= std::max(size, 1.0);
   return law;
 }
 
@@ -160,7 +160,7 @@ void Servo::State::change_tool(TickData& now) noexcept {
   coupling.tip = {};
 }
 
-bool Servo::State::fly(TickData& now) noexcept {
+bool Servo::State::move_free(TickData& now) noexcept {
   Motion& m = motion;
   ServoTick& out = now.out;
   if (!m.idle || limits.ending || tool().fill != Tissue::kAir || settings.filter != ForceFilter::kNone ||
@@ -188,8 +188,8 @@ bool Servo::State::fly(TickData& now) noexcept {
   l.given = std::clamp(-sums.energy, 0.0, sums.energy < -most_debt() ? -sums.energy : l.given);
   if (settings.position_step > 0) coupling.depth_speed.add(now.hand.t, dvec3(0));
   if (settings.passivity) {
-    passive_share(l.law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + l.given,
-                  l.passivity);
+    passive_fraction(l.law, dvec3(0), now.moved, dvec3(0), now.turned, now.dt, settings.tick, sums.energy + l.given,
+                     l.passivity);
   }
   m.last_hand = m.X_WG = out.X_WG = now.X_WT;
   m.last_t = now.hand.t;
@@ -332,7 +332,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.account(now, turns);
   s.run_spindle(now);
   if (hand.tool != s.in_hand) s.change_tool(now);
-  if (s.fly(now)) return false;
+  if (s.move_free(now)) return false;
   s.motion.room = 0;
 
   ContactTick touch(now);

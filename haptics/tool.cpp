@@ -235,7 +235,7 @@ HeadField::HeadField(const Tool& tool, double unit) {
   for (int i = 0; i < m.count; ++i) pieces[count++] = scaled(m.pieces[static_cast<std::size_t>(i)], unit);
 }
 
-HeadField HeadField::with_way_out(const Tool& tool, double unit) {
+HeadField HeadField::with_exit_path(const Tool& tool, double unit) {
   const Meridian m = meridian(tool);
   HeadField field;
   for (auto piece : m.pieces) {

@@ -36,7 +36,7 @@ class HeadField {
   HeadField(const Tool& tool, double unit);
   /// The head and the volume that it sweeps when it is withdrawn along its axis: a cylinder with the head's largest
   /// radius continues for one unit of length.
-  static HeadField with_way_out(const Tool& tool, double unit);
+  static HeadField with_exit_path(const Tool& tool, double unit);
 
   /// Signed distance from a point in T, negative inside; exact for every shape.
   double distance(const dvec3& p_TQ) const noexcept;

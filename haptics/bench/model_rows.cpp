@@ -62,7 +62,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
     for (const int spheres : counts) {
       all.push_back({model, fmt::format("{} spheres", spheres),
                      method_of(fmt::format(R"({{"packing": {{"spheres": {}}}}})", spheres)),
-                     anatomy ? tissue.voxels_mm.back() : kUsualVoxel});
+                     anatomy ? tissue.voxels_mm.back() : kDefaultVoxel});
     }
   } else if (anatomy && (model == "mesh_lod" || model == "vertex")) {
     all.push_back({model, "its mesh",
@@ -72,7 +72,7 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
     for (const int vertices : quick ? std::vector{2000, 8000} : std::vector{2000, 8000, 33'000}) {
       all.push_back({model, fmt::format("{} vertices", vertices),
                      method_of(fmt::format(R"({{"mesh_lod": {{"vertices": {0}, "levels": [{0}]}}}})", vertices)),
-                     kUsualVoxel});
+                     kDefaultVoxel});
     }
   } else {
     const std::vector<double> voxels = anatomy ? tissue.voxels_mm
@@ -86,9 +86,9 @@ std::vector<Setting> settings_of(const std::string& model, const ModelTissue& ti
 }
 
 /// The default setting of a model.
-Setting usual_setting(const std::string& model) {
-  const UsualMethod usual = usual_method(model);
-  return {model, usual.knob, usual.method, kUsualVoxel};
+Setting default_setting(const std::string& model) {
+  const DefaultMethod usual = default_method(model);
+  return {model, usual.knob, usual.method, kDefaultVoxel};
 }
 
 bool wanted(const std::vector<std::string>& names, const std::string& name) {
@@ -169,7 +169,7 @@ class ModelBench {
           if (wanted(options_.motions, "drill") && tissue.solid) drill();
           if (wanted(options_.motions, "break-through") && !tissue.solid) break_through();
         }
-        const Setting usual = usual_setting(model);
+        const Setting usual = default_setting(model);
         setting_ = &usual;
         // A short run would not touch the tissue.
         if (wanted(options_.motions, "hostile") && tissue.voxels_mm.empty() && !options_.quick) hostile();
@@ -179,7 +179,7 @@ class ModelBench {
       const ModelTissue sheet = sheet_tissue(thickness_mm);
       if (!wanted(options_.motions, "escape") || !wanted(options_.tissues, sheet.name)) continue;
       for (const std::string& model : contact_method_names()) {
-        const Setting usual = usual_setting(model);
+        const Setting usual = default_setting(model);
         tissue_ = &sheet, setting_ = &usual;
         escape(thickness_mm);
       }
@@ -411,7 +411,7 @@ class ModelBench {
     for (int hand = 0; hand < hands; ++hand) {
       const bool drills = hand % 2 == 1;
       Scene scene(tissue_->make(setting_->voxel_mm), settings);
-      Wanderer wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
+      ErraticHand wanderer(kSeed + static_cast<std::uint64_t>(hand), tissue_->start);
       double least = 0;
       for (int i = 0; i < ticks; ++i) {
         // Moves down into the tissue every two seconds.

@@ -11,21 +11,21 @@
 
 namespace typodont::haptics::bench {
 
-inline constexpr double kUsualVoxel = 0.1;  // mm, voxel of the distance field
+inline constexpr double kDefaultVoxel = 0.1;  // mm, voxel of the distance field
 
 inline SharedContactMethod method_of(const std::string& json) {
   return read_contact_method(Json::parse(json, "bench"));
 }
 
 /// A method with its default setting. `knob`: the setting in words, for example "10000 spheres".
-struct UsualMethod {
+struct DefaultMethod {
   std::string knob;
   SharedContactMethod method;
 };
-inline UsualMethod usual_method(const std::string& model) {
+inline DefaultMethod default_method(const std::string& model) {
   if (model == "packing") return {"10000 spheres", method_of(R"({"packing": {"spheres": 10000}})")};
   if (model == "mesh_lod") return {"8000 vertices", method_of(R"({"mesh_lod": {"vertices": 8000, "levels": [8000]}})")};
-  return {fmt::format("voxel {:g} mm", kUsualVoxel), contact_method(model, "bench")};
+  return {fmt::format("voxel {:g} mm", kDefaultVoxel), contact_method(model, "bench")};
 }
 
 }  // namespace typodont::haptics::bench

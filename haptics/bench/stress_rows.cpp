@@ -118,7 +118,7 @@ constexpr std::array kGestures{Gesture::kSlide, Gesture::kDrill, Gesture::kTap};
 class Stress {
  public:
   Stress(const StressBenchOptions& options, const std::string& model, std::vector<BenchRow>& rows)
-      : options_(options), model_(model), usual_(usual_method(model)), rows_(rows) {}
+      : options_(options), model_(model), usual_(default_method(model)), rows_(rows) {}
 
   void all() {
     hostile(false);
@@ -173,16 +173,16 @@ class Stress {
         ServoSettings s = settings(1.2e-3);
         s.spindle.free_speed = 300 * kKrpm;
         s.force_limit = kHostileLimit;
-        Run run(TissueVolume(tissue(solids, kUsualVoxel)), s);
+        Run run(TissueVolume(tissue(solids, kDefaultVoxel)), s);
         const dvec3 home(0, 0, top);
-        Wanderer wanderer(static_cast<std::uint64_t>(hand) + 1, home);
-        Nonsense spoiler(static_cast<std::uint64_t>(hand) + 100, home);
+        ErraticHand wanderer(static_cast<std::uint64_t>(hand) + 1, home);
+        InvalidInput spoiler(static_cast<std::uint64_t>(hand) + 100, home);
         for (int i = 0; i < ticks; ++i) {
           Pose X = wanderer.next(1e-3);
           X.p.z += 3e-3 * std::max(0.0, 1 - 1e-3 * i / 0.3);  // starts in the air, because no tool starts inside tissue
           double pedal = hand % 2;
           if (nonsense) {
-            const Nonsense::Other other = spoiler.spoil(wanderer, X, pedal);
+            const InvalidInput::Other other = spoiler.spoil(wanderer, X, pedal);
             run.jump_clock(other.clock);
             if (other.undo) run.carver().undo();
           }
@@ -201,7 +201,7 @@ class Stress {
     ServoSettings s = settings(1.2e-3);
     s.spindle.free_speed = 300 * kKrpm;
     s.friction = false;
-    Run run(TissueVolume(tissue(kBlock6, kUsualVoxel)), s);
+    Run run(TissueVolume(tissue(kBlock6, kDefaultVoxel)), s);
     std::mt19937_64 random(5);
     const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
     // N; voxel_penalty has no proxy, so it would let a stronger push through (see its README)
@@ -317,7 +317,7 @@ class Stress {
         ServoSettings s = settings(2 * kTip);
         s.cutting = s.friction = false;
         s.damping = 0;
-        Run run(tissue.make(tissue.voxels_mm.empty() ? kUsualVoxel : tissue.voxels_mm.back()), s);
+        Run run(tissue.make(tissue.voxels_mm.empty() ? kDefaultVoxel : tissue.voxels_mm.back()), s);
         int holes = 0;
         for (std::size_t k = 0; k < course.hand.size(); k += k < kLanded ? 1 : stride) {
           const double force = glm::length(run.tick({course.hand[k]}, 0, 1e-3, false).f_model_W);
@@ -341,7 +341,7 @@ class Stress {
   void thin_wall() {
     ServoSettings s = settings(2 * kProbeRadius);
     s.friction = s.cutting = false;
-    Run run(sheet_tissue(0.3).make(kUsualVoxel), s);
+    Run run(sheet_tissue(0.3).make(kDefaultVoxel), s);
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> anywhere(-1, 1);
     const int hands = options_.quick ? 5 : 50;
@@ -362,7 +362,7 @@ class Stress {
 
   const StressBenchOptions& options_;
   std::string model_;
-  UsualMethod usual_;
+  DefaultMethod usual_;
   std::vector<BenchRow>& rows_;
 };
 

@@ -16,9 +16,9 @@ namespace typodont::haptics::bench {
 /// A hand that wanders around a point at up to 0.2 m/s, with accelerations of up to 20 m/s²: ten times the acceleration
 /// that the passivity controller expects, and more than an arm can reach. It also turns the tool in all directions, and
 /// changes its speed from time to time.
-class Wanderer {
+class ErraticHand {
  public:
-  Wanderer(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
+  ErraticHand(std::uint64_t seed, dvec3 home) : random_(seed), home_(home), p_(home) {}
   Pose next(double dt) {
     if (random_() % 400 == 0) {
       constexpr double kSpeeds[] = {0.01, 0.03, 0.1, 0.2};  // m/s
@@ -48,7 +48,7 @@ class Wanderer {
 };
 
 /// Invalid input as a broken device or clock would produce it.
-class Nonsense {
+class InvalidInput {
  public:
   /// Changes that the caller must make in a corrupted tick.
   struct Other {
@@ -56,10 +56,10 @@ class Nonsense {
     bool undo = false;  // undo the last stroke
   };
 
-  Nonsense(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}
+  InvalidInput(std::uint64_t seed, dvec3 home) : random_(seed), home_(home) {}
   double pedal() { return uniform_(random_); }
   /// Corrupts one tick in 50: the hand, its pose or the pedal, or what it returns.
-  Other spoil(Wanderer& hand, Pose& X, double& pedal) {
+  Other spoil(ErraticHand& hand, Pose& X, double& pedal) {
     switch (random_() % 450) {
       case 0:
         hand.leap_to(home_ + anywhere(6 * kMillimetre));

@@ -8,8 +8,8 @@ namespace typodont::haptics {
 struct FrictionLaw {
   double static_coefficient = 0.2;
   double dynamic_coefficient = 0.15;
-  double stiffness = 1000;   // N/m, stiffness of the tangential spring
-  double stick_share = 0.5;  // fraction of z_max below which the adhesion point does not move
+  double stiffness = 1000;      // N/m, stiffness of the tangential spring
+  double stick_fraction = 0.5;  // fraction of z_max below which the adhesion point does not move
 };
 
 struct FrictionState {
@@ -39,10 +39,10 @@ inline dvec3 friction_force(const FrictionLaw& law, const dvec3& x, const dvec3&
     const double kept = std::min(z_max, law.dynamic_coefficient * normal_force / law.stiffness);
     z *= length > 0 ? kept / length : 0;
     state.w = x - z;
-  } else if (length > law.stick_share * z_max) {
+  } else if (length > law.stick_fraction * z_max) {
     // Creep: α rises from 0 at the stick threshold to half of 1/z_max at break-away. So even a slow motion reaches
     // break-away, and a slide has the dynamic coefficient.
-    const double share = 0.5 * (length / z_max - law.stick_share) / (1 - law.stick_share);
+    const double share = 0.5 * (length / z_max - law.stick_fraction) / (1 - law.stick_fraction);
     dvec3 step = x - previous;
     step -= glm::dot(step, n) * n;
     if (glm::length(step) == 0) {

@@ -23,34 +23,35 @@ struct PassivityLaw {
   double turning = 2;
   // s, tick length for which `turning` holds; after much longer ticks the hand may retreat as it advanced
   double human_tick = 1e-3;
-  double long_way = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
-  double twisting = 20;      // rad/s², expected angular acceleration of any hand
+  double jump_distance = 0.3e-3;  // m; a hand that moves this far in one tick may reverse at once
+  double twisting = 20;           // rad/s², expected angular acceleration of any hand
   // Positions are encoder counts, so their differences say nothing about changes of the hand's velocity
   bool in_counts = false;
   double faster = 1.2;  // factor on the greatest recent speed: limit of the speed of a retreat
   // Factor on the greatest recent velocity change: limit of the change for a hand that may reverse at once
   double again = 3;
   // Factor on the mean velocity change: margin above the greatest recent change for any other hand
-  double outdone = 0.6;
-  double lonely = 0.1;    // fraction of the greatest change; a smaller mean (start or end of one stroke) adds no margin
-  double in_mean = 0.01;  // weight of one tick in the mean velocity change
+  double change_margin = 0.6;
+  double start_fraction =
+      0.1;  // fraction of the greatest change; a smaller mean (start or end of one stroke) adds no margin
+  double mean_weight = 0.01;  // weight of one tick in the mean velocity change
   double hold = 1;  // s of motion for which greatest speed and change stay undiminished; time at rest does not count
   // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
-  double hold_free = 0.15;
+  double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the hold time
   double uneven = 1.5;  // factor on the longest recent tick, for an irregular clock
   double still = 1e-4;  // m/s; a slower motion is rounding or rest
   double leap = 2;      // m/s; a faster motion is a jump of the input
   // s, time constant of the memory of the longest tick: a clock that missed ticks will miss more
   double clock_memory = 10;
-  double most_missed = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
+  double longest_gap = 5;  // ticks; a longer gap is a pause and does not count as the longest tick
   // J by which the ledger may be overdrawn: a part of the allowed debt of 1 nJ; the rest is for rounding and a sudden
   // reversal
   double credit = 0.5e-9;
 };
 
 /// Greatest recent value of a quantity: stays for the time `hold`, then decays.
-struct Lately {
+struct RecentMaximum {
   double most = 0, age = 0;
   void see(double x, double dt, double hold, double fade) noexcept {
     if (x >= 0.8 * most) {  // a value nearly as large restarts the hold time
@@ -68,14 +69,15 @@ struct PassivityState {
   double way = 0;      // m, length of `moved`
   // Tick length for which the next three values were computed, s; its inverse, 1/s; decay factors per tick
   double decay_for = 0, per_second = 0, decay = 1, clock_decay = 1;
-  Lately pace, change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
-  double mean_change = 0;   // m/s, mean velocity change over about the last hundred ticks of motion
-  dvec3 heading{0};         // m, displacement in the last tick in which the hand moved
-  double fade = 1;          // decay factor per tick of `pace` and `change`
-  double since_turn = 1e9;  // s of motion since the hand last reversed at a considerable speed
-  double longest = 0;       // s, longest recent tick
+  RecentMaximum pace,
+      change;  // m/s, greatest recent speed and greatest recent velocity change per tick, also without contact
+  double mean_change = 0;       // m/s, mean velocity change over about the last hundred ticks of motion
+  dvec3 heading{0};             // m, displacement in the last tick in which the hand moved
+  double fade = 1;              // decay factor per tick of `pace` and `change`
+  double since_reversal = 1e9;  // s of motion since the hand last reversed at a considerable speed
+  double longest = 0;           // s, longest recent tick
   // For rotations, rad: greatest recent retreat and advance per tick, and the rotation in the tick before
-  double unturn = 0, turn_in = 0;
+  double rotation_retreat = 0, rotation_advance = 0;
   dvec3 turned{0};
 };
 
@@ -94,48 +96,48 @@ inline dvec3 rotation_vector(const dquat& from, const dquat& to) noexcept {
 inline void learn(const PassivityLaw& law, const dvec3& moved, double way, const dvec3& change, double dt, bool touches,
                   PassivityState& state) noexcept {
   const double pace = way * state.per_second, changed = glm::length(change) * state.per_second;
-  if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.hold_free, state.fade);
+  if (pace < law.leap) state.pace.see(pace, dt, touches ? law.hold : law.free_hold, state.fade);
   if (changed < law.leap) {
     state.change.see(changed, dt, law.hold, state.fade);
-    state.mean_change += law.in_mean * (changed - state.mean_change);
+    state.mean_change += law.mean_weight * (changed - state.mean_change);
   }
-  state.since_turn += dt;
+  state.since_reversal += dt;
   if (way == 0) return;
-  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_turn = 0;
+  if (glm::dot(moved, state.heading) < 0 && pace > std::max(0.3 * state.pace.most, law.still)) state.since_reversal = 0;
   state.heading = moved;
 }
 
 /// Probability that the hand reverses at once, 0..1. It is 1 if the hand did so recently, moves in jumps, rests, or has
 /// an irregular or slow clock. `uneven_clock`: ticks differ from the nominal length.
-inline double abruptness(const PassivityLaw& law, double tick, bool uneven_clock,
-                         const PassivityState& state) noexcept {
+inline double reversal_probability(const PassivityLaw& law, double tick, bool uneven_clock,
+                                   const PassivityState& state) noexcept {
   const bool rests = glm::dot(state.moved, state.moved) < 0.04 * state.pace.most * tick * state.pace.most * tick;
   if (tick > 2.2 * law.human_tick || uneven_clock || rests) return 1;
-  const double turned_lately = (law.hold + law.fading - state.since_turn) / law.fading;
-  const double leaps = 4 * (state.pace.most * tick / law.long_way - 0.75);
+  const double turned_lately = (law.hold + law.fading - state.since_reversal) / law.fading;
+  const double leaps = 4 * (state.pace.most * tick / law.jump_distance - 0.75);
   return std::clamp(std::max(turned_lately, leaps), 0.0, 1.0);
 }
 
 /// Greatest expected outward displacement of the hand in the next tick, m. The velocity is expected to change as much
 /// as recently, or more if the hand may reverse at once; the speed exceeds the recent speed only slightly. `along`:
 /// m/s, outward velocity; `twitch`: m, displacement that is expected of any hand.
-inline double way_back(const PassivityLaw& law, double along, double tick, double twitch,
-                       const PassivityState& state) noexcept {
+inline double expected_retreat(const PassivityLaw& law, double along, double tick, double twitch,
+                               const PassivityState& state) noexcept {
   const bool uneven_clock = state.longest > 1.02 * tick;  // tolerance of 2 % for the rounding of a clock in ns
   const double next = (uneven_clock ? law.uneven : 1) * std::max(state.longest, tick);
   const double at_once = law.again * state.change.most,
-               restless = std::max(0.0, state.mean_change - law.lonely * state.change.most);
-  const double likely = state.change.most + law.outdone * restless;
+               restless = std::max(0.0, state.mean_change - law.start_fraction * state.change.most);
+  const double likely = state.change.most + law.change_margin * restless;
   const double turn =
-      std::max(twitch, (likely + (at_once - likely) * abruptness(law, tick, uneven_clock, state)) * next);
+      std::max(twitch, (likely + (at_once - likely) * reversal_probability(law, tick, uneven_clock, state)) * next);
   return std::min(turn + along * next, std::max(twitch, law.faster * state.pace.most * next));
 }
 
 /// The fraction, 0..1, of force `f` and torque `tau` (N, N·m, on the hand) that the ledger can pay for. `moved`,
 /// `turned`: displacement (m) and rotation (rad) of the hand in the last tick; `energy`: J in the ledger.
-inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
-                            const dvec3& turned, double dt, double tick, double energy,
-                            PassivityState& state) noexcept {
+inline double passive_fraction(const PassivityLaw& law, const dvec3& f, const dvec3& moved, const dvec3& tau,
+                               const dvec3& turned, double dt, double tick, double energy,
+                               PassivityState& state) noexcept {
   dvec3 change = moved - state.moved;
   if (dt != state.decay_for) {
     if (state.decay_for > 0) change = moved - state.moved * (dt / state.decay_for);
@@ -149,14 +151,15 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
   state.retreat *= state.decay;
   if (before > 0) state.retreat = std::max(state.retreat, -glm::dot(moved, state.moved) / before);
   state.moved = moved, state.way = way;
-  state.unturn *= state.decay;
+  state.rotation_retreat *= state.decay;
   if (state.turned != dvec3(0)) {  // skipped for the common case of a hand that does not rotate
-    state.unturn = std::max(state.unturn, -glm::dot(turned, state.turned) / glm::length(state.turned));
+    state.rotation_retreat =
+        std::max(state.rotation_retreat, -glm::dot(turned, state.turned) / glm::length(state.turned));
   }
   state.turned = turned;
   if (dt != tick || state.longest != tick) {
     state.longest = tick + (state.longest - tick) * state.clock_decay;
-    if (dt < law.most_missed * tick) state.longest = std::max(state.longest, dt);
+    if (dt < law.longest_gap * tick) state.longest = std::max(state.longest, dt);
   }
   if (!(strength > 0 || twist > 0)) return 1;
   double at_stake = 0;
@@ -165,17 +168,17 @@ inline double passive_share(const PassivityLaw& law, const dvec3& f, const dvec3
     state.retreat = std::max(state.retreat, along);
     state.advance = std::max(state.advance * std::exp(-dt / law.memory), -along);
     const double twitch = law.turning * tick * tick;
-    const double back = !law.in_counts ? way_back(law, along / dt, tick, twitch, state)
+    const double back = !law.in_counts ? expected_retreat(law, along / dt, tick, twitch, state)
                                        : twitch + (tick > 2.2 * law.human_tick ? state.advance : along);
     at_stake = strength * std::max({law.margin * state.retreat, back, 1e-3 * twitch});
   }
   if (twist > 0) {  // also for a tool whose force is already zero, because the torque decays more slowly
     const double out = glm::dot(tau, turned) / twist;  // rad; > 0: in the direction of the torque
-    state.unturn = std::max(state.unturn, out);
-    state.turn_in = std::max(state.turn_in * std::exp(-dt / law.memory), -out);
+    state.rotation_retreat = std::max(state.rotation_retreat, out);
+    state.rotation_advance = std::max(state.rotation_advance * std::exp(-dt / law.memory), -out);
     const double twitch = law.twisting * tick * tick;
-    const double back = tick > 2.2 * law.human_tick ? twitch + state.turn_in : twitch + std::min(out, 0.0);
-    at_stake += twist * std::max({law.margin * state.unturn, back, 1e-3 * twitch});
+    const double back = tick > 2.2 * law.human_tick ? twitch + state.rotation_advance : twitch + std::min(out, 0.0);
+    at_stake += twist * std::max({law.margin * state.rotation_retreat, back, 1e-3 * twitch});
   }
   return std::clamp((energy + law.credit) / at_stake, 0.0, 1.0);
 }

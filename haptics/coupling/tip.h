@@ -25,12 +25,13 @@ struct TipState {
 /// of the coupling, N/m; `soft`: the tissue ahead is soft enough to sink deeper. Returns the force on the tool, N;
 /// state.sunk becomes 0 when the tip comes out.
 inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, bool soft, TipState& state) noexcept {
-  const double bears = law.yield + law.hardening * state.sunk, holds = law.grip * bears;
+  const double resistance = law.yield + law.hardening * state.sunk, holds = law.grip * resistance;
   dvec3 pull = hand - state.p;
   const double out = glm::dot(pull, state.n);
-  if (stiffness * -out > bears && soft && state.sunk < law.depth_limit) {
-    // The tip sinks until coupling and tissue balance: k (push - x) = bears + hardening x.
-    const double x = std::min((stiffness * -out - bears) / (stiffness + law.hardening), law.depth_limit - state.sunk);
+  if (stiffness * -out > resistance && soft && state.sunk < law.depth_limit) {
+    // The tip sinks until coupling and tissue balance: k (push - x) = resistance + hardening x.
+    const double x =
+        std::min((stiffness * -out - resistance) / (stiffness + law.hardening), law.depth_limit - state.sunk);
     state.sunk += x;
     state.p -= x * state.n;
   } else if (stiffness * out > holds) {
@@ -45,8 +46,8 @@ inline dvec3 tip_force(const TipLaw& law, const dvec3& hand, double stiffness, b
   pull = hand - state.p;
   dvec3 sideways = pull - glm::dot(pull, state.n) * state.n;
   const double length = glm::length(sideways);
-  if (stiffness * length > bears) {  // the tip ploughs sideways
-    state.p += sideways * (1 - bears / (stiffness * length));
+  if (stiffness * length > resistance) {  // the tip ploughs sideways
+    state.p += sideways * (1 - resistance / (stiffness * length));
     pull = hand - state.p;
   }
   return -stiffness * pull;

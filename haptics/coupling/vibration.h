@@ -26,7 +26,7 @@ struct VibrationLaw {
 
 /// Weight of a component: 1 well inside the band, 0 at its end. So no component starts or stops abruptly while the
 /// spindle runs up.
-inline double share_in_band(double frequency, double band) noexcept {
+inline double band_weight(double frequency, double band) noexcept {
   if (!(band > 0)) return 0;
   const double x = std::clamp((1 - std::abs(frequency) / band) / 0.2, 0.0, 1.0);
   return x * x * (3 - 2 * x);
@@ -43,8 +43,8 @@ inline double advance_phase(double phase, double speed, double dt) noexcept {
 /// rate.
 inline dvec3 vibration_force(const VibrationLaw& law, double band, double phase, double speed, const dvec3& axis,
                              const dvec3& normal, double cutting) noexcept {
-  const double once = share_in_band(speed / (2 * kPi), band);
-  const double tooth = share_in_band(law.tooth_count * speed / (2 * kPi), band);
+  const double once = band_weight(speed / (2 * kPi), band);
+  const double tooth = band_weight(law.tooth_count * speed / (2 * kPi), band);
   if (once <= 0) return dvec3(0);
   // The imbalance rotates with the spindle: m e ω² = m (e ω) ω.
   const dvec3 aside = std::abs(axis.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0);

@@ -101,7 +101,7 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
     if (graded) *hardened = hardened_since(patch, from, to);  // computed before the labels of fillings are removed
-    if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->list_anew();
+    if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->renew_lists();
     if (changed) *changed = true;
   }
   removed[0] = 0;

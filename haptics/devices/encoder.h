@@ -35,7 +35,7 @@ class Encoder {
   }
 
   // Limit: this number of consecutive distant readings that agree with each other are accepted.
-  static constexpr int kBelieved = 8;
+  static constexpr int kAcceptedAfter = 8;
 
  private:
   Step take(std::int64_t step, std::int64_t reach, std::int64_t nearby) noexcept {
@@ -52,7 +52,7 @@ class Encoder {
     // If distant readings agree with each other, the encoder has jumped; wrong reports would not agree.
     rejected_ = rejected_ > 0 && std::llabs(step - rejected_step_) <= nearby ? rejected_ + 1 : 1;
     rejected_step_ = step;
-    if (rejected_ < kBelieved) return Step::kRejected;
+    if (rejected_ < kAcceptedAfter) return Step::kRejected;
     total_ += step;
     rejected_ = 0;
     slipped_ = true;

@@ -27,22 +27,23 @@ glm::ivec3 size_of(const Sparse<std::int32_t>& g) {
   return g.set->size;
 }
 
-// Propagates features from the samples in x_lo .. x_hi − 1 that have a feature and are marked in `untold`, nearest
-// first. The queue consists of buckets with the width of a quarter step, which orders well enough by distance, in O(1).
+// Propagates features from the samples in x_lo .. x_hi − 1 that have a feature and are marked in `unpropagated`,
+// nearest first. The queue consists of buckets with the width of a quarter step, which orders well enough by distance,
+// in O(1).
 template <class Features, class Distances, class Distance>
-void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& untold, int x_lo, int x_hi,
-                      const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
+void propagate_within(Features& feature, Distances& nearest, std::vector<std::uint8_t>& unpropagated, int x_lo,
+                      int x_hi, const std::vector<std::size_t>& seeds, double band, double step, Distance distance) {
   const double width = 0.25 * step;
   std::vector<std::vector<std::size_t>> buckets(static_cast<std::size_t>(band / width) + 2);
   for (const std::size_t i : seeds) {
     const auto b = static_cast<std::size_t>(nearest.v[i] / width);
-    untold[i] = 1;
+    unpropagated[i] = 1;
     if (b < buckets.size()) buckets[b].push_back(i);
   }
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t k = 0; k < buckets[b].size(); ++k) {  // the bucket may grow during the loop
       const std::size_t i = buckets[b][k];
-      if (!std::exchange(untold[i], std::uint8_t{0})) continue;
+      if (!std::exchange(unpropagated[i], std::uint8_t{0})) continue;
       const std::int32_t f = feature.v[i];
       const glm::ivec3 p = feature.place(i);
       for (int x = std::max(p.x - 1, x_lo); x <= std::min(p.x + 1, x_hi - 1); ++x) {
@@ -56,7 +57,7 @@ void propagate_within(Features& feature, Distances& nearest, std::vector<std::ui
             if (d < nearest.v[j]) {
               nearest.v[j] = d;
               feature.v[j] = f;
-              untold[j] = 1;
+              unpropagated[j] = 1;
               // A feature never enters an earlier bucket.
               const auto into = std::max(b, static_cast<std::size_t>(d / width));
               if (into < buckets.size()) buckets[into].push_back(j);
@@ -82,9 +83,9 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
     if (feature.v[i] >= 0) seeds[static_cast<std::size_t>(feature.place(i).x / slab)].push_back(i);
   }
   // 1: the sample has a feature that its neighbours have not been offered yet
-  std::vector<std::uint8_t> untold(feature.v.size(), 0);
+  std::vector<std::uint8_t> unpropagated(feature.v.size(), 0);
   for_each_slab(slabs, [&](int s) {
-    propagate_within(feature, nearest, untold, s * slab, std::min((s + 1) * slab, x_size),
+    propagate_within(feature, nearest, unpropagated, s * slab, std::min((s + 1) * slab, x_size),
                      seeds[static_cast<std::size_t>(s)], band, step, distance);
   });
   for (std::size_t i = 0; i < feature.v.size(); ++i) {
@@ -94,7 +95,7 @@ void propagate(Features& feature, Distances& nearest, double band, double step, 
     if (x % slab == slab - 1 && x + 1 < x_size) at_seam[static_cast<std::size_t>(x / slab + 1)].push_back(i);
   }
   for_each_slab(slabs, [&](int s) {
-    propagate_within(feature, nearest, untold, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
+    propagate_within(feature, nearest, unpropagated, s * slab - slab / 2, std::min(s * slab + slab / 2, x_size),
                      at_seam[static_cast<std::size_t>(s)], band, step, distance);
   });
 }

@@ -60,15 +60,15 @@ struct ImportOptions {
 /// A nerve canal: a dark tube in the bone.
 struct JawCanal {
   std::vector<dvec3> centre;  // m, in the file's coordinates
-  double doubt = 0;           // m, standard deviation of the centres across the canal
+  double uncertainty = 0;     // m, standard deviation of the centres across the canal
 };
 
 /// Uncertainty of a jaw's labels.
 struct JawReport {
-  int crowns = 0;            // number of pieces of enamel and metal; touching neighbours are one piece
-  double border = 0;         // m, standard deviation of the position of a border between tissues
-  PerTissue volume_doubt{};  // m³, uncertainty of each tissue's volume
-  double unsure = 0;         // m³, expected volume of tooth labelled as bone, and of bone labelled as tooth
+  int crowns = 0;                  // number of pieces of enamel and metal; touching neighbours are one piece
+  double border = 0;               // m, standard deviation of the position of a border between tissues
+  PerTissue volume_uncertainty{};  // m³, uncertainty of each tissue's volume
+  double mislabelled = 0;          // m³, expected volume of tooth labelled as bone, and of bone labelled as tooth
   std::vector<JawCanal> canals;
 };
 

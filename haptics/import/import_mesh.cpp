@@ -17,7 +17,7 @@ namespace typodont::haptics::importing {
 
 namespace {
 
-constexpr double kUsualVoxel = 0.1e-3;  // m, default voxel of a mesh's volume
+constexpr double kDefaultVoxel = 0.1e-3;  // m, default voxel of a mesh's volume
 
 struct Bounds {
   dvec3 lo{1e300}, hi{-1e300};
@@ -63,7 +63,7 @@ void check_unit(const ImportOptions& options) {
 
 /// An empty volume around the bounds.
 DenseTissue volume_around(const Bounds& bounds, const ImportOptions& options, ImportReport& report) {
-  const double voxel = options.voxel.value_or(kUsualVoxel);
+  const double voxel = options.voxel.value_or(kDefaultVoxel);
   // Memory of the result per voxel, in bytes, while it is made (measured with typodont bench import), and a constant
   // part.
   constexpr double kBytesPerVoxel = 20, kResidue = 30e6;

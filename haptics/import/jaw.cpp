@@ -240,7 +240,7 @@ void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGre
       const glm::dvec3 bend = line.centre[k] - 0.5 * (line.centre[k - 1] + line.centre[k + 1]);
       rough += glm::dot(bend, bend) / 1.5;
     }
-    line.doubt = voxel * std::sqrt(rough / static_cast<double>(std::max<std::size_t>(line.centre.size(), 3) - 2));
+    line.uncertainty = voxel * std::sqrt(rough / static_cast<double>(std::max<std::size_t>(line.centre.size(), 3) - 2));
     found.push_back(std::move(line));
     for (const std::size_t i : samples) canal.v[i] = 1;
   }
@@ -453,7 +453,7 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   const double rise = greys.hard - greys.soft;
   out.report.border = voxel * std::hypot(kBorder, noise / rise * std::sqrt(2 * kPi) * std::max(0.5, s.blur));
   PerTissue faces{};
-  double unsure = 0;
+  double mislabelled = 0;
   for (std::size_t i = 0; i < out.tissue.v.size(); ++i) {
     const glm::ivec3 p = set->place(i);
     if (!set->holds(p) || !(s.surface.distance[p] < 0)) continue;
@@ -462,15 +462,15 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
       if (set->holds(p + f) && (out.tissue[p + f] != t || s.surface.distance[p + f] >= 0))
         faces[static_cast<std::size_t>(t)] += 1;
     }
-    if (bright.v[i]) unsure += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
+    if (bright.v[i]) mislabelled += static_cast<double>(std::min(probability.v[i], 1 - probability.v[i]));
   }
   // Faces of voxels per area of one voxel face, for a surface at a random angle to the axes
   constexpr double kFacesPerArea = 1.5;
   for (std::size_t t = 0; t < faces.size(); ++t)
-    out.report.volume_doubt[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;
-  out.report.unsure = unsure * cubed(voxel);
+    out.report.volume_uncertainty[t] = faces[t] / kFacesPerArea * voxel * voxel * out.report.border;
+  out.report.mislabelled = mislabelled * cubed(voxel);
   for (const Tissue t : {Tissue::kDentin, Tissue::kCorticalBone})
-    out.report.volume_doubt[static_cast<std::size_t>(t)] += out.report.unsure;
+    out.report.volume_uncertainty[static_cast<std::size_t>(t)] += out.report.mislabelled;
   const SparseComponents crowns = components(crown);
   out.report.crowns = static_cast<int>(crowns.voxels.size()) - 1;
   return out;

@@ -165,7 +165,7 @@ namespace {
 /// 80.
 struct HounsfieldScale {
   double offset;
-  std::string told_by;  // how the scale was found, for the note
+  std::string source;  // how the scale was found, for the note
 };
 
 /// Finds the scale from the peaks of air and soft tissue, which are about 1000 apart; nullopt if there are no such
@@ -307,7 +307,7 @@ Levels find_levels(const std::filesystem::path& file, const Grid<float>& grey, c
     }
     notes.push_back(
         fmt::format("greys taken as Hounsfield units{} ({}): soft tissue 0{}",
-                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->told_by,
+                    hounsfield->offset == 0 ? "" : fmt::format(" {:+g}", hounsfield->offset), hounsfield->source,
                     options.preset == ImportPreset::kBone ? ", cortical bone above 850 (Misch D1 and D2)" : ""));
   } else if (!options.surface_grey && tissues.empty()) {
     throw Error(file.string(), "greys", fmt::format("no tissue brighter than the surround ({:.6g})", levels.outside),

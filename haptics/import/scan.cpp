@@ -168,7 +168,7 @@ static const ScanFormat* format_of(const std::filesystem::path& file, std::strin
   const auto ends = [&](const std::string& ending) { return name.ends_with(ending); };
   for (const ScanFormat& format : scan_formats()) {
     if ((format.begins && format.begins(start)) || std::any_of(format.endings.begin(), format.endings.end(), ends) ||
-        std::any_of(format.odd_endings.begin(), format.odd_endings.end(), ends))
+        std::any_of(format.further_extensions.begin(), format.further_extensions.end(), ends))
       return &format;
   }
   return nullptr;

@@ -49,9 +49,9 @@ struct ScanRequest {
 /// A file format of scans. A new format is a file NAME.cpp that defines `const ScanFormat NAME_format`, and a row in
 /// the table of scan.cpp.
 struct ScanFormat {
-  std::string name;                      // for example "NRRD"
-  std::vector<std::string> endings;      // extensions shown to users, lower case: ".nrrd"
-  std::vector<std::string> odd_endings;  // further extensions that are accepted
+  std::string name;                             // for example "NRRD"
+  std::vector<std::string> endings;             // extensions shown to users, lower case: ".nrrd"
+  std::vector<std::string> further_extensions;  // further extensions that are accepted
   /// Returns true if a file that begins with these bytes has this format, whatever its name. Null: the extension
   /// decides.
   bool (*begins)(std::string_view first_bytes);

@@ -76,9 +76,9 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
   now.torque = h * h * magnitude / depth * contact.turn;
   c.normal_force = k * depth;
   c.head_force = c.normal_force;
-  if (contact.own < contact.count && glm::dot(contact.on_smooth, contact.on_smooth) > 0) {
+  if (contact.own < contact.count && glm::dot(contact.on_shank, contact.on_shank) > 0) {
     const double on_head = glm::length(contact.on_head);
-    c.head_force *= on_head / (on_head + glm::length(contact.on_smooth));
+    c.head_force *= on_head / (on_head + glm::length(contact.on_shank));
   }
   if (contact.held_off_direction != dvec3(0)) {
     c.pressed = glm::normalize(contact.held_off_direction);
@@ -190,7 +190,7 @@ void Servo::State::feel_teeth(ContactTick& now) noexcept {
     const dvec3 rest = now.force + c.teeth_force - limits.last_force - limits.last_teeth_force;
     now.spindle_force = c.teeth_force + largest_fraction(step, rest, P::total_slew * now.dt) * step;
   }
-  keep_teeth_paid(now);
+  limit_teeth_energy(now);
 }
 
 /// Fades the teeth's force of a free head. The slew limit may have left a part of this force, and the part fades
@@ -201,7 +201,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
   const double left = glm::length(c.teeth_force) - P::total_slew * now.dt;  // N, force after this tick
   if (left > 0 && settings.laws >= 4 && !now.contact.lost) {
     now.spindle_force = left * glm::normalize(c.teeth_force);
-    keep_teeth_paid(now);
+    limit_teeth_energy(now);
   } else {
     c.teeth_force = dvec3(0);
   }
@@ -209,7 +209,7 @@ void Servo::State::fade_teeth(ContactTick& now) noexcept {
 
 /// Limits the teeth's force, so that the teeth never give the hand more energy than the spindle's work. The hand is
 /// expected to yield as abruptly as it did recently.
-void Servo::State::keep_teeth_paid(ContactTick& now) noexcept {
+void Servo::State::limit_teeth_energy(ContactTick& now) noexcept {
   const double abruptly = limits.passivity.change.most * now.dt;
   if (const double needed = glm::dot(now.spindle_force, now.moved) + abruptly * glm::length(now.spindle_force);
       needed > 0) {

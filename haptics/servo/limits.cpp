@@ -15,7 +15,7 @@ void Servo::State::limit(ContactTick& now) noexcept {
   if (now.in.cuts && !now.in.scrapes && coupling.normal_force > 0 && l.last_force != dvec3(0)) {
     const dvec3 change = now.force + now.teeth_force - l.last_force - l.last_teeth_force;
     const double size = glm::length(change), over = size - P::drilling_slew * now.dt;
-    if (over > 0) now.force -= change * (std::min(over, P::most_lag) / size);
+    if (over > 0) now.force -= change * (std::min(over, P::lag_limit) / size);
   }
   const bool fades = l.ending || (now.hand.faults & bits(Fault::kHeld));
   if (!now.contact.touching && !fades) l.ramp = 1;  // without contact there is no force to ramp
@@ -50,17 +50,17 @@ void Servo::State::limit(ContactTick& now) noexcept {
 }
 
 /// Limits the force if the ledger holds far less energy than the coupling (after a hard landing, or for a tool that
-/// started inside tissue). Without this limit, passive_share() would remove the force within a few ticks when the hand
-/// retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such a hand on,
-/// the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty together.
-/// Returns the fraction of the force that may stay.
+/// started inside tissue). Without this limit, passive_fraction() would remove the force within a few ticks when the
+/// hand retreats, and restore it when the hand advances: the hand would bounce. From the first retreat of such a hand
+/// on, the force is at most that of a spring that stores the ledger's energy, so spring and ledger become empty
+/// together. Returns the fraction of the force that may stay.
 double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   if (settings.laws < 2 || !(now.in.cuts || l.unpaid || now.contact.late)) return 1;
   if (now.contact.late) l.unpaid = true;
   const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
   const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
-  if (now.in.cuts && P::far_more * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
+  if (now.in.cuts && P::unpaid_ratio * most < strength && glm::dot(now.force, now.moved) > 0) l.unpaid = true;
   if (strength <= most && !now.contact.rejoining) l.unpaid = false;
   if (!(l.unpaid && strength > most)) return 1;
   return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
@@ -71,9 +71,9 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // If the proxy leads a tool out of tissue in which the tool started, or if the input jumps against the tissue, the
   // stored energy of the coupling rises without work of the hand. The ledger allows this energy while the contact
   // lasts. The hand must pay for any later rise.
-  const bool born_inside =
+  const bool began_in_tissue =
       now.contact.leading_out && to_seconds(now.hand.t - motion.began) < MotionParameters::leap_time;
-  if (born_inside || motion.leap > 0) {
+  if (began_in_tissue || motion.leap > 0) {
     l.given += std::max(0.0, now.stored - l.stored - std::max(0.0, -now.given_to_hand));
   }
   // After the contact, the allowed energy is not demanded back: a ledger in debt would allow no force. A debt above
@@ -84,8 +84,8 @@ dvec3 Servo::State::keep_passive(ContactTick& now) noexcept {
   // A device that gives no torque does not resist rotation, so its torque must not enter the ledger.
   dvec3 felt_torque = settings.gives_torque ? now.torque : dvec3(0);
   if (settings.passivity) {
-    double passive = passive_share(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
-                                   sums.energy + l.given, l.passivity);
+    double passive = passive_fraction(l.law, now.force, now.moved, felt_torque, now.turned, now.dt, settings.tick,
+                                      sums.energy + l.given, l.passivity);
     passive = std::min(passive, paid_fraction(now));
     now.force *= passive;
     now.torque *= passive, felt_torque *= passive;

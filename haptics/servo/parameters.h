@@ -56,12 +56,12 @@ struct CouplingParameters {
 struct LimitParameters {
   // N/s, limit of the force change while a bur cuts, including the change by the hand's motion
   static constexpr double drilling_slew = 18.5;
-  static constexpr double most_lag = 0.05;  // N, limit of the part of a force change that drilling_slew can hold back
-  static constexpr double debt = 2e-9;      // J, limit of the ledger's debt that counts as rounding
+  static constexpr double lag_limit = 0.05;  // N, limit of the part of a force change that drilling_slew can hold back
+  static constexpr double debt = 2e-9;       // J, limit of the ledger's debt that counts as rounding
   // N, force that the coupling may always give, even if the ledger is empty
   static constexpr double unpaid_force = 0.1;
   // Limit of the ratio between the coupling's force and the force that the ledger's energy can pay for
-  static constexpr double far_more = 2;
+  static constexpr double unpaid_ratio = 2;
 };
 
 /// Parameters of the passivity law for scenes of different sizes (law_for in servo.cpp).

@@ -166,7 +166,7 @@ struct Servo::State {
   void change_tool(TickData& now) noexcept;
   /// Shortcut for a tool that is far from all tissue, now and in the last tick. Gives the same result as the full tick.
   /// Returns false, without a result, if a contact, a force, or a state of a contact may remain.
-  bool fly(TickData& now) noexcept;
+  bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
   /// Removes the volume that this tick's energy pays for. Returns true and fills the Cut if the tissue changed.
@@ -206,7 +206,7 @@ struct Servo::State {
   double damped(const ContactTick& now, double push, double depth) noexcept;
   void feel_teeth(ContactTick& now) noexcept;
   void fade_teeth(ContactTick& now) noexcept;
-  void keep_teeth_paid(ContactTick& now) noexcept;
+  void limit_teeth_energy(ContactTick& now) noexcept;
 };
 
 }  // namespace typodont::haptics

@@ -113,7 +113,7 @@ glm::ivec3 neighbour(glm::ivec3 key, int face) {
 
 /// The blocks as last read, linked to their neighbours, and the flood fills in them. All floods spread at the same rate
 /// and are joined when they meet. Buffers stay allocated between cuts.
-class LoosePieces::SeenBlocks {
+class LoosePieces::KnownBlocks {
  public:
   /// The bits of a block as last read, for changing them; null if the block was not read yet.
   SolidBits* seen(const glm::ivec3& key) {
@@ -130,7 +130,7 @@ class LoosePieces::SeenBlocks {
   }
 
   /// Begins a new search without floods.
-  void begin_look() {
+  void begin_search() {
     ++look_;
     looked_at_ = 0;
     parts_.clear();
@@ -310,11 +310,11 @@ class LoosePieces::SeenBlocks {
   std::vector<int> roots_, live_;
 };
 
-LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<SeenBlocks>()) {
+LoosePieces::LoosePieces(const TissueVolume& volume) : blocks_(std::make_unique<KnownBlocks>()) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
   if (lo.x > hi.x) return;
-  blocks_->begin_look();
+  blocks_->begin_search();
   const glm::ivec3 first = block_of(lo), last = block_of(hi);
   for (int x = first.x; x <= last.x; ++x) {
     for (int y = first.y; y <= last.y; ++y) {
@@ -368,7 +368,7 @@ std::vector<TissuePiece> LoosePieces::after_cut(const TissueVolume& volume, cons
 
   std::sort(emptied_.begin(), emptied_.end(),
             [](const BlockPart& a, const BlockPart& b) { return before(a.key, b.key); });
-  blocks_->begin_look();
+  blocks_->begin_search();
   for (auto part = emptied_.begin(); part != emptied_.end();) {
     const glm::ivec3 key = part->key;
     SolidBits gone{};  // samples emptied by all cuts since the last search

@@ -62,13 +62,13 @@ class LoosePieces {
     SolidBits bits{};
     int number = 0;
   };
-  class SeenBlocks;
+  class KnownBlocks;
 
   bool same_body(const TissuePiece& a, const TissuePiece& b) const;
   std::vector<int> bodies_of(const TissuePiece& piece) const;
   void note_emptied(const TissueVolume& volume, const glm::ivec3& key);
 
-  std::unique_ptr<SeenBlocks> blocks_;           // the blocks as last read
+  std::unique_ptr<KnownBlocks> blocks_;          // the blocks as last read
   glm::ivec3 all_seen_lo_{0}, all_seen_hi_{-1};  // box of blocks, inclusive, all of which are in blocks_
   std::size_t body_count_ = 0;
   // Samples of all bodies except the largest, which has number 0

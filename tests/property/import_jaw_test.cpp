@@ -172,7 +172,8 @@ TEST(ImportJaw, VolumesAreWrongByNoMoreThanTwiceWhatTheReportSays) {
     for (const Tissue t :
          {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone, Tissue::kCancellousBone}) {
       const auto k = static_cast<std::size_t>(t);
-      EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre, truth[k], 2 * i.report.jaw->volume_doubt[k] / kCubicMillimetre)
+      EXPECT_NEAR(i.report.volume[k] / kCubicMillimetre, truth[k],
+                  2 * i.report.jaw->volume_uncertainty[k] / kCubicMillimetre)
           << name_of(t);
     }
   };

@@ -88,7 +88,7 @@ TEST_P(HostileHand, GetsNoEnergyFromNothingHoweverItProbesAndDrillsTheWorstShape
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       const ServoSettings s = settings();
       HapticBench bench(volume_of(body), s);
-      Wanderer hand(seed, body.top + dvec3(0, 0, haptics::near_reach(s.tool) + 0.2_mm));  // not born inside
+      ErraticHand hand(seed, body.top + dvec3(0, 0, haptics::near_reach(s.tool) + 0.2_mm));  // not born inside
       const bool drills = seed % 3 != 0;
       double work = 0;  // J, of the spindle
       for (int i = 0; i < std::min(left, kHostileRound); ++i) {
@@ -114,8 +114,8 @@ TEST_P(HostileHand, NeverGetsNonsenseForNonsense) {
     for (int left = campaign(500); left > 0; left -= kHostileRound, ++seed) {
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       HapticBench bench(volume_of(body), settings());
-      Wanderer hand(seed, body.top);
-      Nonsense nonsense(seed, body.top);
+      ErraticHand hand(seed, body.top);
+      InvalidInput nonsense(seed, body.top);
       PerTissue removed{};
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {

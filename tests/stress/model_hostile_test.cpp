@@ -50,8 +50,8 @@ TEST_P(HostileHandOnEveryModel, FeelsFiniteBoundedForcesAndNonsenseAsNone) {
     std::uint64_t seed = 1;
     for (int left = campaign(1500); left > 0; left -= kHostileRound, ++seed) {
       HapticBench bench(body.tissue, settings_of(GetParam()));
-      Wanderer hand(seed, {0, 0, body.top});
-      Nonsense nonsense(seed, {0, 0, body.top});
+      ErraticHand hand(seed, {0, 0, body.top});
+      InvalidInput nonsense(seed, {0, 0, body.top});
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i) {
         Pose X = hand.next(1e-3);

@@ -67,7 +67,7 @@ TEST_P(HostileHandAmongSpheres, GetsNoEnergyFromNothingAndComesThroughNoWall) {
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       const ServoSettings s = settings();
       HapticBench bench(body.tissue, s);
-      Wanderer hand(seed, {0, 0, body.top + haptics::near_reach(s.tool) + 0.2_mm});  // not born inside
+      ErraticHand hand(seed, {0, 0, body.top + haptics::near_reach(s.tool) + 0.2_mm});  // not born inside
       const bool drills = seed % 3 != 0, sheet = body.top < 0.2_mm;
       double work = 0;   // J, of the spindle
       int touching = 0;  // ticks
@@ -105,8 +105,8 @@ TEST_P(HostileHandAmongSpheres, NeverGetsNonsenseForNonsense) {
     for (int left = campaign(4200); left > 0; left -= kHostileRound, ++seed) {
       SCOPED_TRACE(fmt::format("{}, seed {}", body.name, seed));
       HapticBench bench(body.tissue, settings());
-      Wanderer hand(seed, {0, 0, body.top});
-      Nonsense nonsense(seed, {0, 0, body.top});
+      ErraticHand hand(seed, {0, 0, body.top});
+      InvalidInput nonsense(seed, {0, 0, body.top});
       std::uint64_t cuts = 0;
       for (int i = 0; i < std::min(left, kHostileRound); ++i, ++all) {
         Pose X = hand.next(1e-3);

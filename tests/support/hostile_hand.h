@@ -18,12 +18,12 @@ namespace typodont::test {
 constexpr double kHostileForceLimit = 8, kHostileTorqueLimit = 0.5;  // N, N·m
 constexpr int kHostileRound = 4000;
 
-using haptics::bench::Nonsense;
-using haptics::bench::Wanderer;
+using haptics::bench::ErraticHand;
+using haptics::bench::InvalidInput;
 
 /// Corrupts one tick in 50. `undoes`: also undo strokes.
-inline void spoil(Nonsense& nonsense, bool undoes, HapticBench& bench, Wanderer& hand, Pose& X, double& pedal) {
-  const Nonsense::Other other = nonsense.spoil(hand, X, pedal);
+inline void spoil(InvalidInput& nonsense, bool undoes, HapticBench& bench, ErraticHand& hand, Pose& X, double& pedal) {
+  const InvalidInput::Other other = nonsense.spoil(hand, X, pedal);
   bench.t += other.clock;
   if (other.undo && undoes) bench.carver.undo();
 }

@@ -166,9 +166,9 @@ TEST(Encoder, AJumpThatStaysIsASlipUntilHomed) {
   Encoder encoder;
   encoder.read16(10, 100, 100);
   Encoder::Step step{};
-  for (int i = 0; i < Encoder::kBelieved; ++i) {
+  for (int i = 0; i < Encoder::kAcceptedAfter; ++i) {
     step = encoder.read16(static_cast<std::int16_t>(5000 + i), 100, 100);
-    EXPECT_EQ(step == Encoder::Step::kSlipped, i + 1 == Encoder::kBelieved);
+    EXPECT_EQ(step == Encoder::Step::kSlipped, i + 1 == Encoder::kAcceptedAfter);
   }
   EXPECT_EQ(encoder.read16(5010, 100, 100), Encoder::Step::kSlipped);
   encoder.home(0);

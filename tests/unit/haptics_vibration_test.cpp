@@ -123,13 +123,13 @@ TEST(Vibration, ItsEnergyIsTheSpindlesAndLeavesTheContactsLedgerAlone) {
 }
 
 TEST(Vibration, ComponentsFadeInAndOutAsTheSpindleRunsThroughTheBand) {
-  EXPECT_EQ(haptics::share_in_band(0, 200), 1);
-  EXPECT_EQ(haptics::share_in_band(160, 200), 1);
-  EXPECT_EQ(haptics::share_in_band(200, 200), 0);
-  EXPECT_EQ(haptics::share_in_band(100, 0), 0);
+  EXPECT_EQ(haptics::band_weight(0, 200), 1);
+  EXPECT_EQ(haptics::band_weight(160, 200), 1);
+  EXPECT_EQ(haptics::band_weight(200, 200), 0);
+  EXPECT_EQ(haptics::band_weight(100, 0), 0);
   double last = 1;
   for (double f = 0; f < 250; f += 0.5) {
-    const double share = haptics::share_in_band(f, 200);
+    const double share = haptics::band_weight(f, 200);
     EXPECT_LE(share, last);
     EXPECT_LT(last - share, 0.02);
     last = share;

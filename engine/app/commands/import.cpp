@@ -150,15 +150,15 @@ nlohmann::ordered_json as_json(const haptics::ImportReport& r, const Arguments& 
     nlohmann::ordered_json& jaw = j["jaw"];
     jaw["crowns"] = r.jaw->crowns;
     jaw["border_mm"] = r.jaw->border / kMillimetre;
-    jaw["unsure_mm3"] = r.jaw->unsure / kCubicMillimetre;
+    jaw["unsure_mm3"] = r.jaw->mislabelled / kCubicMillimetre;
     for (int t = 0; t < kTissueCount; ++t) {
-      const double doubt = r.jaw->volume_doubt[static_cast<std::size_t>(t)] / kCubicMillimetre;
-      if (doubt > 0) jaw["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = doubt;
+      const double uncertainty = r.jaw->volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre;
+      if (uncertainty > 0) jaw["volume_doubt_mm3"][std::string(name_of(static_cast<Tissue>(t)))] = uncertainty;
     }
     jaw["canals"] = nlohmann::ordered_json::array();
     for (const haptics::JawCanal& canal : r.jaw->canals) {
       nlohmann::ordered_json of_canal;
-      of_canal["doubt_mm"] = canal.doubt / kMillimetre;
+      of_canal["doubt_mm"] = canal.uncertainty / kMillimetre;
       for (const dvec3& p : canal.centre) of_canal["centre_mm"].push_back(vec(p, kMillimetre));
       jaw["canals"].push_back(of_canal);
     }
@@ -212,18 +212,19 @@ std::string as_text(const haptics::ImportReport& r, const Arguments& a,
     const std::string hardness = a.hardness.empty() && !r.jaw
                                      ? ""
                                      : fmt::format(", mean hardness {:.2f}", r.hardness[static_cast<std::size_t>(t)]);
-    const std::string doubt =
-        r.jaw ? fmt::format(" ± {:.1f}", r.jaw->volume_doubt[static_cast<std::size_t>(t)] / kCubicMillimetre) : "";
-    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, doubt, hardness));
+    const std::string uncertainty =
+        r.jaw ? fmt::format(" ± {:.1f}", r.jaw->volume_uncertainty[static_cast<std::size_t>(t)] / kCubicMillimetre)
+              : "";
+    if (mm3 > 0) line(name_of(static_cast<Tissue>(t)), fmt::format("{:.1f}{} mm³{}", mm3, uncertainty, hardness));
   }
   if (r.jaw) {
     line("crowns", fmt::format("{}", r.jaw->crowns));
     line("borders", fmt::format("± {:.2f} mm; {:.1f} mm³ may be tooth or bone", r.jaw->border / kMillimetre,
-                                r.jaw->unsure / kCubicMillimetre));
+                                r.jaw->mislabelled / kCubicMillimetre));
     for (const haptics::JawCanal& canal : r.jaw->canals) {
       const dvec3 from = canal.centre.front() / kMillimetre, to = canal.centre.back() / kMillimetre;
       line("canal", fmt::format("({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f}) mm, ± {:.2f} mm", from.x, from.y,
-                                from.z, to.x, to.y, to.z, canal.doubt / kMillimetre));
+                                from.z, to.x, to.y, to.z, canal.uncertainty / kMillimetre));
     }
     if (r.jaw->canals.empty()) line("canal", "none found");
   }

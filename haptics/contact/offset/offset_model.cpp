@@ -99,7 +99,7 @@ void OffsetModel::feel(const ContactInput&, Contact& out) noexcept {
       out.lever += weight * (plane.x - p.c);
       out.turn += weight * glm::cross(plane.x - p.c, plane.n);
     }
-    (which < contacts_.own() ? out.on_head : out.on_smooth) += weight * plane.n;
+    (which < contacts_.own() ? out.on_head : out.on_shank) += weight * plane.n;
     dvec3 below = plane.x - kFeltBelow * plane.n;
     const SurfacePatch* felt_in = &patch_;
     if (!patch_.holds(below, 0)) {

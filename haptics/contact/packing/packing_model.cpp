@@ -373,7 +373,7 @@ void PackingModel::feel(const ContactInput&, Contact& out) noexcept {
     const bool own = c.tool_sphere < head;
     ++out.count;
     out.own += own;
-    (own ? out.on_head : out.on_smooth) += c.push * c.n_W;
+    (own ? out.on_head : out.on_shank) += c.push * c.n_W;
     total += c.push;
     if (!out.turns_tool) continue;
     out.lever += c.push * (c.p_W - out.p_WG);

@@ -56,7 +56,7 @@ class ArmDevice : public HapticDevice {
     bool half_a_line = false;
     for (;;) {
       const Nanos before = link_->now();
-      const int n = hear(half_a_line ? kRestOfLine : kWake);
+      const int n = read_newest(half_a_line ? kRestOfLine : kWake);
       const Nanos t = link_->now();
       waited += std::clamp<Nanos>(t - before, 0, 2 * kWake);
       if (n < 0 || waited > kLost) {
@@ -113,7 +113,7 @@ class ArmDevice : public HapticDevice {
   /// Waits for a report, and takes all reports that the board has sent since. Reports queue up while the servo is late,
   /// and a board may send without request; only the newest gives the hand's position. Returns the result of
   /// Link::read().
-  int hear(Nanos timeout) noexcept {
+  int read_newest(Nanos timeout) noexcept {
     const int first = hear_once(timeout);
     for (int queued = 0; first > 0;) {
       const Nanos early = std::max<Nanos>(spacing_.left(link_->now()), 0);
