@@ -17,7 +17,7 @@ class Carver {
  public:
   /// `tools` as Cut::tool numbers them. Throws Error where the method refuses the tissue.
   Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
-  /// Tools and method of the settings.
+  /// Tools, method and laws of the settings.
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Cuts arrive in order and without gaps. Those with no pause between them are one stroke. Pieces that a cut sets

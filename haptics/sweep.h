@@ -2,7 +2,10 @@
 // exactly this function, so that they hold the same bits.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/base/pose.h"
+#include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
 #include "haptics/cutting/way.h"
 #include "haptics/tool.h"
@@ -16,7 +19,9 @@ class CutFront;
 class Sweep {
  public:
   /// `continues`: the head at A was cut out before, by the sweep that ended there, so only what lies ahead need change.
-  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false);
+  /// `laws`: version of the servo's laws. Versions differ in the last bits.
+  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false,
+        std::uint32_t laws = kServoLaws);
 
   /// Voxels, inclusive, that lie within `kMargin` voxels of the swept head.
   const glm::ivec3& lo() const { return lo_; }
@@ -64,8 +69,8 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  /// Of a long way.
-  bool carve_way(const HeadTarget& target, PerTissue* removed) const noexcept;
+  /// Of a long way. Blocks that are not yet due by `known`, which may be null, are left out: no sample of them changes.
+  bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is no ball; `listed`: groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
@@ -76,10 +81,13 @@ class Sweep {
     way.pieces = pieces_;
     return way;
   }
+  /// Largest rounding error of a sample's depth in a head that is no ball, voxels.
+  float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
   /// True of a step so short that the ball at B stands for the capsule: they differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
+  std::uint32_t laws_;
   MeridianPiece pieces_[HeadField::kMaxPieces];  // of other heads, in voxels …
   Straight back_;                                // … with the way from B back to A, but for what it points to
   glm::ivec3 base_;                              // coordinates are taken from here, so that floats keep their digits

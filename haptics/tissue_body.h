@@ -18,6 +18,9 @@ class TissueBody {
  public:
   virtual ~TissueBody() = default;
 
+  /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
+  virtual void set_laws(std::uint32_t /*laws*/) {}
+
   // Removal.
   /// Removes what the head of `cut` takes on its way from A to B. `continues`: the cut before ended at A with the same
   /// tool, so only what lies ahead can change.

@@ -17,6 +17,7 @@ class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
 
+  void set_laws(std::uint32_t laws) override { laws_ = laws; }
   void carve(const Cut& cut, bool continues) override;
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
@@ -48,11 +49,12 @@ class FieldBody : public TissueBody {
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;        // watches which pieces a cut sets loose
-  std::vector<LoosePiece> pieces_;  // removed, not yet taken
-  TissueVolume::Written written_;   // changes since the patch that is being renewed was last copied
-  double travel_ = 0;               // m
-  WideGrid coarse_;                 // of a patch's coarse patch; edge 0: no tool has a shank
+  LoosePieces loose_pieces_;         // watches which pieces a cut sets loose
+  std::vector<LoosePiece> pieces_;   // removed, not yet taken
+  TissueVolume::Written written_;    // changes since the patch that is being renewed was last copied
+  double travel_ = 0;                // m
+  std::uint32_t laws_ = kServoLaws;  // of the servo whose cuts are repeated
+  WideGrid coarse_;                  // of a patch's coarse patch; edge 0: no tool has a shank
 };
 
 }  // namespace typodont::haptics::offset

@@ -61,6 +61,8 @@ class OffsetModel : public PatchModel {
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
     int settled = 0;       // iterations that ended among contacts
+    dvec3 long_step{0};    // the last step that was too long to be made at once
+    int reversals = 0;     // such steps against the one before
     bool at_pace = false;  // the pace, not a contact, limits the last step
     dvec3 held_at{0};      // where contacts alone hold the head
     dvec3 led_to{0};       // the target, or where the teeth's grip leads the head

@@ -19,6 +19,7 @@ struct SearchParameters {
   static constexpr double settled_cutting = 0.03;  // … and while they are cut: the error is the square of it
   static constexpr int iterations = 48;            // limit per tick, free path included
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;  // limits in contact
+  static constexpr int reversals = 2;              // limit of long steps against the one before: more do not converge
   static constexpr int refining_rounds = 6;        // exact queries of the planes that hold a head which does not cut
   static constexpr double still_converges = 0.95;  // ratio of successive steps up to which the secant method is used
   static constexpr double most_gain = 10;          // limit of its gain on one contact, …
