@@ -18,7 +18,7 @@ class Carver {
  public:
   /// Cut::tool is an index into `tools`. Throws Error if the method rejects the tissue.
   Carver(TissueVolume tissue, std::span<const Tool> tools, const SharedContactMethod& method = nullptr);
-  /// Constructs the carver with the tools and the method of `settings`.
+  /// Constructs the carver with the tools, the method and the laws of `settings`.
   Carver(TissueVolume tissue, const ServoSettings& settings);
 
   /// Repeats a cut. Cuts must arrive in order and without gaps. Cuts without a pause between them are one stroke. Loose

@@ -5,18 +5,21 @@
 #include <cstring>
 
 #include "haptics/cut_front.h"
+#include "haptics/cutting/block.h"
 
 namespace typodont::haptics {
 
 namespace {
 
-// voxels; longest path that is treated as one step, and limit of a sample's deviation from its chord
-constexpr double kShort = 1, kBend = 0.0025;
+constexpr double kShort = 1;  // voxels, longest path that is treated as one step
+// Voxels, limit of a sample's deviation from its chord. A larger value halves the number of parts of a fast rotation.
+constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
 }  // namespace
 
-Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues)
-    : sphere_(tool.shape == HeadShape::kSphere), continues_(continues) {
+Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues,
+             std::uint32_t laws)
+    : sphere_(tool.shape == HeadShape::kSphere), continues_(continues), laws_(laws) {
   const dvec3 a = frame.to_voxels(X_WA.p), b = frame.to_voxels(X_WB.p);
   base_ = glm::ivec3(glm::floor(a));
   a_ = glm::vec3(a - dvec3(base_));
@@ -35,7 +38,8 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     // change of its direction.
     turn_ = turn_between(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
-    straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / kBend))), 1, 512);
+    const double most = laws >= 5 ? kBend : kBendOfLaws4;
+    straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
     if (straights_ == 1 && travel_ <= kShort) straights_ = 0;
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
@@ -60,7 +64,7 @@ bool Sweep::carve(const glm::ivec3& lo, const glm::ivec3& size, float* distance,
   if (straights_ > 0) {
     return carve_way(
         {lo, size, distance, static_cast<std::ptrdiff_t>(stride_x), static_cast<std::ptrdiff_t>(stride_y), tissue},
-        removed);
+        removed, nullptr);
   }
   return sphere_ ? carve_ball(lo, size, distance, stride_x, stride_y, tissue, removed)
                  : carve_head(lo, size, distance, stride_x, stride_y, tissue, removed);
@@ -71,7 +75,11 @@ Sweep::LeafCut Sweep::carve_leaf(const glm::ivec3& lo, float* distance) const no
   LeafCut cut;
   constexpr std::size_t n = kLeaf;
   if (straights_ > 0) {
-    cut.changed = cut.emptied = carve(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr);
+    constexpr int kBlocks = 4;
+    float slack[kBlocks] = {};
+    const DueBlocks blocks{slack, lo / glm::ivec3(kRows, kRows, kDeep), {2, 2, 1}, 0, rounding_of_depth()};
+    cut.changed = cut.emptied = carve_way({lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr}, nullptr, &blocks);
+    cut.slack = *std::min_element(slack, slack + kBlocks);
   } else {
     cut.changed = carve_head(lo, glm::ivec3(kLeaf), distance, n * n, n, nullptr, nullptr, &cut);
   }
@@ -102,7 +110,7 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
   // Lists must stay valid for another voxel of path.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;
-  if (!inside || straights_ > 0 || !front.holds(lo_ - 1, hi_ + 1)) {
+  if (!inside || !front.holds(lo_ - 1, hi_ + 1)) {
     const glm::ivec3 lo = glm::max(lo_, patch_lo), size = glm::min(hi_, patch_lo + n - 1) - lo + 1;
     if (size.x <= 0 || size.y <= 0 || size.z <= 0) return false;
     const glm::ivec3 at = lo - patch_lo;
@@ -110,6 +118,11 @@ bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* dis
     return carve(lo, size, distance + start, edge * edge, edge, tissue + start, removed);
   }
   front.move_around(lo_ - 1, hi_ + 1);
+  if (straights_ > 0) {
+    const DueBlocks blocks{front.due_.data(), front.first_, front.size_, static_cast<float>(front.way_),
+                           rounding_of_depth()};
+    return carve_way({patch_lo, glm::ivec3(n), distance, n * n, n, tissue}, removed, &blocks);
+  }
   return sphere_ ? carve_ball(front, patch_lo, n, distance, tissue, removed)
                  : carve_head(front, patch_lo, n, distance, tissue, removed);
 }

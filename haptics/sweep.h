@@ -2,7 +2,10 @@
 // with these functions, so they contain the same bits.
 #pragma once
 
+#include <cstdint>
+
 #include "engine/base/pose.h"
+#include "engine/contract/contact.h"
 #include "engine/contract/field_brick.h"
 #include "haptics/cutting/way.h"
 #include "haptics/tool.h"
@@ -16,7 +19,9 @@ class CutFront;
 class Sweep {
  public:
   /// `continues`: the previous sweep ended at A and removed the head's volume there, so only tissue ahead can change.
-  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false);
+  /// `laws`: version of the servo's laws; versions differ in the last bits.
+  Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false,
+        std::uint32_t laws = kServoLaws);
 
   /// Box of voxels, inclusive, that contains all voxels within `kMargin` voxels of the swept head.
   const glm::ivec3& lo() const { return lo_; }
@@ -66,8 +71,9 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  /// carve() for a long path.
-  bool carve_way(const HeadTarget& target, PerTissue* removed) const noexcept;
+  /// carve() for a long path. Leaves out the blocks that are not due yet by `known` (may be null): none of their samples
+  /// changes.
+  bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
@@ -78,10 +84,13 @@ class Sweep {
     way.pieces = pieces_;
     return way;
   }
+  /// Largest rounding error of a sample's depth in a head that is not a ball, voxels.
+  float rounding_of_depth() const noexcept { return 1e-3f + 2e-6f * static_cast<float>(reach_); }
   /// True for a step so short that the ball at B replaces the capsule: they differ by ab²/8r.
   bool is_ball() const noexcept { return continues_ && glm::dot(ab_, ab_) < 8e-5f * radius_; }
 
   bool sphere_, continues_;
+  std::uint32_t laws_;                           // version of the servo's laws
   MeridianPiece pieces_[HeadField::kMaxPieces];  // meridian of a head that is not a ball, in voxels
   Straight back_;                                // path from B back to A, without its pointer to the pieces
   glm::ivec3 base_;        // origin of the coordinates of A and B, so that floats keep their precision

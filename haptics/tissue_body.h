@@ -18,6 +18,9 @@ class TissueBody {
  public:
   virtual ~TissueBody() = default;
 
+  /// Version of the servo's laws whose cuts this body repeats. Called before the first cut.
+  virtual void set_laws(std::uint32_t /*laws*/) {}
+
   // Removal.
   /// Removes the tissue that the head of `cut` covers on its path from A to B. `continues`: the previous cut ended at A
   /// with the same tool, so only tissue ahead can change.

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/advance.h"
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
@@ -193,34 +194,6 @@ TYPODONT_KERNEL void ends_of(const MeridianPiece& piece, const T& rho, const T& 
   }
 }
 
-/// Range of the speed at which the head approaches samples within `reach` of a point of its half plane: n·w over the
-/// normals n of some neighbouring pieces. `w` in T.
-struct Advance {
-  float slowest, fastest;
-};
-TYPODONT_KERNEL Advance advance_beside(const MeridianPiece& first, const MeridianPiece& last, const glm::vec3& center,
-                                       float rho, float reach, const glm::vec3& w) {
-  const float across = std::sqrt(w.x * w.x + w.y * w.y);
-  float most = across, least = -across;  // the component of w perpendicular to the axis
-  if (rho > reach) {
-    const float inverse = 1 / rho, ux = center.x * inverse, uy = center.y * inverse, sine = reach * inverse,
-                cosine = std::sqrt(1 - sine * sine);
-    const float radial = w.x * ux + w.y * uy, round = std::abs(w.x * uy - w.y * ux);
-    if (!(round * cosine <= radial * sine)) most = radial * cosine + round * sine;
-    if (!(round * cosine <= -radial * sine)) least = radial * cosine - round * sine;
-  }
-  // The normals rotate from the first piece's to the last one's, and at a tip from the downward direction. If w lies
-  // between them, the maximum is at w itself.
-  const bool tip = first.ax == 0.0f && rho < reach + Sweep::kMargin;
-  const float first_x = tip ? 0 : first.nax, first_z = tip ? -1 : first.naz;
-  const auto greatest = [&](float away, float along) {
-    if (first_x * along - first_z * away >= 0 && away * last.nbz - along * last.nbx >= 0)
-      return std::sqrt(away * away + along * along);
-    return std::max(first_x * away + first_z * along, last.nbx * away + last.nbz * along);
-  };
-  return {-greatest(-least, -w.z), greatest(most, w.z)};
-}
-
 /// Finds which of two neighbouring pieces (one bit each) is the only piece that can be nearest to any of `count`
 /// samples along z while the head moves by `ahead`. `first`, `last`: indices of the two pieces, or of one piece. `v`:
 /// the first sample relative to the head, in V.
@@ -398,7 +371,7 @@ int kind_of(int a, int b) {
 bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* distance, std::size_t stride_x,
                        std::size_t stride_y, const Tissue* tissue, PerTissue* removed, LeafCut* leaf) const noexcept {
   bool changed = false;
-  const float slip = 1e-3f + 2e-6f * static_cast<float>(reach_);  // voxels, largest rounding error of a depth
+  const float slip = rounding_of_depth();
   float least_slack = kNoEnd;
   bool emptied = false;
   const HeadTarget target{
@@ -450,7 +423,7 @@ bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, c
   const Straight& back = tops.back;
   const unsigned all = (1u << back.count) - 1;
   const HeadTarget target{patch_lo, glm::ivec3(n), distance, n * n, n, tissue};
-  const float way = static_cast<float>(front.way_), slip = 1e-3f + 2e-6f * static_cast<float>(reach_);
+  const float way = static_cast<float>(front.way_), slip = rounding_of_depth();
   const glm::ivec3 step(kRows, kRows, kDeep), held = patch_lo - front.first_ * step;
   const std::ptrdiff_t origin = -((static_cast<std::ptrdiff_t>(held.x) * n + held.y) * n + held.z);
   const glm::ivec3 first = (lo_ - 1 - front.first_ * step) / step, last = (hi_ + 1 - front.first_ * step) / step;

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "engine/base/dispatch.h"
+#include "haptics/cutting/advance.h"
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/label.h"
@@ -171,9 +172,11 @@ void look_at(const Straight* way_at, Centres* centres) {
   centres->share = at_a ? search.a : at_b ? search.b : search.s;
 }
 
-/// Depth of the centres in the head at the beginning of the path, and their distance from each of its pieces.
+/// The centres at the beginning of the path: their depth in the head, and their distance from each of its pieces.
 struct AtStart {
   F8 depth, to_piece[HeadField::kMaxPieces];
+  Points at;  // in the head's frame
+  F8 rho;     // distance from its axis
 
   /// The pieces (one bit each) that can be nearest to a sample within `reach` of the centre's initial position.
   unsigned nearest_within(float reach, int lane, int count) const {
@@ -183,6 +186,18 @@ struct AtStart {
     }
     return set;
   }
+  /// True if the head recedes from all samples of the block. Depth is concave along the path, so each of them is then
+  /// deepest at the beginning of the path. `rounding`: error of a normal's component of the path.
+  bool recedes(const Straight& way, int lane, float rounding) const {
+    const unsigned set = nearest_within(kHalf, lane, way.count);
+    const glm::vec3 p(at.x[lane], at.y[lane], at.z[lane]);
+    const float* const T = way.turn;
+    const glm::vec3 w((T[0] * p.x + T[3] * p.y) + (T[6] * p.z + way.shift[0]),
+                      (T[1] * p.x + T[4] * p.y) + (T[7] * p.z + way.shift[1]),
+                      (T[2] * p.x + T[5] * p.y) + (T[8] * p.z + way.shift[2]));
+    const MeridianPiece &first = way.pieces[std::countr_zero(set)], &last = way.pieces[std::bit_width(set) - 1];
+    return advance_beside(first, last, p, rho[lane], kHalf, w).slowest >= way.turned * kHalf + rounding;
+  }
 };
 
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
@@ -191,12 +206,30 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   const Points p = in_head(way.from, centres->x, centres->y, centres->z);
   const F8 rho = eight::root(p.x * p.x + p.y * p.y);
   found->depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, rho, p.z);
+  found->at = p, found->rho = rho;
   for (int i = 0; i < way.count; ++i) {
     // The kernel assigns an arc's second end to the next piece.
     const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, rho, p.z), off_rho = rho - way.pieces[i].bx,
              off_z = p.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
+}
+
+/// The smallest depth of the samples of a block in the head at the beginning of the path. `first`: first sample of the
+/// block, relative to the first pose's base. Depth is concave, so it is smallest at a corner.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
+  const Straight& way = *way_at;
+  constexpr float kX = kRows - 1, kZ = kDeep - 1;
+  const F8 x = static_cast<float>(first->x) + F8{0, 0, 0, 0, kX, kX, kX, kX},
+           y = static_cast<float>(first->y) + F8{0, 0, kX, kX, 0, 0, kX, kX},
+           z = static_cast<float>(first->z) + F8{0, kZ, 0, kZ, 0, kZ, 0, kZ};
+  const Points p = in_head(way.from, x, y, z);
+  const F8 depth =
+      eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, eight::root(p.x * p.x + p.y * p.y), p.z);
+  float least = depth[0];
+  for (int i = 1; i < 8; ++i) least = depth[i] < least ? depth[i] : least;
+  return least;
 }
 
 /// A block, the part of it to process, and the bounds computed at its centre.
@@ -208,23 +241,39 @@ struct WayBlock {
   glm::ivec3 first;  // first sample, relative to the first pose's base
   float top, n[3], share;
   float bent;    // upper bound of the error of the centre's values for its samples
+  float* due;    // where to note when the block is due again; null: nowhere
   unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
+
+  /// The plane's bound of the depth in a row, less that of the row through the centre.
+  float off(int ix, int iy) const {
+    return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
+  }
+  /// The plane's bound of all depths in the row through the centre.
+  float most() const { return top + bent + std::abs(n[2]) * kMiddle.z; }
+  /// Voxels by which the plane's bound of a row lies below -kMargin, the least that any sample holds. If this is not
+  /// negative, the row cannot change.
+  float unread(int ix, int iy) const { return emptied ? -1.0f : -Sweep::kMargin - (most() - off(ix, iy)); }
+  /// The plane's bound of all depths in the block.
+  float most_of_all() const { return most() + std::abs(n[0]) * kMiddle.x + std::abs(n[1]) * kMiddle.y; }
+  bool may_change() const { return emptied || most_of_all() > -Sweep::kMargin; }
 };
 
 /// Prefetches the rows of a block that carve_way_block will read.
 void fetch(const WayBlock& block) {
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
-      __builtin_prefetch(block.distance + ix * block.stride_x + iy * block.stride_y, 1);
+      if (block.unread(ix, iy) < 0) {
+        __builtin_prefetch(block.distance + ix * block.stride_x + iy * block.stride_y, 1);
+      }
     }
   }
 }
 
 /// Sets each sample to max(sample, min(depth, kInner)) and ignores depths below -kMargin. Returns true if any sample
-/// changed.
+/// changed. `slack`: voxels that the head may move on before any sample of these rows can change.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed) {
+bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue* removed, float* slack) {
   const Straight& way = *way_at;
   const WayBlock& block = *block_at;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7}, bound = block.top + block.bent - block.n[2] * (steps - kMiddle.z);
@@ -235,15 +284,23 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
   Search searches[kAll];
   std::ptrdiff_t at[kAll];
   int rows = 0, open = 0, still_open[kAll];
+  float unread = kNoEnd;    // room of the rows that are not read, …
+  F8 read = F8{} + kNoEnd;  // … and of those that are read and cannot change
   for (int ix = block.from[0]; ix < block.to[0]; ++ix) {
     for (int iy = block.from[1]; iy < block.to[1]; ++iy) {
+      if (const float room = block.unread(ix, iy); room >= 0) {
+        unread = std::min(unread, room);
+        continue;
+      }
       at[rows] = ix * block.stride_x + iy * block.stride_y;
       const F8 old = eight::Row{block.distance + at[rows], block.from[2], block.to[2], whole}.read();
       const I8 full = old >= Sweep::kInner;  // samples that have reached the maximum
-      const float off =
-          block.n[0] * (static_cast<float>(ix) - kMiddle.x) + block.n[1] * (static_cast<float>(iy) - kMiddle.y);
+      const float off = block.off(ix, iy);
       const F8 least = full ? F8{} + kNoEnd : eight::greater(old, F8{} - Sweep::kMargin);
-      if (!any_of(block.emptied ? ~full : bound - off > least)) continue;
+      if (!any_of(block.emptied ? ~full : bound - off > least)) {
+        read = eight::lesser(read, least - (bound - off));
+        continue;
+      }
       Search& search = searches[rows];
       if (block.emptied) {
         search.best = F8{} + Sweep::kInner;
@@ -256,6 +313,9 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
       ++rows;
     }
   }
+  *slack = unread;
+  for (int i = 0; i < 8; ++i) *slack = std::min(*slack, read[i]);
+  if (rows > 0) *slack = block.emptied ? kNoEnd : 0;
   for (int step = 0; step < kSteps && open > 0; ++step) {
     int left = 0;
     for (int i = 0; i < open; ++i) {
@@ -343,10 +403,11 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   return way;
 }
 
-bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexcept {
+bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
   const double radius = static_cast<double>(radius_);
+  const float rounding = 4e-6f * (static_cast<float>(reach_) + 8);
   const auto axis_of = [](const Pose& X) { return X.R * dvec3(0, 0, 1); };
   // Voxels around the head, plus the error of a straight path.
   const double beside = static_cast<double>(kMargin) + 1;
@@ -368,6 +429,10 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     block.first = first;
     return block;
   };
+  const auto is_whole = [&](const glm::ivec3& first) {
+    return glm::all(glm::lessThanEqual(target.lo, first)) &&
+           glm::all(glm::lessThanEqual(first + glm::ivec3(kRows, kRows, kDeep), target.lo + target.size));
+  };
   bool changed = false;
   Pose X_VB = X_VA_;
   for (int k = 1; k <= straights_; ++k) {
@@ -386,6 +451,10 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
     centres.outside = -(kMargin + kHalf + kTop + way.slip), centres.emptied = kInner + kHalf + way.slip;
     WayBlock blocks[8];
     glm::ivec3 begun[8];
+    float* due[8];  // where to note when these blocks are due again; null: nowhere
+    const auto note = [&](float* at, float slack) {
+      if (at && k == straights_) *at = known->way + (slack - known->slip);  // only the last part tells
+    };
     int lanes = 0, started = 0;
     const auto put = [](Centres& to, int lane, const glm::vec3& c) {
       to.x[lane] = c.x, to.y[lane] = c.y, to.z[lane] = c.z;
@@ -398,30 +467,54 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
       centres.set = 0;
       for (int lane = 0; lane < lanes; ++lane) centres.set |= blocks[lane].set;
       look_at(&way, &centres);
+      int kept[8], keep = 0;
       for (int lane = 0; lane < lanes; ++lane) {
-        if (centres.top[lane] <= centres.outside) continue;
         WayBlock& block = blocks[lane];
+        if (centres.top[lane] <= centres.outside) {
+          note(block.due, centres.outside - centres.top[lane]);
+          continue;
+        }
         block.first -= way.from.base;
         block.top = centres.top[lane], block.share = centres.share[lane],
         block.emptied = centres.best[lane] >= centres.emptied;
         block.bent = way.slip + kTop + turned;
         block.n[0] = centres.n_x[lane], block.n[1] = centres.n_y[lane], block.n[2] = centres.n_z[lane];
-        changed |= carve_way_block(&way, &block, removed);
+        if (!block.may_change()) {
+          note(block.due, -kMargin - block.most_of_all());
+          continue;
+        }
+        fetch(block);
+        kept[keep++] = lane;
+      }
+      for (int i = 0; i < keep; ++i) {
+        float slack;
+        changed |= carve_way_block(&way, &blocks[kept[i]], removed, &slack);
+        note(blocks[kept[i]].due, slack);
       }
       lanes = 0;
     };
-    // Omits blocks that are too far from the head on the whole path, and blocks that are empty because the head was cut
-    // out at the beginning of the path.
+    // Omits blocks that are too far from the head on the whole path. If the head was cut out at the beginning of the
+    // path, also omits blocks that are empty, and blocks from which it recedes.
     const bool cut_before = continues_ || k > 1;
     const auto choose = [&] {
       fill_up(starts, started);
       AtStart at;
       look_at_start(&way, &starts, &at);
       for (int lane = 0; lane < started; ++lane) {
-        if (at.depth[lane] + way.longest + kBesideSlip < centres.outside) continue;
-        if (cut_before && at.depth[lane] > centres.emptied + kBesideSlip) continue;
+        if (const float top = at.depth[lane] + way.longest + kBesideSlip; top < centres.outside) {
+          note(due[lane], centres.outside - top);
+          continue;
+        }
+        if (cut_before && at.depth[lane] > kInner + way.slip) {
+          const glm::ivec3 in_base = begun[lane] - way.from.base;
+          if (at.depth[lane] > centres.emptied || least_depth_at_start(&way, &in_base) > kInner + way.slip) {
+            note(due[lane], kNoEnd);
+            continue;
+          }
+        }
+        if (cut_before && laws_ >= 5 && at.recedes(way, lane, rounding)) continue;
         blocks[lanes] = block_at(begun[lane]);
-        fetch(blocks[lanes]);
+        blocks[lanes].due = due[lane];
         blocks[lanes].set = at.nearest_within(kHalf + way.longest + kBesideSlip, lane, way.count);
         put(centres, lanes, {starts.x[lane], starts.y[lane], starts.z[lane]});
         if (++lanes == 8) carve();
@@ -437,7 +530,10 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed) const noexce
           continue;
         for (int z0 = first.z + down(lowest - first.z, kDeep); z0 <= highest; z0 += kDeep) {
           const glm::ivec3 from(x0, y0, z0);
+          float* const noted = known ? known->at(from / glm::ivec3(kRows, kRows, kDeep)) : nullptr;
+          if (noted && *noted > known->way) continue;
           begun[started] = from;
+          due[started] = noted && is_whole(from) ? noted : nullptr;
           put(starts, started, glm::vec3(from - way.from.base) + kMiddle);
           if (++started == 8) choose();
         }

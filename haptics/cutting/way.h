@@ -23,6 +23,22 @@ struct Straight {
 };
 Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* pieces, int count, double reach);
 
+/// For blocks of 4 × 4 × 8 voxels, z fastest: the length of the head's path at which each must be examined again
+/// (CutFront). A sweep that knows nothing about a block leaves its value as it is.
+struct DueBlocks {
+  float* due;
+  glm::ivec3 first, size;  // blocks
+  float way;               // voxels of path at the end of the sweep
+  float slip;              // voxels, largest rounding error of a depth
+
+  /// Null for a block outside.
+  float* at(const glm::ivec3& block) const noexcept {
+    const glm::ivec3 i = block - first;
+    if (i.x < 0 || i.y < 0 || i.z < 0 || i.x >= size.x || i.y >= size.y || i.z >= size.z) return nullptr;
+    return due + (i.x * size.y + i.y) * size.z + i.z;
+  }
+};
+
 inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample
 inline constexpr float kSlow =
     0.05f;  // voxels; for a motion of at most this length only the final pose is cut, which saves a seventh of the time

@@ -127,6 +127,47 @@ TEST(Sweeps, WhatIsKnownOfTheFrontChangesNoBitHoweverFarAHeadGoesOrTurnsInATick)
   }
 }
 
+TEST(Sweeps, AHeadThatSwingsInItsHoleCutsTheSameBitsWithTheFrontAndVersionsOfTheLawsDifferByAHundredthOfAVoxel) {
+  constexpr std::uint32_t kLaws[] = {4, 5};
+  for (const HeadShape shape : kNoBalls) {
+    for (unsigned seed = 1; seed <= 2; ++seed) {
+      Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};
+      Tool tool = random.head(shape);
+      if (shape != HeadShape::kInvertedCone) tool.length *= 2;
+      const dquat R = rotation_between({0, 0, 1}, random.direction());
+      const dvec3 axis = random.direction(), way = random.scale(0.2, 4) * kVoxel * random.direction();
+      const double rate = random.uniform(0.1, 0.4);  // rad of the swing's phase in a tick
+      SurfacePatch plain[] = {block(tool, 1000), block(tool, 1000)}, known[] = {plain[0], plain[1]};
+      double taken[2] = {};
+      for (std::size_t k = 0; k < 2; ++k) {
+        CutFront front(std::span(&tool, 1), kVoxel);
+        const auto at = [&](int i) {
+          const double swing = std::sin(rate * i) * (i / 40 % 2 ? 0.1 : 1);  // by turns fast and slow
+          return Pose{swing * way, glm::normalize(glm::angleAxis(0.02 / rate * swing, axis) * R)};
+        };
+        carve(plain[k], Sweep(tool, at(0), at(0), kFrame, false, kLaws[k]));
+        carve(known[k], Sweep(tool, at(0), at(0), kFrame, false, kLaws[k]), nullptr, &front);
+        for (int i = 0; i < 120; ++i) {
+          const Sweep sweep(tool, at(i), at(i + 1), kFrame, i % 41 != 0, kLaws[k]);
+          const PerTissue removed = carve(plain[k], sweep);
+          taken[k] += total(removed);
+          ASSERT_EQ(carve(known[k], sweep, nullptr, &front), removed)
+              << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i << ", laws " << kLaws[k];
+          ASSERT_TRUE(known[k].distance == plain[k].distance)
+              << static_cast<int>(shape) << ", seed " << seed << ", sweep " << i << ", laws " << kLaws[k];
+        }
+      }
+      // Beyond kMargin a sample keeps its value.
+      const auto kept = [](float distance) { return std::max(distance, -Sweep::kMargin); };
+      float apart = 0;
+      for (std::size_t i = 0; i < plain[0].distance.size(); ++i)
+        apart = std::max(apart, std::abs(kept(plain[0].distance[i]) - kept(plain[1].distance[i])));
+      EXPECT_LT(apart, 0.0125f) << static_cast<int>(shape) << ", seed " << seed;
+      EXPECT_NEAR(taken[1] / taken[0], 1, 1e-3) << static_cast<int>(shape) << ", seed " << seed;
+    }
+  }
+}
+
 TEST(Sweeps, TicksTakeTheSameInAnyOrderAndNothingTwice) {
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 4; ++seed) {

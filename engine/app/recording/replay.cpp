@@ -102,7 +102,9 @@ Scene scene_of(const session::SessionReader& session, int recordings) {
 
 std::unique_ptr<haptics::Carver> carver_at(const session::SessionReader& session, const Scene& scene,
                                            haptics::TissueVolume start, Nanos t) {
-  auto made = std::make_unique<haptics::Carver>(std::move(start), scene.servo);
+  haptics::ServoSettings settings = scene.servo;
+  settings.laws = session.header().servo_laws;
+  auto made = std::make_unique<haptics::Carver>(std::move(start), settings);
   haptics::Carver& carver = *made;
   const std::vector<StrokeEdit> edits = edits_of(session);
   auto edit = edits.begin();

@@ -38,7 +38,9 @@ SessionPlayer::SessionPlayer(const std::filesystem::path& file) : session_(file)
 }
 
 void SessionPlayer::from_the_start() {
-  carver_.emplace(load_tissue(scene_), scene_.servo);
+  haptics::ServoSettings settings = scene_.servo;
+  settings.laws = session_.header().servo_laws;
+  carver_.emplace(load_tissue(scene_), settings);
   next_ = 0;
   done_.clear();
   view_.reset();

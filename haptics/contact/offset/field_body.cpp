@@ -17,7 +17,7 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
-  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues)));
+  take_out_pieces(cut, volume_.carve(Sweep(tool(cut), cut.X_WA, cut.X_WB, volume_.frame(), continues, laws_)));
 }
 
 void FieldBody::fill(const Cut& cut) {

@@ -17,6 +17,7 @@ class FieldBody : public TissueBody {
  public:
   FieldBody(TissueVolume tissue, std::span<const Tool> tools);
 
+  void set_laws(std::uint32_t laws) override { laws_ = laws; }
   void carve(const Cut& cut, bool continues) override;
   void fill(const Cut& cut) override;
   std::vector<LoosePiece> take_pieces() override { return std::exchange(pieces_, {}); }
@@ -48,11 +49,12 @@ class FieldBody : public TissueBody {
 
   TissueVolume volume_;
   std::vector<Tool> tools_;
-  LoosePieces loose_pieces_;        // finds the pieces that a cut separates from the tissue
-  std::vector<LoosePiece> pieces_;  // pieces removed from the volume that the caller has not taken yet
-  TissueVolume::Written written_;   // changes since the last copy of the patch that is being renewed
-  double travel_ = 0;               // m, distance that a head may travel inside one patch
-  WideGrid coarse_;                 // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
+  LoosePieces loose_pieces_;         // finds the pieces that a cut separates from the tissue
+  std::vector<LoosePiece> pieces_;   // pieces removed from the volume that the caller has not taken yet
+  TissueVolume::Written written_;    // changes since the last copy of the patch that is being renewed
+  double travel_ = 0;                // m, distance that a head may travel inside one patch
+  std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
+  WideGrid coarse_;                  // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
 };
 
 }  // namespace typodont::haptics::offset

@@ -62,6 +62,8 @@ class OffsetModel : public PatchModel {
     dvec3 last_step{0};
     double last_gain = 1, last_length = 0;
     int settled = 0;       // number of iterations that ended among contacts
+    dvec3 long_step{0};    // the last step that was too long to be made in one iteration
+    int reversals = 0;     // number of such steps that pointed against the one before
     bool at_pace = false;  // true if the speed limit, not a contact, limited the last step
     dvec3 held_at{0};      // the head's centre as held by the contacts alone
     dvec3 led_to{0};       // the hand's target, moved by the grip of the teeth if they hold the head

@@ -24,6 +24,7 @@ struct SearchParameters {
   static constexpr int iterations = 48;  // limit of iterations per tick, free motion included
   // Upper limits of the iterations in contact per tick.
   static constexpr int settling_iterations = 8, settling_iterations_cutting = 5;
+  static constexpr int reversals = 2;  // limit of long steps against the step before; more of them do not converge
   // Upper limit of the rounds of exact queries for the planes that hold a head which does not cut.
   static constexpr int refining_rounds = 6;
   // Ratio of successive steps up to which the secant method is used.

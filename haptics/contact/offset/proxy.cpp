@@ -185,6 +185,10 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     const double length = glm::length(step);
     const double longest = contacts_.count() > 1 ? Q::contact_step : Q::free_step;
     if (length > longest) {
+      // Between walls that the contacts at one place do not all show, the search may go to and fro without end.
+      s.reversals += glm::dot(step, s.long_step) < 0;
+      s.long_step = step;
+      if (settings_.laws >= 5 && s.reversals > Q::reversals) break;
       p.c += step * (longest / length);
       s.last_length = 0;
       continue;
@@ -296,7 +300,8 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   const double pace = (comes_free ? P::free_slew : P::cut_slew) * p.pace_per_slew;
   const double allowed = p.paced ? farthest(next - p.start, p.shift, pace) : 0;
   s.at_pace = falls || (p.paced && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
-  if (s.at_pace && in.cuts && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
+  const bool eases = in.cuts || settings_.laws >= 5;
+  if (s.at_pace && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
   return next;
 }
 

@@ -26,7 +26,7 @@ bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, 
   // After undo or redo the head may lie in restored tissue: the sweep then starts with the head's whole shape.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;
   const bool continues = cut_count_ > 0 && !edited && cut_tool_ == tool_ && same(in.X_WG, cut_end_);
-  const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues);
+  const Sweep sweep(tool(), in.X_WG, X_WB, settings_.frame, continues, settings_.laws);
   bool changed;
   PerTissue hardened;  // voxels³ × hardness, the volume to which the specific energy applies
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
@@ -55,7 +55,7 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   const double moved = glm::length(X_WB.p - coarse_end_.p) + turned * tool().reach();
   coarse_cut_ = cut_count_;
   if (goes_on && moved < CoarseParameters::cut_step * frame.voxel) return;
-  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on));
+  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on, settings_.laws));
   coarse_end_ = X_WB;
 }
 
@@ -75,7 +75,7 @@ PerTissue OffsetModel::repeat(const CutLog::Made& made, std::uint64_t index, Sur
     return added;
   }
   const bool continues = made.continues && index != fresh.edited_at + 1;
-  return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues));
+  return carve(fresh, Sweep(with, made.X_WA, made.X_WB, settings_.frame, continues, settings_.laws));
 }
 
 /// Brings a fresh coarse patch up to date with the cuts that it lacks.
@@ -86,7 +86,8 @@ void OffsetModel::update_coarse(SurfacePatch& fresh, bool edited) noexcept {
   if (edited) {
     for (std::uint64_t i = log_.first_after(fresh.cuts); i <= log_.last(); ++i) {
       const CutLog::Made& made = log_.made(i);
-      if (!(made.fill_radius > 0)) carve(coarse, Sweep(heads_[made.tool].tool, made.X_WA, made.X_WB, frame));
+      if (!(made.fill_radius > 0))
+        carve(coarse, Sweep(heads_[made.tool].tool, made.X_WA, made.X_WB, frame, false, settings_.laws));
     }
     return;
   }
