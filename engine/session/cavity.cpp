@@ -17,9 +17,16 @@ namespace {
 constexpr double kNewSurface = 0.75;             // voxels below the old surface from which a surface counts as new
 const double kFloor = std::cos(30 * kPi / 180);  // limit: a floor's normal is within 30° of the axis
 constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall deviates by less than 30° from the axis
-constexpr double kOneWay = 0.98;                 // limit for the gradient's length; below it the stencil spans an edge
-constexpr double kRounding = 1e-9;               // voxels, tolerance for rounding
-constexpr double kLeastPart = 0.1e-6;            // m², limit: a smaller total area of a floor or of walls is ignored
+// A facet lies on one face if the gradient around it is at least this long and within 10° of the facet's normal.
+// Ripples of a tenth of a voxel that a bur leaves also shorten the gradient. A stricter limit would omit half of a
+// rippled floor, and its mean depth would depend on which half.
+constexpr double kShortest = 0.8;
+const double kOneFace = std::cos(10 * kPi / 180);
+// Lower limit of the gradient's length where a wall's inclination is measured; a shorter gradient means that the stencil
+// spans an edge.
+constexpr double kOneWay = 0.98;
+constexpr double kRounding = 1e-9;     // voxels, tolerance for rounding
+constexpr double kLeastPart = 0.1e-6;  // m², limit: a smaller total area of a floor or of walls is ignored
 // fraction of a wall's inclinations that is omitted at either end, because these belong to the wall's edges
 constexpr double kTrimmed = 0.1;
 constexpr double kRim = 1e-3;  // m, depth of a wall's rim below the old surface; the rim is always thin
@@ -426,8 +433,11 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     }
     if (old > -kNewSurface) return;
     fresh.push_back(f);
+    // Facets near an edge between floor and wall are omitted: there the gradient turns away from the facet's normal or
+    // becomes short, because its stencil spans both.
+    const dvec3 g = after.gradient(f.p);
+    if (glm::dot(f.n, g) < std::max(kShortest, kOneFace * glm::length(g))) return;
     const double lean = glm::dot(f.n, axes.w);
-    if (glm::length(after.gradient(f.p)) < kOneWay) return;
     if (lean > kFloor) floor.push_back(f);
     if (std::abs(lean) < kWall) walls.push_back(f);
   });

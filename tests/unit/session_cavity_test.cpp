@@ -62,6 +62,34 @@ TEST(Cavity, OfABoxHasItsVolumeDepthFlatnessAndWidth) {
   EXPECT_FALSE(m.kept_removed.has_value());
 }
 
+TEST(Cavity, WithAFloorOfUnevenPassesUnderASlopeHasTheMeanDepthOfAllPasses) {
+  // One half of the floor is flat, the other consists of passes that differ in depth by 0.02 mm. The old surface has a
+  // slope of 0.4, so the flat half alone has another depth: 0.3 mm less.
+  const glm::dvec2 half(1.5e-3, 1e-3);
+  Preparation in = a_block();
+  const double cosine = std::cos(std::atan(0.4));
+  const auto sloped = [&](const dvec3& p) { return cosine * (p.z - kTop + 0.8e-3 - 0.4 * (p.x - kMiddle.x)); };
+  const auto cut_off = [&](DenseField field) {
+    for (int x = 0; x < field.size.x; ++x) {
+      for (int y = 0; y < field.size.y; ++y) {
+        for (int z = 0; z < field.size.z; ++z) {
+          float& d = field.distance[field.at(x, y, z)];
+          d = std::max(d, static_cast<float>(sloped(in.frame.to_world(dvec3(x, y, z))) / in.frame.voxel));
+        }
+      }
+    }
+    return field;
+  };
+  in.before = cut_off(in.before);
+  in.after = cut_off(without([&](const dvec3& p) {
+    double removed = tapered_box(half, 2.3e-3, 0)(p);
+    for (const double x : {0.25e-3, 0.75e-3, 1.25e-3})
+      removed = std::min(removed, tapered_box({0.125e-3, half.y}, 2.32e-3, 0, kMiddle + dvec3(x, 0, 0))(p));
+    return removed;
+  }));
+  EXPECT_NEAR(measure_cavity(in).floor_depth.value(), 1.5e-3 + 0.005e-3, 0.02e-3);
+}
+
 TEST(Cavity, TaperOfABoxIsTwiceTheLeanOfItsWalls) {
   for (const double lean : {-6.0, -2.0, 3.0, 5.0, 8.0}) {
     const CavityMeasures m = measure_hole(tapered_box({1.5e-3, 1e-3}, 1.5e-3, lean * kDegree));
