@@ -194,7 +194,8 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 
 /// The springs of the vertices that a head at X would push if it moved by the probe's length along the unit vector
 /// `pull` (S4, 4.2). Depth and direction are linear in that motion, with the head's distance and normal at X: in a head
-/// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far side.
+/// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far
+/// side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius(), reach = head().reach() + probe;
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
@@ -204,6 +205,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   for (const std::uint32_t i : points_.within(X.p, reach)) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
+    if (is_ball && !(glm::dot(off, pull) > 0)) continue;
     dvec3 n;
     const double distance = head().distance(is_ball ? off : R_TW * off, n);
     if (distance >= probe) continue;
@@ -345,13 +347,17 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   if (!parameters_.as_printed) {
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
-    const double depth = glm::length(pull), bought = in.budget / in.specific_energy / springs_.across;
+    const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double way = std::min({bought, depth, P::stride * edge()});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
   found_ = false;
+  if (in.scrapes) {
+    const double estimated = springs_.across * met_ * glm::distance(from.p, to.p);
+    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / estimated - 1)), P::least_met, 1.0);
+  }
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, done.removed});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};

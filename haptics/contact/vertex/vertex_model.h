@@ -21,8 +21,11 @@ struct FeelParameters {
   static constexpr double ease = 15;          // N/s, change of a bur's force that is allowed while the hand rests
   // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
   static constexpr double sweep = 0.04;
-  static constexpr double scrape = 2e-4;        // the same for an edge that the hand drags, which stores little energy
-  static constexpr double stride = 0.5;         // ratio to the edge: longest displacement that is cut at once
+  static constexpr double scrape = 2e-5;  // the same for an edge that the hand drags, which stores little energy
+  static constexpr double stride = 0.5;   // ratio to the edge: longest displacement that is cut at once
+  // An edge that the hand drags advances less than the vertices differ in height, so it meets only some of the area
+  // that the springs represent. Its fraction is measured: weight of a new measurement, and lower limit.
+  static constexpr double met_weight = 0.1, least_met = 0.01;
   static constexpr double touches = 0.01;       // a head that is closer to a point has no room to move freely
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
 };
@@ -101,6 +104,7 @@ class VertexModel final : public ContactModel {
   bool touching_ = false;  // contact in the last constrain(), at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
+  double met_ = 1;  // for an edge that the hand drags: removed volume over area times displacement, smoothed
   RecentCuts<MadeCut> made_;
 };
 
