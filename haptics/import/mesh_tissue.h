@@ -12,10 +12,11 @@
 
 namespace typodont::haptics {
 
-/// The object "mesh" of a scene's "tissue": {"file", "unit_mm", "tissue", "voxel_mm"}.
+/// The object "mesh" of a scene's "tissue": {"file", "unit_mm", "move_mm", "tissue", "voxel_mm"}.
 struct MeshTissueOptions {
   std::string file;    // as it stands there
   double unit = 1e-3;  // m per unit of the file
+  dvec3 move{0};       // m, added to all points
   Tissue tissue = Tissue::kEnamel;
   std::optional<double> voxel;  // m, of the volume; none: 0.1 mm, or as much more as the memory asks for
 };
@@ -31,6 +32,8 @@ struct ReadTissueMesh {
 /// copies of a triangle go; a mesh whose triangles enclose a negative volume is turned. Throws Error for an empty file,
 /// no triangles, coordinates that are not finite, indices out of range, more than 10 million triangles.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue);
+/// The same with a scene's options; `file`: the path of options.file. Throws Error.
+ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, const MeshTissueOptions& options);
 
 /// The volume of a mesh: inside is where its generalized winding number, taken along the six directions of the axes, is
 /// a half or more. For a closed mesh that is exact, overlapping parts included; an open one is closed by a cap, of
