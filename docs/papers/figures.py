@@ -96,6 +96,7 @@ def vertex_filter(program):
     for title, filter_law in (("filter off", None), ("filter on", {"xi_N": 0.001, "zeta_N": 0.1, "lambda_N": 3})):
         scene = json.loads((ASSETS / "scenes/arch-explore.json").read_text())
         scene["tissue"]["mesh"]["file"] = str(mesh_lod.MESH)
+        scene["tissue"]["mesh"].pop("move_mm")  # the hand follows the file's own coordinates
         scene["model"] = {"vertex": {"filter": filter_law} if filter_law else {}}
         scene["passivity"] = scene["friction"] = False  # the force as the model makes it
         with tempfile.TemporaryDirectory() as name:

@@ -103,6 +103,7 @@ def run(program, folder, name, model, rows):
     scene["model"] = {"mesh_lod": model}
     scene["passivity"] = scene["friction"] = False  # the force as the model makes it
     scene["tissue"]["mesh"]["file"] = str(MESH)
+    scene["tissue"]["mesh"].pop("move_mm")  # the hand follows the file's own coordinates
     (folder / "scene.json").write_text(json.dumps(scene))
     with open(folder / "hand.csv", "w", newline="") as out:
         writer = csv.writer(out)

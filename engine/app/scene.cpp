@@ -353,8 +353,7 @@ haptics::TissueVolume load_untouched(const Scene& scene) {
     haptics::TissueVolume sampled(sampled_tissue(*scene.tissue, solid_files));
     if (const auto json = scene.tissue->find("mesh")) {
       const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*json);
-      haptics::ReadTissueMesh from_file =
-          haptics::read_tissue_mesh(find_file(options.file, scene.place), options.unit, options.tissue);
+      haptics::ReadTissueMesh from_file = haptics::read_tissue_mesh(find_file(options.file, scene.place), options);
       for (const std::string& repair : from_file.repairs) log::info("{}: {}", options.file, repair);
       sampled.set_mesh(std::make_shared<const haptics::TissueMesh>(std::move(from_file.mesh)));
     }

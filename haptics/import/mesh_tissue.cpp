@@ -62,10 +62,11 @@ bool is_closed(const TissueMesh& mesh) {
 }  // namespace
 
 MeshTissueOptions read_mesh_tissue_options(const Json& json) {
-  json.allow_only({"file", "unit_mm", "tissue", "voxel_mm"});
+  json.allow_only({"file", "unit_mm", "move_mm", "tissue", "voxel_mm"});
   MeshTissueOptions options;
   options.file = json["file"].string();
   options.unit = json.number_or("unit_mm", 1, 1e-6, 1e6) * kMillimetre;
+  if (const auto move = json.find("move_mm")) options.move = move->vec3() * kMillimetre;
   const Json named = json["tissue"];
   const auto tissue = tissue_named(named.string());
   if (!tissue || *tissue == Tissue::kAir) named.fail("the name of a tissue");
@@ -116,6 +117,12 @@ ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, 
   }
   for (std::string& words : repairs.in_words()) result.repairs.push_back(std::move(words));
   return result;
+}
+
+ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, const MeshTissueOptions& options) {
+  ReadTissueMesh read = read_tissue_mesh(file, options.unit, options.tissue);
+  for (dvec3& p : read.mesh.vertices) p += options.move;
+  return read;
 }
 
 DenseTissue rasterize(const TissueMesh& mesh, const MeshTissueOptions& options) {

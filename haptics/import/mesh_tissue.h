@@ -12,10 +12,11 @@
 
 namespace typodont::haptics {
 
-/// The object "mesh" of a scene's "tissue": {"file", "unit_mm", "tissue", "voxel_mm"}.
+/// The object "mesh" of a scene's "tissue": {"file", "unit_mm", "move_mm", "tissue", "voxel_mm"}.
 struct MeshTissueOptions {
   std::string file;    // name of the file as in the scene
   double unit = 1e-3;  // m per unit of the file
+  dvec3 move{0};       // m, added to all points
   Tissue tissue = Tissue::kEnamel;
   std::optional<double> voxel;  // m, voxel of the volume; default: 0.1 mm, or more if the volume would be too large
 };
@@ -32,6 +33,8 @@ struct ReadTissueMesh {
 /// for an empty file, no triangles, coordinates that are not finite, indices out of range, or more than 10 million
 /// triangles.
 ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, double unit, Tissue tissue);
+/// The same with a scene's options; `file`: the path of options.file. Throws Error.
+ReadTissueMesh read_tissue_mesh(const std::filesystem::path& file, const MeshTissueOptions& options);
 
 /// The volume of a mesh. A sample is inside if its generalized winding number, from rays in the six axis directions, is
 /// 0.5 or more. For a closed mesh this is exact, even if parts overlap. An open mesh is closed by a cap, and

@@ -39,11 +39,10 @@ std::string sheet(const dvec3& middle = dvec3(0)) {
 TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedToTheBit) {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   // Onto the highest cusp, into it, and along.
-  folder.write(
-      "hand.csv",
-      "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,29.49,-17.39,34.16,1,0,0,0,0\n0.3,29.49,-17.39,32.86,1,0,0,0,0\n"
-      "0.4,29.49,-17.39,32.81,1,0,0,0,1\n0.8,29.49,-17.39,32.46,1,0,0,0,1\n1.6,29.89,-17.39,32.36,1,0,0,0,1\n"
-      "1.9,29.49,-17.39,35.16,1,0,0,0,0\n");
+  folder.write("hand.csv",
+               "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,16.89,6.41,26.66,1,0,0,0,0\n0.3,16.89,6.41,25.36,1,0,0,0,0\n"
+               "0.4,16.89,6.41,25.31,1,0,0,0,1\n0.8,16.89,6.41,24.96,1,0,0,0,1\n1.6,17.29,6.41,24.86,1,0,0,0,1\n"
+               "1.9,16.89,6.41,27.66,1,0,0,0,0\n");
   const auto ran = folder.run("servo assets/scenes/arch-carve.json --hand " + folder / "hand.csv" + " --json --out " +
                               folder / "s.h5");
   ASSERT_EQ(ran.status, 0) << ran.err;

@@ -404,6 +404,39 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
   EXPECT_GE(least_energy, -1e-9);
 }
 
+TEST(MeshLodModel, ABurIsHeldWhileTheCarverSendsNoMeshAndGoesOnCuttingAfterwards) {
+  for (const auto& [shape, length] :
+       {std::pair{HeadShape::kSphere, 2 * kBur}, {HeadShape::kCone, 6.0_mm}, {HeadShape::kCylinder, 4.0_mm}}) {
+    SCOPED_TRACE(haptics::name_of(shape));
+    ServoSettings s = drill();
+    s.tool.shape = shape, s.tool.length = length;
+    MeshBench run(volume(kBlock), s);
+    const double tip = s.tool.half();
+    double most_step = 0, least_energy = 0;
+    const auto tick = [&](double z) {
+      const dvec3 before = run.last.f_T_W;
+      run.tick({{0.03e-3, 0.02e-3, z}}, 1);
+      most_step = std::max(most_step, glm::distance(run.last.f_T_W, before));
+      least_energy = std::min(least_energy, run.last.energy);
+    };
+    double z = tip + 0.05_mm;
+    for (int i = 0; i < 600; ++i) tick(z -= 1e-6);
+    const double landed = run.last.X_WG.p.z;
+    // The hand presses 3 mm into the block, and the carver stands still for two seconds.
+    run.steps.stall(true);
+    for (int i = 0; i < 2000; ++i) tick(z = std::max(z - 2e-6, tip - 3.0_mm));
+    EXPECT_GT(run.last.X_WG.p.z, landed - 2.1 * kBur);
+    EXPECT_GT(run.last.f_T_W.z, 0.05) << "the hand feels that it is held";
+    const std::uint64_t cuts = run.last.cuts;
+    run.steps.stall(false);
+    for (int i = 0; i < 500; ++i) tick(z);
+    EXPECT_GT(run.last.cuts, cuts);
+    EXPECT_LT(run.last.X_WG.p.z, landed - 0.1_mm);
+    EXPECT_LE(most_step, 0.025);
+    EXPECT_GE(least_energy, -1e-9);
+  }
+}
+
 TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
   MeshBench run(volume(kBlock), drill());
   const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();

@@ -181,6 +181,19 @@ double rasterized_volume(const TissueMesh& mesh, bool exact) {
   return TissueVolume(dense).volumes()[static_cast<std::size_t>(Tissue::kDentin)];
 }
 
+TEST(TissueMesh, ASceneMovesItsMesh) {
+  const auto file = write("moved.obj", obj());
+  const MeshTissueOptions options = read_mesh_tissue_options(
+      Json::parse(R"({"file": "moved.obj", "unit_mm": 1, "move_mm": [1, -2, 3.5], "tissue": "enamel"})", "mesh"));
+  const TissueMesh there = read_tissue_mesh(file, 1e-3, Tissue::kEnamel).mesh;
+  const TissueMesh moved = read_tissue_mesh(file, options).mesh;
+  ASSERT_EQ(moved.vertices.size(), there.vertices.size());
+  for (std::size_t i = 0; i < there.vertices.size(); ++i) {
+    EXPECT_LT(glm::distance(moved.vertices[i], there.vertices[i] + dvec3(1e-3, -2e-3, 3.5e-3)), 1e-12);
+  }
+  EXPECT_EQ(moved.triangles, there.triangles);
+}
+
 TEST(TissueMesh, AClosedMeshIsFilledToItsVolume) {
   const TissueMesh mesh = ball({1e-3, 2e-3, 3e-3}, 2e-3);
   EXPECT_NEAR(rasterized_volume(mesh, true) / volume_of(mesh), 1, 2e-3);

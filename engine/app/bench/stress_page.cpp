@@ -73,8 +73,6 @@ constexpr Cause kCauses[] = {
      "with fewer than ten samples in contact the springs are weaker, and a tip of a voxel's size has few"},
     {"carver stalls", "voxel_penalty",
      "it knows no tissue outside its patch, and has no last contact plane that could hold the hand there"},
-    {"carver stalls", "mesh_lod",
-     "a bur that goes on drilling for more than about 1.2 s without a fresh mesh passes what is left of the old one"},
     {"fast probe", "packing",
      "gaps between 10,000 spheres are as wide as the tip, which falls in; more spheres, or another model for "
      "explorers"}};

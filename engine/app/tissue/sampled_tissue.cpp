@@ -122,8 +122,7 @@ haptics::DenseTissue sample(const Json& tissue, const haptics::SolidFiles& files
   const auto mesh = tissue.find("mesh");
   if (!mesh) return haptics::read_solids(tissue, files);
   const haptics::MeshTissueOptions options = haptics::read_mesh_tissue_options(*mesh);
-  return haptics::rasterize(haptics::read_tissue_mesh(files.find(options.file), options.unit, options.tissue).mesh,
-                            options);
+  return haptics::rasterize(haptics::read_tissue_mesh(files.find(options.file), options).mesh, options);
 }
 
 }  // namespace

@@ -19,6 +19,10 @@ constexpr double kLook = SurfacePoint::kFarthest;  // m, search distance around 
 constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest face
 constexpr double kLeastStep = 1e-9;     // m; a cut with a smaller advance is skipped
 constexpr double kMeasuredShare = 0.3;  // weight of a new measurement in the smoothed ratio of volumes
+// Ratios to the radius: overlap of head and snapshot up to which a bur may cut, and distance that it may cut without a
+// new snapshot.
+constexpr double kMostSunk = 0.5, kMostSunkAlong = 2;
+constexpr double kFastestCut = 0.02;  // m/s, limit of the speed at which a bur sinks into the tissue
 constexpr double kLeastMeasured = 0.02, kMostMeasured = 4.0;  // limits of the ratio of measured to estimated volume
 constexpr double kNoOffset = 1e-12;                           // m; a smaller offset counts as zero
 constexpr double kLeastStiffness = 1e-3;                      // ratio to the stiffness of the settings, lower limit
@@ -80,12 +84,14 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   if (fresh.cut) {
     // Volumes measured by the carver, plus estimates for the cuts since then.
     PerTissue lacking{};
-    for (std::uint64_t i = made_.first_after(fresh.cuts); i <= made_.last(); ++i) {
-      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i][t];
+    const std::uint64_t first_lacking = made_.first_after(fresh.cuts);
+    if (first_lacking <= made_.last()) sunk_from_ = made_[first_lacking].from;
+    for (std::uint64_t i = first_lacking; i <= made_.last(); ++i) {
+      for (std::size_t t = 0; t < lacking.size(); ++t) lacking[t] += made_[i].removed[t];
     }
     double estimated = 0, measured = 0;
     for (std::uint64_t i = made_.first_after(snapshot_.cuts); i <= fresh.cuts; ++i) {
-      for (const double v : made_[i]) estimated += v;
+      estimated += total(made_[i].removed);
     }
     for (std::size_t t = 1; t < removed.size(); ++t) {
       measured += fresh.removed[t] - snapshot_.removed[t];
@@ -254,6 +260,14 @@ void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   last_lag_ = point().place() + offset_ - hip_;
 }
 
+/// Faces that overlap the head hold it only as long as they lie on the near side of its axis. A carver that sends no
+/// snapshot for long would otherwise let the bur pass all of them.
+bool MeshLodModel::may_sink_to(const dvec3& to) noexcept {
+  const double most = kMostSunk * point().radius(), sunk = glm::distance(to, behind() ? sunk_from_ : point().place());
+  if (sunk <= most) return true;
+  return sunk <= kMostSunkAlong * point().radius() && point().clearance(finest(), to, 0) >= -most;
+}
+
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   if (!(in.cuts && !in.must_earn && in.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), way = in.X_WT.p - c;
@@ -272,16 +286,20 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!(u > 0)) return false;
   if (!(work > 0)) work = 0;
   const double round = kPi * point().radius() * measured_;
-  const double step = std::min(left, (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u));
+  const double paid = (-work + std::sqrt(work * work + 4 * round * u * in.budget)) / (2 * round * u);
+  // A bur that was held for some time has saved up energy for a long step, which would be felt.
+  const double step = std::min({left, paid, kFastestCut * in.dt});
   if (!(step > kLeastStep)) return false;
   const dvec3 to = c + step / left * way;
+  if (!may_sink_to(to)) return false;
   PerTissue removed{};
   for (std::size_t t = 1; t < area.size(); ++t) removed[t] = area[t] * step;
   const auto under = static_cast<std::size_t>(point().hold(0).tissue);
   removed[under] += round * step * step;
   energy = work * step + round * step * step * u;
   const Pose end{to, in.X_WT.R}, from = cutting_ ? end_ : Pose{c, in.X_WT.R};
-  made_.add(made_.last() + 1, removed);
+  if (!behind()) sunk_from_ = c;
+  made_.add(made_.last() + 1, {removed, c});
   cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.spindle};
   point().sink_to(to);
   cutting_ = true;

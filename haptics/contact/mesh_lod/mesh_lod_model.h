@@ -67,6 +67,8 @@ class MeshLodModel final : public ContactModel {
   double room_for(std::uint32_t tool, const Pose& X) noexcept;
   /// True if the snapshot contains all faces within `reach` of p.
   bool holds(const dvec3& p, double reach) const noexcept;
+  /// True if the faces in the snapshot can still hold the head at `to` after all cuts that the snapshot lacks.
+  bool may_sink_to(const dvec3& to) noexcept;
   /// True if cuts were made that the snapshot lacks; faces that overlap the head then count as removed.
   bool behind() const noexcept { return snapshot_.cuts < made_.last(); }
   SurfaceContact& point() noexcept { return *points_[tool_]; }
@@ -97,11 +99,16 @@ class MeshLodModel final : public ContactModel {
   double wall_stiffness_ = 0;
 
   // State of the cutting.
-  RecentCuts<PerTissue> made_;  // m³ that each cut removed, estimated
-  bool cutting_ = false;        // the last tick cut
-  Pose end_;                    // pose of the tool at the end of the last tick's cut
-  bool adopted_ = false;        // a snapshot was adopted since the last tick
-  double measured_ = 1;         // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
+  struct Made {
+    PerTissue removed{};  // m³, estimated
+    dvec3 from{0};        // m, centre of the contact shape before the cut
+  };
+  RecentCuts<Made> made_;
+  dvec3 sunk_from_{0};    // m, `from` of the first cut that the snapshot does not contain
+  bool cutting_ = false;  // the last tick cut
+  Pose end_;              // pose of the tool at the end of the last tick's cut
+  bool adopted_ = false;  // a snapshot was adopted since the last tick
+  double measured_ = 1;   // ratio of measured to estimated volume for the cuts in the last snapshot, smoothed
 };
 
 }  // namespace typodont::haptics::mesh_lod

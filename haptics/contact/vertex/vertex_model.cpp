@@ -193,40 +193,35 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The springs of the vertices inside a head at X (S4, 4.2); the length of each is the displacement to the head's
-/// surface.
+/// The springs of the vertices that a head at X would push if it moved by the probe's length along the unit vector
+/// `pull` (S4, 4.2). Depth and direction are linear in that motion, with the head's distance and normal at X: in a head
+/// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far
+/// side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
+  const double probe = P::probe * head().radius(), reach = head().reach() + probe;
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
-  const double reach2 = head().reach() * head().reach(), stiffness = settings_.stiffness / 1000;
+  const double stiffness = settings_.stiffness / 1000;
   Springs sum;
-  for (const std::uint32_t i : points_.within(X.p, head().reach())) {
+  for (const std::uint32_t i : points_.within(X.p, reach)) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
-    const double square = glm::dot(off, off);
-    if (square >= reach2) continue;
+    if (is_ball && !(glm::dot(off, pull) > 0)) continue;
     dvec3 n;
-    double d;
-    if (is_ball) {
-      // For a ball the reach is the radius, so the point is inside; its force passes through the centre and causes no
-      // torque.
-      const double length = std::sqrt(square);
-      n = length > 0 ? off / length : dvec3(0, 0, -1);
-      d = length - head().radius();
-    } else {
-      d = head().distance(R_TW * off, n);
-      if (!(d < 0)) continue;
-      n = R_WT * n;
-    }
+    const double distance = head().distance(is_ball ? off : R_TW * off, n);
+    if (distance >= probe) continue;
+    if (!is_ball) n = R_WT * n;
+    const double ahead = glm::dot(n, pull), d = distance - probe * ahead;
+    if (!(ahead > 0 && d < 0)) continue;
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const double depth = sample.area * d;  // negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
     sum.force += push;
-    if (!is_ball) sum.torque += glm::cross(off, push);
+    if (!is_ball) sum.torque += glm::cross(off, push);  // on a ball all forces pass through its centre
     sum.sum -= stiffness * settings_.materials[tissue].stiffness * depth;
     sum.weight -= depth;
     sum.area += sample.area;
-    sum.across += sample.area * std::max(0.0, glm::dot(n, pull));
+    sum.across += sample.area * ahead;
     sum.tissue[tissue] -= depth;
     ++sum.count;
   }
@@ -277,7 +272,6 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
-  const double probe = P::probe * head().radius();
   // Without slack a rim could not re-enter the hole that it has cut. Tissue that a bur overlaps because the mesh could
   // not yield only prevents deeper overlap.
   const double slack = head().is_ball() ? 0 : P::slack * head().radius();
@@ -294,7 +288,7 @@ void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   if (!out.touching) return come_free(in, out);
   out.depth = depth;
   const dvec3 way = pull / depth;
-  springs_ = springs_at({out.p_WG + probe * way, in.X_WT.R}, way);
+  springs_ = springs_at({out.p_WG, in.X_WT.R}, way);
   // The springs determine the stiffness of the tissue and the direction. A head whose sides are nearly parallel to the
   // pull (a cone) is pushed in opposite directions, so that their sum is too small.
   const double along = -glm::dot(springs_.force, way);
@@ -354,13 +348,17 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   if (!parameters_.as_printed) {
     if (!(in.budget > 0 && in.specific_energy > 0 && springs_.across > 0)) return false;
     const dvec3 pull = in.X_WT.p - from.p;
-    const double depth = glm::length(pull), bought = in.budget / in.specific_energy / springs_.across;
+    const double depth = glm::length(pull), bought = in.budget / in.specific_energy / (springs_.across * met_);
     const double way = std::min({bought, depth, P::stride * edge()});
     if (!(way >= (in.scrapes ? P::scrape : P::sweep) * edge())) return false;
     to.p = from.p + way / depth * pull;
   }
   const CutDone done = make_cut(snapshot_.mesh, snapshot_.cutter, head(), edge(), parameters_.as_printed, from, to);
   found_ = false;
+  if (in.scrapes) {
+    const double estimated = springs_.across * met_ * glm::distance(from.p, to.p);
+    met_ = std::clamp(met_ * (1 + P::met_weight * (total(done.removed) / estimated - 1)), P::least_met, 1.0);
+  }
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, done.removed});
   cut = {made_.last(), in.tick, in.t, from, to, tool_, done.removed, {}, in.spindle};

@@ -22,8 +22,11 @@ struct FeelParameters {
   // ratio to the edge: shortest displacement that is cut at once, so that not every tick cuts
   static constexpr double sweep = 0.04;
   // Ratio to the edge: shortest displacement that a dragged edge cuts at once; an edge stores little energy.
-  static constexpr double scrape = 2e-4;
+  static constexpr double scrape = 2e-5;
   static constexpr double stride = 0.5;  // ratio to the edge: longest displacement that is cut at once
+  // An edge that the hand drags advances less than the vertices differ in height, so it meets only some of the area
+  // that the springs represent. That fraction is measured: weight of a new measurement, and lower limit.
+  static constexpr double met_weight = 0.1, least_met = 0.01;
   // Ratio to the radius: a head closer to a point than this has no room to move freely.
   static constexpr double touches = 0.01;
   static constexpr double look_ahead = 0.5e-3;  // m, search distance around a free head
@@ -103,6 +106,7 @@ class VertexModel final : public ContactModel {
   bool touching_ = false;  // true if there was contact in the last constrain(), at touching_at_
   dvec3 touching_at_{0};   // m
   HeadFollower follower_{kMostSamples};
+  double met_ = 1;  // for an edge that the hand drags: removed volume over area times displacement, smoothed
   RecentCuts<MadeCut> made_;
 };
 
