@@ -59,10 +59,10 @@ struct CoreObject {
     bool records = false;                // set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;  // ticks done on this thread
-  ServoTick tick;           // the latest tick
+  std::uint64_t ticks = 0;                    // ticks done on this thread
+  std::optional<OfflineRecording> recording;  // beside what every tick reads, for the cache
+  ServoTick tick;                             // the latest tick
   Cut cut;
-  std::optional<OfflineRecording> recording;
   // Next patch and cuts to record from the servo's rings; they wait for their tick.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;
