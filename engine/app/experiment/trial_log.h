@@ -12,6 +12,7 @@ namespace typodont {
 struct TrialLog {
   ExperimentPlan plan;  // as far as a fit needs it: question, models, rule
   std::string scene;    // file, as it was named
+  std::string subject;  // name or code of the person; may be empty
   std::vector<AnsweredTrial> answered;
 };
 

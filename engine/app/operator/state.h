@@ -24,10 +24,10 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kExperiment };
 
 enum class Ask {
-  kStart,            // start a session with the selection
+  kStart,            // start a session with the selection; on the experiment page, the experiment
   kEndSession,       // the force ramps down, the recording is completed
   kEmergencyStop,    // no force from the next tick on
   kToStart,          // return to the start page
@@ -35,7 +35,7 @@ enum class Ask {
   kLanguage,         // number: index of the language
   kDoctor,           // check this computer
   kRescan,           // search for scenes, hands and rigs again
-  kOpenReport,       // show it in the browser
+  kOpenReport,       // show it in the browser; on the experiment page, the experiment's result
   kOpenFolder,       // the folder of the sessions
   kDeleteRecording,  // the recording of the session that just ended
   kSettings,         // live settings have changed
@@ -54,6 +54,7 @@ enum class Ask {
   kStepDone,         // mark the task's current step as done
   kStepBack,         // unmark the last step
   kArchive,          // show recorded sessions and imports
+  kExperiment,       // show the page of experiments
   kSessionReport,    // report of the selected session: created if necessary, opened in the browser
   kLearningCurve,    // learning curve of its trainee
   kFilm,             // film of the session
@@ -128,6 +129,30 @@ struct ImportForm {
   float voxel_mm = 0, shell_mm = 0;  // 0: voxel size as in the file, default shell thickness
   float unit_mm = 1;                 // unit of a mesh in mm
   float spacing_mm = 0;              // sample spacing of a scan; 0: as in the file
+};
+/// The questions of `typodont experiment`, as its option --question names them.
+inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};
+constexpr std::size_t kModelQuestion = 3;
+struct ExperimentForm {
+  int question = 0;                              // index in kExperimentQuestions
+  std::array<int, 2> models{0, 1};               // compared models, indices in OperatorState::models
+  std::array<int, 4> trials{150, 150, 150, 40};  // largest number for each question; for models the exact number
+  float seconds = 4;                             // duration of each stimulus
+};
+/// A value with its 95 % interval; a bound that the answers do not limit is NaN.
+struct FoundValue {
+  double value = 0, low = 0, high = 0;
+};
+/// Result of a finished experiment.
+struct ExperimentFinding {
+  std::filesystem::path log, page;  // the trials, and the page with the fit
+  std::string person;
+  std::size_t question = 0;
+  int trials = 0;
+  double right = 0;                   // %; not for models
+  FoundValue found;                   // just-noticeable difference, % or ms; for models the fraction of `models[1]`, %
+  std::array<std::string, 2> models;  // only for models
+  double chance = 1;                  // only for models: probability of such answers if no difference was felt
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
@@ -224,6 +249,10 @@ struct OperatorState {
   ImportForm import;
   std::string dropped;
 
+  // Page of experiments. Exercise, hand, picture and person are those of the start page.
+  ExperimentForm experiment;
+  std::optional<ExperimentFinding> experiment_found;
+
   // Page about this computer.
   std::vector<DoctorFinding> findings;
 
@@ -266,6 +295,7 @@ void draw_session_page(OperatorState& s, InterfaceWindow& w);
 void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
+void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 /// Asks about unsaved work while OperatorState::leaving waits.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);
