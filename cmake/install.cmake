@@ -56,7 +56,8 @@ haptic core as a library for C and Python.")
   set(CPACK_DEBIAN_PROGRAM_FILE_NAME DEB-DEFAULT)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd")  # the loader alone draws nothing
+  # The Vulkan loader alone draws nothing; meshoptimizer is loaded on use, so its package is not found automatically.
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "mesa-vulkan-drivers | vulkan-icd, libmeshoptimizer2d")
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "ffmpeg, libopenxr-loader1, python3-cffi, python3-numpy")  # films; headsets; Python
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "python3-pandas, python3-distributed")
   include(CPack)

@@ -343,6 +343,53 @@ TEST_F(OperatorWindow, ViewsChangeWhatIsShownHereAndTheTraineesScreenStaysAsItIs
   program.terminate();
 }
 
+TEST_F(OperatorWindow, AnExperimentIsChosenByKeysAnsweredInItsOwnWindowAndItsResultIsShown) {
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n600,6.8,5.8,19,1,0,0,0,0\n");
+  Program program(folder);
+  open(program);
+  const std::string own = Desktop::xdotool("search --name Typodont");
+  choose_block_and_script();
+  press("Return");  // the address is typed
+  press("ctrl+n");
+  ASSERT_TRUE(eventually([] { return !Desktop::xdotool("search --name ': Experiment$'").empty(); }));
+  press("ctrl+u");  // the next question: force
+  press("ctrl+t");
+  type("P 07");
+  press("Tab");
+  type("2");  // trials
+  press("Tab");
+  type("0.1");  // s
+  press("F5");
+  program.wait_for("experiment started: force");
+
+  // The trials have a window of their own, which the person looks at.
+  const auto other = [&] {
+    const std::string windows = Desktop::xdotool("search --name Typodont");
+    for (std::size_t at = 0, end; (end = windows.find('\n', at)) != std::string::npos; at = end + 1)
+      if (const std::string id = windows.substr(at, end - at); own.find(id) == std::string::npos) return id;
+    return std::string();
+  };
+  ASSERT_TRUE(eventually([&] { return !other().empty(); })) << program.said();
+  const auto ended = [&] { return program.said().find("experiment ended: ") != std::string::npos; };
+  for (int i = 0; i < 300 && !ended(); ++i) {
+    const std::string window = other();
+    if (!window.empty()) Desktop::xdotool("windowfocus " + window);
+    press("Right");
+  }
+  const std::string log = program.wait_for("experiment ended: ");
+  EXPECT_NE(log.find("home/experiments/P_07/"), std::string::npos) << log;
+  const std::string trials = read_text(log);
+  EXPECT_NE(trials.find("\"subject\":\"P 07\""), std::string::npos) << trials;
+  EXPECT_EQ(std::count(trials.begin(), trials.end(), '\n'), 4) << "plan, names of columns, two trials:\n" << trials;
+  EXPECT_NE(read_text(std::filesystem::path(log).replace_extension(".html")).find("P 07"), std::string::npos);
+
+  Desktop::xdotool("windowfocus " + own.substr(0, own.find('\n')));
+  press("F10");
+  wait_for_choice();
+  press("ctrl+q");
+  EXPECT_EQ(program.wait_for_end(), 0) << program.said();
+}
+
 TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   let_the_hand_rest();
   Program program(folder);
@@ -448,7 +495,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedWhereItWasMovedTo) {
   Program program(folder);
   open(program);
   press("ctrl+Up");
-  press("ctrl+n");
+  press("ctrl+j");
   program.wait_for("jaw loaded: ");
   // Four steps of the wheel over the first section: one millimetre out of the bone.
   EXPECT_TRUE(eventually([&] { return colours({20, 70}, {300, 350}) > 20; })) << "no section";

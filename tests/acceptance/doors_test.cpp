@@ -247,7 +247,7 @@ TEST_F(Doors, CSharpDrillsTheSameBallAndIsToldOfABadPose) {
   const std::string exe = *folder_ / "drill.exe";
   const test::Ran made =
       sh(fmt::format("{} -warnaserror -out:{} engine/bindings/csharp/Typodont.cs "
-                     "engine/bindings/csharp/TypodontTooth.cs tests/acceptance/doors/Drill.cs",
+                     "tests/acceptance/doors/Drill.cs",
                      TYPODONT_MCS, exe));
   ASSERT_EQ(made.status, 0) << made.out << made.err;
   const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, exe));
@@ -264,6 +264,22 @@ TEST_F(Doors, CSharpDrillsTheSameBallAndIsToldOfABadPose) {
       sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {}", prefix(), TYPODONT_LIBDIR, *folder_ / "page.exe"));
   EXPECT_EQ(page_ran.status, 0) << page_ran.err;
   EXPECT_NE(page_ran.out.find("bricks of surface"), std::string::npos) << page_ran.out;
+}
+
+/// Unity is not available here; UnityDeclarations.cs stands for it.
+TEST_F(Doors, TheUnitySampleDrillsABallAndChangesItsBricksOverDeclarationsOfUnity) {
+  if (!*TYPODONT_MCS) GTEST_SKIP() << "no C# compiler: apt install mono-mcs mono-runtime";
+  const std::string exe = *folder_ / "unity.exe",
+                    scene = folder_->write("motor_ball.json", R"({"tissue": {"voxel_mm": 0.1,
+      "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012", "spindle_krpm": 300})");
+  const test::Ran made =
+      sh(fmt::format("{} -warnaserror -define:UNITY_5_3_OR_NEWER -out:{} engine/bindings/csharp/Typodont.cs "
+                     "engine/bindings/csharp/TypodontTooth.cs tests/acceptance/doors/UnityDeclarations.cs "
+                     "tests/acceptance/doors/UnityHost.cs",
+                     TYPODONT_MCS, exe));
+  ASSERT_EQ(made.status, 0) << made.out << made.err;
+  const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} mono {} {}", prefix(), TYPODONT_LIBDIR, exe, scene));
+  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
 TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
@@ -286,6 +302,42 @@ TEST_F(Doors, GodotDrillsABallAndChangesItsSurfaceInPlace) {
   EXPECT_NE(ran.out.find(" 8 bricks changed"), std::string::npos) << "in place, not all of them:\n" << ran.out;
   EXPECT_NE(ran.out.find("refused: a pose"), std::string::npos) << ran.out;
   EXPECT_NE(ran.out.find("undone: True"), std::string::npos) << ran.out;
+
+  folder_->write("godot/page.gd", program_of("engines.md", "gdscript"));
+  folder_->write("godot/page.tscn",
+                 "[gd_scene load_steps=2 format=2]\n[ext_resource path=\"res://page.gd\" type=\"Script\" id=1]\n"
+                 "[node name=\"Page\" type=\"Spatial\"]\nscript = ExtResource( 1 )\n");
+  const test::Ran page = sh(fmt::format("env LD_LIBRARY_PATH={}/{} HOME={} {} --path {} page.tscn", prefix(),
+                                        TYPODONT_LIBDIR, folder_->path().string(), TYPODONT_GODOT, project));
+  ASSERT_EQ(page.status, 0) << page.out << page.err;
+  EXPECT_TRUE(std::regex_search(page.out, std::regex("[1-9]\\d* bricks changed"))) << page.out << page.err;
+}
+
+/// Unreal's headers are not available here; unreal_declarations.h stands for each of them.
+TEST_F(Doors, TheUnrealActorDrillsABallAndChangesItsBricksOverDeclarationsOfUnreal) {
+  const fs::path module = "engine/bindings/unreal/Typodont/Source/TypodontUnreal", forward = *folder_ / "unreal";
+  std::string sources = "tests/acceptance/doors/unreal/unreal_host.cpp";
+  const std::regex included("#include \"([^\"]+)\"");
+  for (const auto& entry : fs::recursive_directory_iterator(module)) {
+    if (entry.path().extension() == ".cpp") sources.append(" ").append(entry.path());
+    if (entry.path().extension() != ".cpp" && entry.path().extension() != ".h") continue;
+    const std::string text = test::read_text(entry.path());
+    for (std::sregex_iterator i(text.begin(), text.end(), included), end; i != end; ++i) {
+      const fs::path header = (*i)[1].str();
+      if (fs::exists(module / "Public" / header) || fs::exists(module / "Private" / header)) continue;
+      fs::create_directories((forward / header).parent_path());
+      folder_->write(fmt::format("unreal/{}", header.string()), "#include \"unreal_declarations.h\"\n");
+    }
+  }
+  const std::string host = *folder_ / "unreal_host";
+  const test::Ran made =
+      sh(fmt::format("{0} -std=c++17 -Wall -Wextra -Wpedantic -Werror -O0 -o {1} {2} -I{3}/Public -I{3}/Private -I{4} "
+                     "-Itests/acceptance/doors/unreal $(PKG_CONFIG_PATH={5}/{6}/pkgconfig pkg-config --cflags --libs "
+                     "typodont) -pthread",
+                     TYPODONT_COMPILER, host, sources, module.string(), forward.string(), prefix(), TYPODONT_LIBDIR));
+  ASSERT_EQ(made.status, 0) << made.err;
+  const test::Ran ran = sh(fmt::format("env LD_LIBRARY_PATH={}/{} {}", prefix(), TYPODONT_LIBDIR, host));
+  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
 /// The package as `pip install` leaves it, library inside.

@@ -90,6 +90,19 @@ TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
   EXPECT_EQ(levels.back(), "0");
 }
 
+TEST_F(MeshLodCommand, TheLibraryThatSimplifiesIsLoadedByThisModelAndByNoOther) {
+  write_block();
+  folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1,1,0,0,0,0\n0.1,0,0,0.05,1,0,0,0,0\n");
+  for (const char* model : {"offset", "voxel_penalty", "packing", "vertex", "mesh_lod"}) {
+    const auto ran = folder.run("servo " + scene(R"("tool": "explorer")") + " --hand " + folder / "hand.csv" +
+                                    " --model " + model + " --out " + folder / "t.csv",
+                                "env LD_DEBUG=libs");  // the dynamic linker names each library on standard error
+    ASSERT_EQ(ran.status, 0) << ran.out;
+    ASSERT_THAT(ran.err, HasSubstr("libopenvdb"));
+    EXPECT_EQ(ran.err.find("libmeshoptimizer") != std::string::npos, std::string(model) == "mesh_lod") << model;
+  }
+}
+
 TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHardAndDoesNot) {
   // Down on the tooth, 1 mm and more deep, and up again.
   const auto pushes = [&](const std::string& place, double& most, double& least) {

@@ -209,7 +209,7 @@ TEST(TrialLog, IsReadBackAsItWasWrittenWithTheSameFit) {
     plan.question = question;
     if (question == Question::kModel) plan.models = {"offset", "packing"};
     const Experiment experiment = done(plan, {0, 20, 0.02});
-    const TrialLog log{plan, "scene.json", experiment.answered()};
+    const TrialLog log{plan, "scene.json", question == Question::kDelay ? "" : "P07", experiment.answered()};
     write_trial_log(folder / "trials.csv", log);
     const TrialLog read = read_trial_log(folder / "trials.csv");
     EXPECT_TRUE(table_of(read) == table_of(log)) << name_of(question);
@@ -219,7 +219,7 @@ TEST(TrialLog, IsReadBackAsItWasWrittenWithTheSameFit) {
 
 TEST(TrialLog, AWrongRowIsRefusedWithItsPlace) {
   const session::test::TemporaryFolder folder;
-  const TrialLog log{stiffness_plan(3), "scene.json", done(stiffness_plan(3), {0, 20, 0}).answered()};
+  const TrialLog log{stiffness_plan(3), "scene.json", "P07", done(stiffness_plan(3), {0, 20, 0}).answered()};
   std::string text = table_of(log);
   text += "999,1,1.2,20,3,1,0\n";
   std::ofstream(folder / "trials.csv") << text;

@@ -31,7 +31,7 @@ constexpr double kMostDelay = 300;     // ms, limit of the force's delay
 constexpr double kMostStiffness = 10;  // N/mm, limit of the stiffness
 
 struct Options {
-  std::string input, out, page, hand, staircase = "2-down-1-up";
+  std::string input, out, page, subject, hand, staircase = "2-down-1-up";
   std::string question = "stiffness";
   std::vector<std::string> models;
   std::optional<double> reference, start, observer;
@@ -49,7 +49,8 @@ bool is_table(const std::string& file) {
 void show(const Options& options, const TrialLog& log, const std::string& file) {
   const ExperimentResult result = result_of(log.plan, log.answered);
   if (!options.page.empty()) {
-    const std::string title = fmt::format("Experiment: {}", name_of(log.plan.question));
+    std::string title = fmt::format("Experiment: {}", name_of(log.plan.question));
+    if (!log.subject.empty()) title += ", " + log.subject;
     write_file_atomically(options.page, page_of(log.plan, result, log.answered, title), FileKind::kPage);
   }
   fmt::print("{}\n", options.json ? json_of(result, file) : words_of(result));
@@ -150,6 +151,7 @@ void run_live(const Options& options, const Scene& scene, Experiment& experiment
     experiment.answer(given->answer, given->seconds);
     log.answered = experiment.answered();
     write_trial_log(options.out, log);
+    log::info("experiment: {:.0f} %", 100 * experiment.fraction());
   }
   subject.stop();
   if (!experiment.over())
@@ -162,7 +164,7 @@ void run(const Options& options) {
   const Scene scene = read_scene(options.input);
   const ExperimentPlan plan = plan_of(options, scene);
   Experiment experiment(plan);
-  TrialLog log{plan, options.input, {}};
+  TrialLog log{plan, options.input, options.subject, {}};
   if (options.observer) {
     run_simulated(options, scene, experiment, log);
   } else {
@@ -191,6 +193,7 @@ void add_experiment_command(cli::Command& app) {
   command->add_option("--out", o.out, "log of the trials to write (.csv), whole after every trial")
       ->check(cli::writes({FileKind::kTable}));
   command->add_option("--page", o.page, "result to write as a page (.html)")->check(cli::writes({FileKind::kPage}));
+  command->add_option("--subject", o.subject, "the person's name or code, written into the log and onto the page");
   command->add_option("--question", o.question, "what differs: stiffness, force, delay of the force, or the model")
       ->check(cli::one_of({kQuestionNames.begin(), kQuestionNames.end()}))
       ->show_default();
@@ -234,8 +237,8 @@ void add_experiment_command(cli::Command& app) {
     const bool trials = !is_table(options->input);
     if (trials && options->out.empty()) throw Error("--out", "", "none", "a file for the trials (.csv)");
     command->refuse_without(
-        {"--out", "--question", "--models", "--reference", "--start", "--staircase", "--trials", "--turns", "--seed",
-         "--observer", "--hand", "--rate", "--seconds", "--rig", "--audio", "--no-real-time"},
+        {"--out", "--subject", "--question", "--models", "--reference", "--start", "--staircase", "--trials", "--turns",
+         "--seed", "--observer", "--hand", "--rate", "--seconds", "--rig", "--audio", "--no-real-time"},
         trials, "a scene");
     command->refuse_without({"--bias", "--lapse"}, options->observer.has_value(), "--observer");
     command->refuse_without({"--seconds", "--rig", "--audio", "--no-real-time"}, !options->observer.has_value(),

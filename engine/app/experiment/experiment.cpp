@@ -73,6 +73,12 @@ bool Experiment::over() const {
   return plan_.question != Question::kModel && staircase_.turns() >= plan_.turns;
 }
 
+double Experiment::fraction() const {
+  const double trials = static_cast<double>(answered_.size()) / plan_.trials;
+  const double turns = plan_.question == Question::kModel ? 0 : static_cast<double>(staircase_.turns()) / plan_.turns;
+  return std::clamp(std::max(trials, turns), 0.0, 1.0);
+}
+
 void Experiment::prepare() {
   if (over()) return;
   next_ = {};

@@ -68,6 +68,8 @@ class Experiment {
   explicit Experiment(const ExperimentPlan& plan);
 
   bool over() const;
+  /// 0..1, how much is done: of the trials, or of the staircase's turns if that is more.
+  double fraction() const;
   /// The present trial. It stays the same until answer().
   const Trial& trial() const { return next_; }
   void answer(Answer answer, double seconds);

@@ -41,6 +41,7 @@ Columns columns_of(Question question) {
 std::string plan_text(const TrialLog& log) {
   const ExperimentPlan& plan = log.plan;
   nlohmann::ordered_json json = {{"question", name_of(plan.question)}, {"scene", log.scene}, {"seed", plan.seed}};
+  if (!log.subject.empty()) json["subject"] = log.subject;
   if (plan.question == Question::kModel) {
     json["models"] = plan.models;
     return json.dump();
@@ -72,6 +73,7 @@ TrialLog read_plan(const std::filesystem::path& file) {
   if (name == kQuestionNames.end()) json["question"].fail("stiffness, force, delay or model");
   plan.question = static_cast<Question>(name - kQuestionNames.begin());
   log.scene = json["scene"].string();
+  if (json.has("subject")) log.subject = json["subject"].string();
   plan.seed = static_cast<std::uint64_t>(json["seed"].integer(0));
   if (plan.question == Question::kModel) {
     const std::vector<Json> models = json["models"].items();

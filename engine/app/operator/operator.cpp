@@ -13,6 +13,7 @@
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/choices.h"
+#include "engine/app/operator/experiment_work.h"
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/plan_desk.h"
@@ -158,6 +159,9 @@ class Operator {
       case Page::kPlan:
         title += fmt::format(": {}", s_.text("op.plan"));
         break;
+      case Page::kExperiment:
+        title += fmt::format(": {}", s_.text("op.experiment"));
+        break;
     }
     return title;
   }
@@ -189,6 +193,9 @@ class Operator {
       case Page::kPlan:
         draw_plan_page(s_, window_);
         break;
+      case Page::kExperiment:
+        draw_experiment_page(s_, window_);
+        break;
     }
     draw_help(s_, window_);
     draw_leaving(s_, window_);
@@ -217,8 +224,9 @@ class Operator {
 
   /// True if the request would discard an author's unsaved work.
   static bool leads_away(Ask ask) {
-    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,  Ask::kToStart,  Ask::kTutorial, Ask::kArchive,
-                                  Ask::kDropped, Ask::kDoctor, Ask::kGoOnFrom, Ask::kPlan,     Ask::kQuit};
+    constexpr std::array kAway = {Ask::kStart,   Ask::kAgain,      Ask::kToStart, Ask::kTutorial,
+                                  Ask::kArchive, Ask::kDropped,    Ask::kDoctor,  Ask::kGoOnFrom,
+                                  Ask::kPlan,    Ask::kExperiment, Ask::kQuit};
     return std::find(kAway.begin(), kAway.end(), ask) != kAway.end();
   }
   bool unsaved() {
@@ -247,7 +255,10 @@ class Operator {
     switch (r.ask) {
       case Ask::kStart:
       case Ask::kAgain:
-        start_session({});
+        if (s_.page == Page::kExperiment)
+          begin_experiment();
+        else
+          start_session({});
         break;
       case Ask::kGoOnFrom:
         start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
@@ -285,7 +296,10 @@ class Operator {
         look_at_computer();
         break;
       case Ask::kOpenReport:
-        if (!s_.outcome.report.empty()) s_.to_open.push_back(s_.outcome.report.string());
+        if (s_.page == Page::kExperiment)
+          s_.to_open.push_back(s_.experiment_found->page.string());
+        else if (!s_.outcome.report.empty())
+          s_.to_open.push_back(s_.outcome.report.string());
         break;
       case Ask::kOpenFolder:
         s_.to_open.push_back(user_folder().string());
@@ -303,6 +317,10 @@ class Operator {
         break;
       case Ask::kArchive:
         open_archive();
+        break;
+      case Ask::kExperiment:
+        s_.page = Page::kExperiment;
+        s_.say("");
         break;
       case Ask::kDropped:
         open_archive();
@@ -374,6 +392,14 @@ class Operator {
     // The brush changes the distance field, so in an author's session the drill and the picture use the field, too.
     if (s_.author && draws_own_surface(scene)) scene.servo.method = nullptr;
     desk_.start(scene, rig, hand.address.empty() ? s_.address.data() : hand.address);
+  }
+
+  void begin_experiment() {
+    choices_.remember();
+    choices_.pictures().drop();  // the experiment's session needs the computer's power
+    scores_.drop();
+    s_.say("");
+    make_experiment(s_, work_);
   }
 
   /// The scene of a recording; for a saved preparation, the scene that its file name contains.

@@ -299,15 +299,12 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
   const display::ivec2 size = w.size();
   ImGui::SetNextWindowPos({static_cast<float>(size.x) / 2, static_cast<float>(size.y) / 2}, 0, {0.5f, 0.5f});
   if (ImGui::BeginPopupModal(title, &s.help, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings)) {
-    constexpr std::array kChoosing = {std::pair{"Ctrl ↑ ↓", "op.key_exercise"},
-                                      std::pair{"Ctrl D  H", "op.key_hand"},
-                                      std::pair{"Ctrl P  M", "op.key_rig"},
-                                      std::pair{"Ctrl T  R", "op.key_trainee"},
-                                      std::pair{"Ctrl E", "op.key_author"},
-                                      std::pair{"Ctrl L", "op.key_language"},
-                                      std::pair{"Ctrl G", "op.key_model"},
-                                      std::pair{"Tab  ← → ↑ ↓", "op.key_move"},
-                                      std::pair{"F1", "op.key_help"}};
+    constexpr std::array kChoosing = {
+        std::pair{"Ctrl ↑ ↓", "op.key_exercise"}, std::pair{"Ctrl D  H", "op.key_hand"},
+        std::pair{"Ctrl P  M", "op.key_rig"},     std::pair{"Ctrl T  R", "op.key_trainee"},
+        std::pair{"Ctrl E", "op.key_author"},     std::pair{"Ctrl L", "op.key_language"},
+        std::pair{"Ctrl G", "op.key_model"},      std::pair{"Ctrl U", "op.key_question"},
+        std::pair{"Tab  ← → ↑ ↓", "op.key_move"}, std::pair{"F1", "op.key_help"}};
     constexpr std::array kWorking = {std::pair{"Space  Esc", "op.key_stop"},   std::pair{"H  R", "op.key_hold"},
                                      std::pair{"1 … 9", "op.key_tools"},       std::pair{"+  −", "op.key_speed"},
                                      std::pair{"[  ]", "op.key_force"},        std::pair{"Ctrl Z  Y", "op.key_undo"},

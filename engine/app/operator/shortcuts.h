@@ -33,7 +33,8 @@ inline constexpr std::array kShortcuts = {
     Shortcut{'S', true, "Ctrl+S", "op.key_save", {Ask::kSaveTissue, Ask::kExportMesh}},
     Shortcut{'K', true, "Ctrl+K", "op.key_expert", {Ask::kExpert, Ask::kExpert}},
     Shortcut{'B', true, "Ctrl+B", "op.key_import", {Ask::kImport, Ask::kImport}},
-    Shortcut{'N', true, "Ctrl+N", "op.key_plan", {Ask::kPlan, Ask::kPlan}},
+    Shortcut{'J', true, "Ctrl+J", "op.key_plan", {Ask::kPlan, Ask::kPlan}},
+    Shortcut{'N', true, "Ctrl+N", "op.key_experiment", {Ask::kExperiment, Ask::kExperiment}},
     Shortcut{'Q', true, "Ctrl+Q", "op.key_quit", {Ask::kQuit, Ask::kQuit}},
 };
 

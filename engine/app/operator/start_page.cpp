@@ -23,11 +23,14 @@ void draw_header(OperatorState& s, InterfaceWindow& w) {
   dim(s.text("op.subtitle"));
 
   const char* doctor = s.text("op.check_computer");
+  const char* experiment = s.text("op.experiment");
   const std::string archive = fmt::format("{}   {}", s.text("op.archive"), shortcut(Ask::kArchive).name);
   const float right = ImGui::CalcTextSize(doctor).x + ImGui::CalcTextSize(s.text("op.keys")).x +
-                      ImGui::CalcTextSize(archive.c_str()).x + 18 * u;
+                      ImGui::CalcTextSize(archive.c_str()).x + ImGui::CalcTextSize(experiment).x + 20 * u;
   ImGui::SameLine(ImGui::GetWindowWidth() - right);
   if (ImGui::Button(archive.c_str())) s.ask(Ask::kArchive);
+  ImGui::SameLine();
+  if (ImGui::Button(experiment)) s.ask(Ask::kExperiment);
   ImGui::SameLine();
   if (ImGui::Button(doctor)) s.ask(Ask::kDoctor);
   ImGui::SameLine();

@@ -25,10 +25,10 @@
 
 namespace typodont {
 
-enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kPlan };
+enum class Page { kStart, kLoading, kSession, kResult, kDoctor, kArchive, kPlan, kExperiment };
 
 enum class Ask {
-  kStart,            // start a session with the selection
+  kStart,            // start a session with the selection; on the experiment page, start the experiment
   kEndSession,       // ramp the force down, complete the recording, end the session
   kEmergencyStop,    // no force from the next tick on, end of the session
   kToStart,          // return to the start page
@@ -36,7 +36,7 @@ enum class Ask {
   kLanguage,         // number: index of the language
   kDoctor,           // check this computer
   kRescan,           // search for scenes, hands and rigs again
-  kOpenReport,       // show the report in the browser
+  kOpenReport,       // show the report in the browser; on the experiment page, the experiment's result
   kOpenFolder,       // open the folder of the sessions
   kDeleteRecording,  // delete the recording of the session that just ended
   kSettings,         // live settings have changed
@@ -55,6 +55,7 @@ enum class Ask {
   kStepDone,         // mark the task's current step as done
   kStepBack,         // unmark the last step
   kArchive,          // show recorded sessions and imports
+  kExperiment,       // show the page of experiments
   kSessionReport,    // report of the selected session: create it if necessary, open it in the browser
   kLearningCurve,    // learning curve of the selected session's trainee
   kFilm,             // film of the selected session
@@ -148,6 +149,30 @@ struct PlanForm {
   std::array<SectionPlane, kPlanSections.size()> planes;
   std::array<const gpu::Image*, kPlanSections.size()> pictures{};  // null until they are drawn
   std::uint64_t drawn = 0;                                         // number of times that they were drawn
+};
+/// The questions of `typodont experiment`, as its option --question names them.
+inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};
+constexpr std::size_t kModelQuestion = 3;
+struct ExperimentForm {
+  int question = 0;                              // index in kExperimentQuestions
+  std::array<int, 2> models{0, 1};               // compared models, indices in OperatorState::models
+  std::array<int, 4> trials{150, 150, 150, 40};  // largest number for each question; for models the exact number
+  float seconds = 4;                             // duration of each stimulus
+};
+/// A value with its 95 % interval; a bound that the answers do not limit is NaN.
+struct FoundValue {
+  double value = 0, low = 0, high = 0;
+};
+/// Result of a finished experiment.
+struct ExperimentFinding {
+  std::filesystem::path log, page;  // the trials, and the page with the fit
+  std::string person;
+  std::size_t question = 0;
+  int trials = 0;
+  double right = 0;                   // %; not for models
+  FoundValue found;                   // just-noticeable difference, % or ms; for models the fraction of `models[1]`, %
+  std::array<std::string, 2> models;  // only for models
+  double chance = 1;                  // only for models: probability of such answers if no difference was felt
 };
 struct DoctorFinding {
   std::string name, state, found, without, mend;
@@ -246,6 +271,9 @@ struct OperatorState {
 
   // Page for planning an implant.
   PlanForm plan;
+  // Page of experiments. Exercise, hand, picture and person are those of the start page.
+  ExperimentForm experiment;
+  std::optional<ExperimentFinding> experiment_found;
 
   // Page about this computer.
   std::vector<DoctorFinding> findings;
@@ -290,6 +318,7 @@ void draw_result_page(OperatorState& s, InterfaceWindow& w);
 void draw_doctor_page(OperatorState& s, InterfaceWindow& w);
 void draw_archive_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
+void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 /// Asks the user about unsaved work while OperatorState::leaving contains a request.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);

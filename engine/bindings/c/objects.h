@@ -60,10 +60,10 @@ struct CoreObject {
     bool records = false;                // set before the servo moves to another thread
   };
   std::shared_ptr<Shared> shared;
-  std::uint64_t ticks = 0;  // number of ticks on this thread
-  ServoTick tick;           // the latest tick
+  std::uint64_t ticks = 0;                    // number of ticks on this thread
+  std::optional<OfflineRecording> recording;  // beside the data that every tick reads, for the cache
+  ServoTick tick;                             // the latest tick
   Cut cut;
-  std::optional<OfflineRecording> recording;
   // Next patch and next cuts from the servo's rings. They wait here until the tick that names them is recorded.
   std::optional<PatchUse> next_patch;
   std::optional<Cut> next_cut;

@@ -1,8 +1,9 @@
-// A tooth in Unity: put this on a GameObject, Typodont.cs and libtypodont.so into Assets/Plugins. The servo runs at 1 kHz on
-// a thread of its own, the tissue in Update(), its surface as one mesh a brick, changed in place. `tool` is what the
-// hand moves (metres; Unity's y and z are swapped, because W's z points up).
+// A tooth in Unity: put this on a GameObject, and Typodont.cs and libtypodont.so into Assets/Plugins. The servo runs at
+// 1 kHz on its own thread, the tissue on a second thread. Each brick of the surface is one mesh, and Update() replaces
+// only the changed ones. `tool` is the hand (metres; Unity's y and z are exchanged, because z of W points up). `shownTool`
+// follows the hand but stays outside the tissue.
 //
-// Compiled where Unity is. The test of this folder compiles and runs Typodont.cs, over which it stands.
+// Tests compile it with mcs and run it over declarations of the Unity types that it uses. It was never run in Unity.
 #if UNITY_5_3_OR_NEWER
 using System.Collections.Generic;
 using System.Diagnostics;
@@ -19,9 +20,10 @@ public class TypodontTooth : MonoBehaviour {
 
   Core core;
   Servo servo;
-  Thread thread;
+  Thread servoThread, tissueThread;
   volatile bool going = true;
-  readonly object gate = new object();
+  readonly object gate = new object();      // of hand, proxy and force; held only to copy them
+  readonly object coreGate = new object();  // of the core; the servo's thread never takes it
   Vector3 hand, proxy;
   readonly Dictionary<Vector3Int, Mesh> bricks = new Dictionary<Vector3Int, Mesh>();
 
@@ -32,24 +34,46 @@ public class TypodontTooth : MonoBehaviour {
     using (var opened = Scene.Open(scene)) core = new Core(opened);
     hand = transform.InverseTransformPoint(tool.position);
     servo = core.GiveServo(ToW(hand));
-    thread = new Thread(Feel) { Priority = System.Threading.ThreadPriority.Highest };
-    thread.Start();
+    servoThread = new Thread(Feel) { Priority = System.Threading.ThreadPriority.Highest };
+    tissueThread = new Thread(Carve);
+    servoThread.Start();
+    tissueThread.Start();
   }
 
+  // Update() moves the hand once a frame, so the servo's hand follows it smoothly, with a time constant of 20 ms. For a
+  // hand that jumps once a frame, the energy ledger would expect a jump back, and reduce the force (docs/passivity.md).
   void Feel() {
+    const float share = 0.05f;  // of the way, in each tick
+    Vector3 felt = hand;
     var clock = Stopwatch.StartNew();
     var sample = new Sample();
     var tick = new Tick();
     for (long i = 0; going; ++i) {
       while (clock.Elapsed.TotalMilliseconds < i) Thread.SpinWait(50);
-      lock (gate) sample.XWT = new Pose(ToW(hand));
+      Vector3 next;
+      lock (gate) next = felt + share * (hand - felt);
+      sample.XWT = new Pose(ToW(next));
       sample.TNs = i * 1000000;
       sample.Pedal = pedal;
-      servo.Step(ref sample, ref tick);
+      try {
+        servo.Step(ref sample, ref tick);
+      } catch (TypodontException) {  // an invalid pose: the force is zero until the next valid one
+        lock (gate) force = Vector3.zero;
+        continue;
+      }
+      felt = next;
       lock (gate) {
         force = ToUnity(tick.Force);
         proxy = ToUnity(tick.XWG.P);
       }
+    }
+  }
+
+  void Carve() {
+    while (going) {
+      bool worked;
+      lock (coreGate) worked = core.Carve();
+      if (!worked) Thread.Sleep(1);
     }
   }
 
@@ -58,8 +82,9 @@ public class TypodontTooth : MonoBehaviour {
       hand = transform.InverseTransformPoint(tool.position);
       shownTool.position = transform.TransformPoint(proxy);
     }
-    core.Carve();
-    foreach (var brick in core.Mesh()) Show(brick);
+    Brick[] changed;
+    lock (coreGate) changed = core.Mesh();
+    foreach (var brick in changed) Show(brick);
   }
 
   void Show(Brick brick) {
@@ -79,9 +104,12 @@ public class TypodontTooth : MonoBehaviour {
       corners[i] = new Vector3(v.X, v.Z, v.Y);
       normals[i] = new Vector3(v.Nx, v.Nz, v.Ny);
     }
-    // Unity draws triangles that are clockwise from outside; here they are the other way round.
-    for (int i = 0; i < brick.Triangles.Length; i += 3)
-      (brick.Triangles[i + 1], brick.Triangles[i + 2]) = (brick.Triangles[i + 2], brick.Triangles[i + 1]);
+    // Unity draws triangles that are clockwise as seen from outside; the library's are counter-clockwise.
+    for (int i = 0; i < brick.Triangles.Length; i += 3) {
+      int second = brick.Triangles[i + 1];
+      brick.Triangles[i + 1] = brick.Triangles[i + 2];
+      brick.Triangles[i + 2] = second;
+    }
     mesh.Clear();
     mesh.vertices = corners;
     mesh.normals = normals;
@@ -90,7 +118,8 @@ public class TypodontTooth : MonoBehaviour {
 
   void OnDestroy() {
     going = false;
-    if (thread != null) thread.Join();
+    if (servoThread != null) servoThread.Join();
+    if (tissueThread != null) tissueThread.Join();
     if (servo != null) servo.Dispose();
     if (core != null) core.Dispose();
   }

@@ -4,7 +4,7 @@
  *   open(scene) -> String                          a file, a shipped scene's name or its JSON; "" or why not
  *   tick(t, position, rotation, pedal) -> Vector3  one step on this thread, deterministic: the force on the hand
  *   start(position) -> String                      instead: the servo on a thread of its own, 1 kHz ...
- *   hand(position, rotation, pedal) -> Vector3     ... which takes this pose from now on; the newest force
+ *   hand(position, rotation, pedal) -> Vector3     ... which follows this pose from now on; the newest force
  *   carve() -> String                              ... and each frame: the tissue follows
  *   tool() -> Vector3                              where the tool is held outside the tissue: draw it there
  *   removed() -> float                             mm3 of all tissues
@@ -12,6 +12,7 @@
  *   undo() -> bool
  *   error() -> String                              of the last call that failed
  */
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -71,9 +72,28 @@ static void to_pose(gd_variant** position_and_rotation, typodont_pose* X) {
 
 /* --- The servo's thread --- */
 
+/* The scene moves the hand once a frame, so `X` follows it smoothly, by one tick of 1 ms. For a hand that jumps once a
+ * frame, the energy ledger would expect a jump back, and reduce the force (docs/passivity.md). Returns the pose to send;
+ * an invalid one leaves X as it is. */
+static typodont_pose follow(typodont_pose* X, const typodont_pose* to) {
+  const double share = 1 - exp(-1e-3 / 20e-3); /* time constant: 20 ms */
+  typodont_pose next;
+  double turn = 0, size = 0; /* cosine between the quaternions; squared size of the new one */
+  for (int i = 0; i < 4; ++i) turn += X->q[i] * to->q[i];
+  for (int i = 0; i < 3; ++i) next.p[i] = X->p[i] + share * (to->p[i] - X->p[i]);
+  for (int i = 0; i < 4; ++i) {
+    next.q[i] = X->q[i] + share * ((turn < 0 ? -1 : 1) * to->q[i] - X->q[i]);
+    size += next.q[i] * next.q[i];
+  }
+  for (int i = 0; i < 4; ++i) next.q[i] /= sqrt(size);
+  if (!isfinite(next.p[0] + next.p[1] + next.p[2] + size)) return *to;
+  return *X = next;
+}
+
 static void* feel(void* user) {
   Tooth* const tooth = user;
   typodont_sample sample;
+  typodont_pose X = tooth->sample.X_WT;
   typodont_tick tick = {.struct_size = sizeof tick};
   struct timespec next;
   clock_gettime(CLOCK_MONOTONIC, &next);
@@ -82,6 +102,7 @@ static void* feel(void* user) {
     sample = tooth->sample;
     pthread_mutex_unlock(&tooth->mutex);
     sample.t_ns = t;
+    sample.X_WT = follow(&X, &sample.X_WT);
     typodont_servo_tick(tooth->servo, &sample, &tick, NULL); /* a bad pose gives no force, and is in tick.faults */
     pthread_mutex_lock(&tooth->mutex);
     tooth->tick = tick;

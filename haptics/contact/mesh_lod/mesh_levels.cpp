@@ -1,6 +1,7 @@
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 
 #ifdef TYPODONT_MESHOPTIMIZER
+#include <dlfcn.h>
 #include <meshoptimizer.h>
 #endif
 
@@ -25,14 +26,31 @@ constexpr std::size_t kFewestVertices = 64;  // smallest number of vertices of a
 constexpr int kTries = 8;        // attempts to find the number of triangles that gives the requested number of vertices
 constexpr double kNear = 0.005;  // tolerance relative to the requested number
 
-/// Simplifies to about this many triangles, keeping borders. `positions`: x, y, z of each vertex. Throws Error if the
-/// library was built without meshoptimizer.
+#ifdef TYPODONT_MESHOPTIMIZER
+/// The type of meshopt_simplify.
+using Simplify = std::size_t(unsigned*, const unsigned*, std::size_t, const float*, std::size_t, std::size_t,
+                             std::size_t, float, unsigned, float*);
+/// meshopt_simplify of the shared library TYPODONT_MESHOPTIMIZER, which the first call loads: the other contact models
+/// do not need it. Throws Error if it is not installed.
+Simplify* load_simplifier() {
+  static Simplify* const simplify = [] {
+    void* const library = ::dlopen(TYPODONT_MESHOPTIMIZER, RTLD_NOW | RTLD_LOCAL);
+    void* const found = library ? ::dlsym(library, "meshopt_simplify") : nullptr;
+    if (!found) throw Error("model", "mesh_lod", ::dlerror(), "the library " TYPODONT_MESHOPTIMIZER);
+    return reinterpret_cast<decltype(static_cast<Simplify*>(meshopt_simplify))>(found);  // checks the type
+  }();
+  return simplify;
+}
+#endif
+
+/// Simplifies to about this many triangles, keeping borders. `positions`: x, y, z of each vertex. Throws Error without
+/// meshoptimizer.
 std::vector<unsigned> simplified_indices(const std::vector<unsigned>& indices,
                                          [[maybe_unused]] const std::vector<float>& positions, std::size_t triangles) {
 #ifdef TYPODONT_MESHOPTIMIZER
   std::vector<unsigned> kept(indices.size());
-  kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), positions.data(), positions.size() / 3,
-                               3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
+  kept.resize(load_simplifier()(kept.data(), indices.data(), indices.size(), positions.data(), positions.size() / 3,
+                                3 * sizeof(float), 3 * triangles, FLT_MAX, meshopt_SimplifyLockBorder, nullptr));
   return kept;
 #else
   throw Error("model", "mesh_lod", fmt::format("{} triangles to simplify to {}", indices.size() / 3, triangles),
