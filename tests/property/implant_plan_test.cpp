@@ -126,6 +126,24 @@ TEST(ImplantPlanner, AnImplantThatLeavesTheBoneIsRefusedAndNothingIsWritten) {
   EXPECT_TRUE(fs::is_empty(folder));
 }
 
+TEST(ImplantPlanner, SyntheticBoneOfEachClassTakesThePlanAndBecomesDenserTowardsClassI) {
+  auto json = nlohmann::ordered_json::parse(std::ifstream(assets_folder() / "scenes" / "implant-molar.json"));
+  json["tissue"]["bone"]["voxel_mm"] = 0.3;
+  const Scene scene = parse_scene(Json::parse(json.dump(), "scene.json"), assets_folder() / "scenes" / "scene.json");
+  EXPECT_EQ(bone_class_of(scene), "II");
+  double last = 1e9;
+  for (const char* name : {"I", "II", "III", "IV"}) {
+    const ImplantPlanner planner(with_bone_class(scene, name));
+    EXPECT_EQ(bone_class_of(planner.scene()), name);
+    const PlanFindings found = planner.findings(planner.scene().implant->plan);
+    EXPECT_TRUE(found.fits()) << name;
+    EXPECT_LT(found.mean_grey, last) << name;
+    last = found.mean_grey;
+  }
+  EXPECT_THROW(with_bone_class(scene, "V"), Error);
+  EXPECT_THROW(with_bone_class(scanned().scene(), "II"), Error);
+}
+
 TEST(ImplantPlanner, TissueWithoutGreyValuesIsRefused) {
   try {
     const ImplantPlanner planner(read_scene(assets_folder() / "scenes" / "tutorial.json"));

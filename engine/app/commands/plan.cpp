@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr int kPreviewPixels = 480;
 
 struct Options {
-  std::string input, procedure, out, preview;
+  std::string input, procedure, bone_class, out, preview;
   std::vector<double> entry_mm, axis;
   double width_mm = 40;
   bool json = false;
@@ -101,7 +101,8 @@ render::Picture preview_of(const ImplantPlanner& planner, const session::Implant
 void run(const Options& options) {
   Progress progress("plan");
   const bool volume = options.input.ends_with(".vdb");
-  const Scene scene = volume ? scene_of_volume(options.input) : read_scene(options.input);
+  Scene scene = volume ? scene_of_volume(options.input) : read_scene(options.input);
+  if (!options.bone_class.empty()) scene = with_bone_class(scene, options.bone_class);
   const ImplantPlanner planner(scene);
   progress.at(0.4);
   const ImplantProcedure procedure = procedure_for(options, scene);
@@ -161,6 +162,8 @@ void add_plan_command(cli::Command& app) {
   command->add_option("input", options->input, "scene (JSON) or volume (.vdb) of a jaw with grey values")->required();
   command->add_option("--procedure", options->procedure,
                       "procedure file (default: the scene's, or the first of implants/procedures)");
+  command->add_option("--bone-class", options->bone_class,
+                      "bone of another class, I to IV (default: the scene's); for synthetic bone, not for scans");
   command->add_option("--entry-mm", options->entry_mm, "middle of the implant's platform")->expected(3);
   command->add_option("--axis", options->axis, "direction into the bone (default: the plan's, or 0 0 -1)")->expected(3);
   command

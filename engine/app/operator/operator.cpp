@@ -327,7 +327,7 @@ class Operator {
         take_dropped(s_);
         break;
       case Ask::kPlan:
-        plan_desk_.open(work_);
+        plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0);
         break;
       case Ask::kSavePlan:
         if (plan_desk_.planner()) save_plan(s_, work_, choices_, plan_desk_.planner());

@@ -13,7 +13,7 @@ namespace {
 constexpr int kPixels = 384;  // width and height of a section's picture
 }
 
-void PlanDesk::open(BackgroundTask& work) {
+void PlanDesk::open(BackgroundTask& work, int bone_class) {
   close();
   const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
   s_.plan = {};
@@ -25,13 +25,17 @@ void PlanDesk::open(BackgroundTask& work) {
     std::shared_ptr<const ImplantPlanner> planner;
     std::vector<ImplantProcedure> procedures;
     session::ImplantPlan plan;
-    int procedure = 0;
+    int procedure = 0, bone_class = 0;
   };
   const auto loaded = std::make_shared<Loaded>();
   work.begin(
-      [loaded, file = choice.file](Progress& progress) {
+      [loaded, file = choice.file, bone_class](Progress& progress) {
         progress.stage("op.loading", 0, 1);
-        const Scene scene = read_scene(file);
+        Scene scene = read_scene(file);
+        if (bone_class > 0)
+          scene = with_bone_class(scene, std::string(kBoneClasses[static_cast<std::size_t>(bone_class - 1)]));
+        const auto found = std::ranges::find(kBoneClasses, bone_class_of(scene));
+        if (found != kBoneClasses.end()) loaded->bone_class = static_cast<int>(found - kBoneClasses.begin()) + 1;
         loaded->procedures = implant_procedures();
         if (scene.implant) {
           const double length = scene.implant->plan.length, diameter = scene.implant->plan.diameter;
@@ -49,6 +53,7 @@ void PlanDesk::open(BackgroundTask& work) {
         planner_ = loaded->planner;
         s_.plan.procedures = loaded->procedures;
         s_.plan.procedure = loaded->procedure;
+        s_.plan.bone_class = loaded->bone_class;
         s_.plan.plan = loaded->plan;
         s_.plan.ready = s_.plan.changed = true;
         log::info("jaw loaded: {}", planner_->scene().name);

@@ -19,8 +19,9 @@ class PlanDesk {
   PlanDesk(const PlanDesk&) = delete;
   PlanDesk& operator=(const PlanDesk&) = delete;
 
-  /// Shows the page and loads the selected scene's jaw beside the window.
-  void open(BackgroundTask& work);
+  /// Shows the page and loads the selected scene's jaw beside the window. `bone_class`: index in kBoneClasses, from 1;
+  /// 0: the scene's.
+  void open(BackgroundTask& work, int bone_class = 0);
   /// Evaluates and draws the plan if it changed; call before drawing the page.
   void follow();
   /// Destroys the pictures' GPU memory, e.g. of a lost device. The next follow() draws them again.

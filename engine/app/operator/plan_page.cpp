@@ -131,6 +131,18 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       }
     ImGui::EndCombo();
   }
+  if (form.bone_class > 0) {  // synthetic bone; loads the jaw again, with the scene's plan
+    const auto title = [&](int i) {
+      return fmt::format("{} {}", s.text("op.plan_class"), kBoneClasses[static_cast<std::size_t>(i - 1)]);
+    };
+    ImGui::SetNextItemWidth(-1);
+    if (ImGui::BeginCombo("##class", title(form.bone_class).c_str())) {
+      for (int i = 1; i <= static_cast<int>(kBoneClasses.size()); ++i)
+        if (ImGui::Selectable(title(i).c_str(), i == form.bone_class) && i != form.bone_class && !s.busy)
+          s.ask(Ask::kPlan, i);
+      ImGui::EndCombo();
+    }
+  }
   dim(s.text("op.plan_platform"));
   if (edit_point("##platform", form.plan.entry_W)) form.changed = true;
   dim(s.text("op.plan_tilt"));

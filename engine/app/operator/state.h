@@ -65,7 +65,7 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   kImport,           // import a scan or mesh with the settings in ImportForm
   kDropped,          // the file or folder OperatorState::dropped was dropped on the window
-  kPlan,             // plan an implant in the selected exercise's jaw
+  kPlan,             // plan an implant in the selected exercise's jaw; on its page: number: the bone's class, from 1
   kSavePlan,         // save the planned implant as an exercise
   kTutorial,         // select and start the tutorial
   kWelcomed,         // the introduction on the first start is finished
@@ -134,12 +134,14 @@ struct ImportForm {
   float unit_mm = 1;                 // unit of a mesh in mm
   float spacing_mm = 0;              // mm, sample spacing of a scan; 0: the file's spacing
 };
+inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
 /// Planning an implant. The page changes the plan; PlanDesk evaluates and draws it between two frames.
 struct PlanForm {
   bool ready = false;  // the jaw is loaded
   std::array<char, 96> name{};
   std::vector<ImplantProcedure> procedures;
   int procedure = 0;
+  int bone_class = 0;  // class of synthetic bone, 1 to 4; 0: a scan
   session::ImplantPlan plan;
   float width_mm = 40;    // width of each section
   bool changed = false;   // findings and pictures do not show the present plan

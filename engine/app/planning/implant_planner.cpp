@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "engine/app/assets.h"
 #include "engine/app/implant/implant_scene.h"
@@ -85,6 +86,21 @@ std::vector<ImplantProcedure> implant_procedures() {
   }
   std::sort(procedures.begin(), procedures.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
   return procedures;
+}
+
+std::string bone_class_of(const Scene& scene) {
+  const auto bone = scene.tissue->find("bone");
+  return bone ? (*bone)["class"].string() : "";
+}
+
+Scene with_bone_class(const Scene& scene, const std::string& name) {
+  if (bone_class_of(scene).empty()) {
+    throw Error(scene.file.string(), "tissue", "tissue that is not a \"bone\"",
+                "a scene with {\"bone\": …}; a scan has the bone that it has");
+  }
+  nlohmann::ordered_json text = nlohmann::ordered_json::parse(scene.text);
+  text["tissue"]["bone"]["class"] = name;
+  return parse_scene(Json::parse(text.dump(), scene.file.string(), Json::Lines::kUnknown), scene.file, scene.place);
 }
 
 ImplantPlanner::ImplantPlanner(const Scene& scene) : scene_(scene), volume_(tissue_of(scene)), tissue_(volume_) {

@@ -32,6 +32,11 @@ std::vector<ImplantProcedure> implant_procedures();
 /// Reads a procedure; `path` as in a scene at `place`. Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
+/// Class of the scene's bone, "I" to "IV"; empty if its tissue is not a "bone".
+std::string bone_class_of(const Scene& scene);
+/// The scene with bone of another class. Throws Error if its tissue is not a "bone", or if there is no such class.
+Scene with_bone_class(const Scene& scene, const std::string& name);
+
 /// What an implant meets at its planned position.
 struct PlanFindings {
   double in_bone = 0;                // fraction of the thread's surface that lies in bone

@@ -118,6 +118,7 @@ constexpr Entry kOperator[] = {
     {"op.plan_along", {"Section along the arch", "Schnitt längs des Zahnbogens", "沿牙弓的截面"}},
     {"op.plan_level", {"Section through the platform", "Schnitt durch die Plattform", "通过平台的截面"}},
     {"op.plan_platform", {"Platform, mm", "Plattform, mm", "平台位置 (mm)"}},
+    {"op.plan_class", {"Bone of class", "Knochen der Klasse", "骨质类别"}},
     {"op.plan_tilt", {"Tilt towards x and y", "Neigung nach x und y", "向 x、y 的倾斜"}},
     {"op.plan_width", {"Width of the sections", "Breite der Schnitte", "截面宽度"}},
     {"op.plan_in_bone", {"Thread in bone", "Gewinde im Knochen", "螺纹在骨内"}},
