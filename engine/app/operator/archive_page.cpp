@@ -146,30 +146,16 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_archive_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
-  begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(s.text("op.archive"));
-  ImGui::PopFont();
-  const float foot = 3.2f * u;
-  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
-  const float height = room.y - foot - 2.2f * u - 2 * gap.y, side = std::max(0.34f * room.x, 22 * u);
-  draw_sessions(s, w, {room.x - side - gap.x, height});
+  const ImVec2 body = begin_titled_page(s.text("op.archive"), w), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = body.y, side = std::max(0.34f * body.x, 22 * u);
+  draw_sessions(s, w, {body.x - side - gap.x, height});
   ImGui::SameLine();
   begin_column("side", {side, height});
   const float actions = 18.6f * u;
   draw_actions(s, w, {0, actions});
   draw_import(s, w, {0, height - actions - gap.y});
   ImGui::EndChild();
-  begin_column("message", {0, 2.2f * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * room.x);
-  else
-    message_line(s);
-  ImGui::EndChild();
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
-  if (s.busy && ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kCancel);
-  page_shortcuts(s);
-  end_page();
+  end_titled_page(s, w);
 }
 
 }  // namespace typodont

@@ -5,14 +5,12 @@
 #include <cmath>
 
 #include "engine/app/operator/widgets.h"
-#include "engine/display/keys.h"
 
 namespace typodont {
 
 namespace {
 
 using namespace widgets;
-namespace keys = display::keys;
 
 void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ExperimentForm& form = s.experiment;
@@ -105,14 +103,8 @@ void draw_finding(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 }  // namespace
 
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w) {
-  const float u = w.style().unit;
-  begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(s.text("op.experiment"));
-  ImGui::PopFont();
-  const float foot = 3.2f * u;
-  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
-  const float height = room.y - foot - 2.2f * u - 2 * gap.y, side = 0.5f * (room.x - gap.x);
+  const ImVec2 body = begin_titled_page(s.text("op.experiment"), w), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = body.y, side = 0.5f * (body.x - gap.x);
   ImGui::BeginDisabled(s.busy);
   draw_question(s, w, {side, height});
   ImGui::EndDisabled();
@@ -121,23 +113,14 @@ void draw_experiment_page(OperatorState& s, InterfaceWindow& w) {
   draw_selection(s, w, {0, 0.5f * (height - gap.y)});
   draw_finding(s, w, {0, 0.5f * (height - gap.y)});
   ImGui::EndChild();
-  begin_column("message", {0, 2.2f * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * room.x);
-  else
-    message_line(s);
-  ImGui::EndChild();
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u}, !s.busy);
-  ImGui::SameLine();
-  const ExperimentForm& form = s.experiment;
-  const bool scene = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
-                     s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
-  const bool two = static_cast<std::size_t>(form.question) != kModelQuestion || form.models[0] != form.models[1];
-  ask_button(s, Ask::kStart, shortcut(Ask::kStart), s.text("op.experiment_start"), {0, foot - 0.4f * u},
-             scene && two && !s.busy, true);
-  if (s.busy && ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kCancel);
-  page_shortcuts(s);
-  end_page();
+  end_titled_page(s, w, !s.busy, [&](ImVec2 button) {
+    const ExperimentForm& form = s.experiment;
+    const bool scene = s.scene >= 0 && s.scene < static_cast<int>(s.scenes.size()) &&
+                       s.scenes[static_cast<std::size_t>(s.scene)].fault.empty();
+    const bool two = static_cast<std::size_t>(form.question) != kModelQuestion || form.models[0] != form.models[1];
+    ask_button(s, Ask::kStart, shortcut(Ask::kStart), s.text("op.experiment_start"), button, scene && two && !s.busy,
+               true);
+  });
 }
 
 }  // namespace typodont

@@ -12,7 +12,6 @@
 namespace typodont {
 
 using namespace widgets;
-namespace keys = display::keys;
 
 namespace {
 
@@ -169,18 +168,13 @@ void draw_side(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 
 void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
-  begin_page(w);
-  ImGui::PushFont(w.style().large);
-  ImGui::TextUnformatted(s.text("op.plan"));
-  ImGui::PopFont();
-  const float foot = 3.2f * u;
-  const ImVec2 room = ImGui::GetContentRegionAvail(), gap = ImGui::GetStyle().ItemSpacing;
-  const float height = room.y - foot - 2.2f * u - 2 * gap.y, side = std::max(0.3f * room.x, 20 * u);
-  begin_column("sections", {room.x - side - gap.x, height});
+  const ImVec2 body = begin_titled_page(s.text("op.plan"), w), gap = ImGui::GetStyle().ItemSpacing;
+  const float height = body.y, side = std::max(0.3f * body.x, 20 * u);
+  begin_column("sections", {body.x - side - gap.x, height});
   if (s.plan.ready) {
     // Two large sections above, a smaller one below; each is square.
     const float captions = 2 * (1.4f * u + gap.y) + gap.y;
-    const float large = std::min((room.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
+    const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
     draw_section(s, w, 0, large);
     ImGui::SameLine();
     draw_section(s, w, 1, large);
@@ -192,16 +186,7 @@ void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
     draw_side(s, w, {side, height});
   else
     ImGui::Dummy({side, height});
-  begin_column("message", {0, 2.2f * u});
-  if (s.busy)
-    busy_bar(s, 0.5f * room.x);
-  else
-    message_line(s);
-  ImGui::EndChild();
-  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), {0, foot - 0.4f * u});
-  if (s.busy && ImGui::IsKeyPressed(keys::kEscape, false)) s.ask(Ask::kCancel);
-  page_shortcuts(s);
-  end_page();
+  end_titled_page(s, w);
 }
 
 }  // namespace typodont

@@ -22,6 +22,39 @@ void end_page() {
   ImGui::End();
 }
 
+namespace {
+constexpr float kMessageHeight = 2.2f, kFootHeight = 3.2f;  // heights of text, of a titled page's parts
+}
+
+ImVec2 begin_titled_page(const char* title, InterfaceWindow& w) {
+  begin_page(w);
+  ImGui::PushFont(w.style().large);
+  ImGui::TextUnformatted(title);
+  ImGui::PopFont();
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const float below = (kMessageHeight + kFootHeight) * w.style().unit + 2 * ImGui::GetStyle().ItemSpacing.y;
+  return {room.x, room.y - below};
+}
+
+void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave, const std::function<void(ImVec2)>& more) {
+  const float u = w.style().unit;
+  begin_column("message", {0, kMessageHeight * u});
+  if (s.busy)
+    busy_bar(s, 0.5f * ImGui::GetContentRegionAvail().x);
+  else
+    message_line(s);
+  ImGui::EndChild();
+  const ImVec2 button{0, (kFootHeight - 0.4f) * u};
+  ask_button(s, Ask::kToStart, shortcut(Ask::kToStart), s.text("op.to_start"), button, can_leave);
+  if (more) {
+    ImGui::SameLine();
+    more(button);
+  }
+  if (s.busy && ImGui::IsKeyPressed(display::keys::kEscape, false)) s.ask(Ask::kCancel);
+  page_shortcuts(s);
+  end_page();
+}
+
 void begin_column(const char* id, ImVec2 size) {
   ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0, 0, 0, 0));
   ImGui::BeginChild(id, size, false, ImGuiWindowFlags_NavFlattened);

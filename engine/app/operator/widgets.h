@@ -21,6 +21,13 @@ inline const ImVec4 kDim{0.60f, 0.62f, 0.64f, 1};
 void begin_page(InterfaceWindow& w);
 void end_page();
 
+/// Begins a page with a heading. Returns the size of its body, which is above the message line and the foot.
+ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
+/// Ends that page: the message line or the progress of a long task, and the button back to the selection. Esc cancels
+/// the task. `can_leave`: the button is enabled. `more`: draws further buttons of this size beside it.
+void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
+                     const std::function<void(ImVec2 size)>& more = {});
+
 /// Begins an area for panels, without its own background. End it with ImGui::EndChild().
 void begin_column(const char* id, ImVec2 size);
 /// Begins a panel with a heading; `size` as for BeginChild.
