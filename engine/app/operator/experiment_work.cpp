@@ -40,7 +40,7 @@ void read_result(const Json& json, ExperimentFinding& found) {
 
 }  // namespace
 
-void make_experiment(OperatorState& s, LongWork& work) {
+void make_experiment(OperatorState& s, BackgroundTask& work) {
   const ExperimentForm& form = s.experiment;
   const auto found = std::make_shared<ExperimentFinding>();
   found->person = s.trainee.data();

@@ -8,6 +8,6 @@ namespace typodont {
 
 /// Runs the experiment in OperatorState::experiment with the selected exercise, hand, picture and person. It writes the
 /// trials and the result to ~/Typodont/experiments/PERSON/DATE_QUESTION.csv and .html, and the state's finding.
-void make_experiment(OperatorState& s, LongWork& work);
+void make_experiment(OperatorState& s, BackgroundTask& work);
 
 }  // namespace typodont
