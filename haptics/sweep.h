@@ -71,8 +71,8 @@ class Sweep {
                   PerTissue* removed) const noexcept;
   bool carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept;
-  /// carve() for a long path. Leaves out the blocks that are not due yet by `known` (may be null): none of their samples
-  /// changes.
+  /// carve() for a long path. Leaves out the blocks that are not due yet by `known` (may be null): none of their
+  /// samples changes.
   bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
   bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,

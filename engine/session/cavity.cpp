@@ -22,8 +22,8 @@ constexpr double kWall = 0.5;                    // sine of 30°, limit: a wall 
 // rippled floor, and its mean depth would depend on which half.
 constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
-// Lower limit of the gradient's length where a wall's inclination is measured; a shorter gradient means that the stencil
-// spans an edge.
+// Lower limit of the gradient's length where a wall's inclination is measured; a shorter gradient means that the
+// stencil spans an edge.
 constexpr double kOneWay = 0.98;
 constexpr double kRounding = 1e-9;     // voxels, tolerance for rounding
 constexpr double kLeastPart = 0.1e-6;  // m², limit: a smaller total area of a floor or of walls is ignored

@@ -291,7 +291,8 @@ void copy_stretch(const Value* values, int length, Out* to, const Convert& conve
 }
 
 /// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
-/// value. Samples outside leaves have their tile's value. While one column of leaves is copied, the next one is fetched.
+/// value. Samples outside leaves have their tile's value. While one column of leaves is copied, the next one is
+/// fetched.
 template <class Grid, class Out, class Convert>
 void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
                  const Convert& converted) {
