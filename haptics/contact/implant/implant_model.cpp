@@ -35,10 +35,12 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
     ends_.emplace_back(voxels_.back());
   }
-  grey_per_hardness_.fill(parameters.tooth_grey);
+  law_.voxel = voxel();
+  for (std::size_t t = 0; t < law_.energy.size(); ++t) law_.energy[t] = settings.materials[t].specific_energy;
+  law_.grey_per_hardness.fill(parameters.tooth_grey);
   const auto set = [&](Tissue tissue, double grey, double per_hardness) {
-    grey_[static_cast<std::size_t>(tissue)] = grey;
-    grey_per_hardness_[static_cast<std::size_t>(tissue)] = per_hardness;
+    law_.grey[static_cast<std::size_t>(tissue)] = grey;
+    law_.grey_per_hardness[static_cast<std::size_t>(tissue)] = per_hardness;
   };
   set(Tissue::kAir, 0, 0);
   set(Tissue::kCorticalBone, 0, parameters.cortical_grey);
@@ -46,6 +48,17 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   set(Tissue::kAmalgam, parameters.metal_grey, 0);
   set(Tissue::kPulp, parameters.soft_grey, 0);
   set(Tissue::kGingiva, parameters.soft_grey, 0);
+  for (std::size_t t = 0; t < thread_resistance_.size(); ++t) {
+    for (std::size_t byte = 0; byte < thread_resistance_[t].size(); ++byte) {
+      const double hardness = hardness_fraction(static_cast<std::uint8_t>(byte));
+      const double grey = law_.grey[t] + law_.grey_per_hardness[t] * hardness;
+      thread_resistance_[t][byte] = std::pow(grey / parameters.torque_grey, parameters.torque_exponent);
+    }
+  }
+  for (std::size_t i = 0; i < around_thread_.size(); ++i) {
+    const double a = 2 * kPi * static_cast<double>(i) / static_cast<double>(around_thread_.size());
+    around_thread_[i] = {std::cos(a), std::sin(a), 0};
+  }
 }
 
 double ImplantModel::clearance(const Pose& X_WG) noexcept {
@@ -76,11 +89,6 @@ void ImplantModel::take_up(std::uint32_t which) noexcept {
   axial_ = {};
 }
 
-double ImplantModel::grey_of(Tissue tissue, double hardness) const noexcept {
-  const auto t = static_cast<std::size_t>(tissue);
-  return grey_[t] + grey_per_hardness_[t] * hardness;
-}
-
 double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
@@ -105,8 +113,7 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
 /// Evaluates the cutting law and the obstacles over the voxels ahead of the tool.
 EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
-  EndLaw law;
-  law.voxel = voxel();
+  EndLaw law = law_;
   // The wall of a bed of the tool's width lies within a voxel of the tool's rim. So obstacles are searched only inside
   // this width.
   law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
@@ -114,9 +121,6 @@ EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) cons
   law.greatest_grey = implant.greatest_grey;
   law.speed = speed;
   law.thrust_ratio = implant.thrust_ratio;
-  law.grey = grey_;
-  law.grey_per_hardness = grey_per_hardness_;
-  for (std::size_t t = 0; t < law.energy.size(); ++t) law.energy[t] = settings_.materials[t].specific_energy;
   return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
@@ -376,23 +380,23 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
 /// Torque in N·m to rotate a thread at depth `tip` in its bed: README.md, "Insertion torque".
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr int kAround = 12;
   constexpr double kApart = 1e-3;  // m along the axis
   const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
   for (double s = std::max(0.5 * kApart, tip - tool().length); s < tip; s += kApart) {
-    for (int i = 0; i < kAround; ++i) {
-      const double a = 2 * kPi * i / kAround;
-      const dvec3 p_W = bed.entry_W + s * bed.axis_W + R * (outward * dvec3(std::cos(a), std::sin(a), 0));
+    for (const dvec3& around : around_thread_) {
+      const dvec3 p_W = bed.entry_W + s * bed.axis_W + R * (outward * around);
       const dvec3 p_V = settings_.frame.to_voxels(p_W);
       if (!patch_.holds(p_V, 1) || sample_linear(patch_, p_V) > 0) continue;
-      const double grey = grey_of(haptics::tissue_at(patch_, p_V), hardness_at(patch_, p_V));
+      const glm::ivec3 nearest(p_V - dvec3(patch_.lo) + 0.5);
+      const std::size_t at = patch_.at(nearest.x, nearest.y, nearest.z);
+      const std::uint8_t hardness = patch_.hardness.empty() ? kOwnHardness : felt_hardness(patch_, at);
       const double share = s < bed.tapped ? parameters_.tapped_share : 1;
-      sum += share * std::pow(grey / parameters_.torque_grey, parameters_.torque_exponent);
+      sum += share * thread_resistance_[static_cast<std::size_t>(shown(patch_.tissue[at]))][hardness];
     }
   }
-  const double surface = 2 * kPi * r * kApart / kAround;
+  const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
   const double lever = r / 2e-3;  // ratio to the reference implant's radius of 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }

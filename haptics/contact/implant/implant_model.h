@@ -49,7 +49,6 @@ class ImplantModel final : public offset::OffsetModel {
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
-  double grey_of(Tissue tissue, double hardness) const noexcept;
   double stiffness(const ContactInput& in) const noexcept;
   bool tool_cuts(const ContactInput& in) const noexcept;
   Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
@@ -77,9 +76,12 @@ class ImplantModel final : public offset::OffsetModel {
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
 
   Parameters parameters_;
-  std::vector<ToolVoxels> voxels_;          // one for each tool
-  std::vector<EndVoxels> ends_;             // their voxels in front of the end
-  PerTissue grey_{}, grey_per_hardness_{};  // Hounsfield units: the grey value is grey + grey_per_hardness · hardness
+  std::vector<ToolVoxels> voxels_;  // one for each tool
+  std::vector<EndVoxels> ends_;     // their voxels in front of the end
+  EndLaw law_;                      // the properties of the tissues; look_ahead() adds those of tool and tick
+  // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
+  std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
+  std::array<dvec3, 12> around_thread_;  // unit vectors in T, around the axis
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
