@@ -29,10 +29,10 @@ struct Task {
   const Tissue* tissue;
   const std::uint8_t* hardness;  // null if the tissue is not graded
   std::int32_t n, lo_x, lo_y, lo_z;
-  dvec3 center;  // voxels
-  glm::dmat3 R;  // from T (m) to V (voxels), without the translation
-  dvec3 beyond;  // voxels, from a tool voxel to the place where an obstacle must continue
-  double slowness;
+  dvec3 center;     // voxels
+  glm::dmat3 R;     // from T (m) to V (voxels), without the translation
+  dvec3 beyond;     // voxels, from a tool voxel to the place where an obstacle must continue
+  double slowness;  // s/rad, 1 over the spindle's speed; 0 if it stands still
 };
 
 /// State of one block of voxels, one array per property. Flags are 0 or 1 and as wide as a double, so that loops over
@@ -44,9 +44,9 @@ struct alignas(64) Block {
   std::int64_t touches[kBlock];            // the voxel is in contact with bone
   std::int64_t stops[kBlock];              // the voxel cannot cut the bone that it touches
   double ahead[kBlock];                    // voxels, distance from bone at `beyond`
-  std::int32_t at[kBlock];                 // index of the sample in question
+  std::int32_t at[kBlock];                 // index of the sample to read
   std::int64_t label[kBlock];              // tissue at `beyond`
-  std::int32_t byte[kBlock];               // its hardness
+  std::int32_t byte[kBlock];               // hardness there, see hardness.h
   double energy[kBlock], grey[kBlock], grey_per_hardness[kBlock];
   double area[kBlock], hard_area[kBlock], cut[kBlock], thrust[kBlock];  // the voxel's summands
 };
