@@ -7,6 +7,8 @@ namespace typodont::haptics {
 
 /// Number of field queries: calls of the samplers of surface_patch.h.
 std::uint64_t queries_of_this_thread() noexcept;
+/// Adds to that number, for code that evaluates many samples at once without those samplers.
+void count_queries(std::uint64_t count) noexcept;
 /// Number of tissue elements examined near the head, by contact model.
 struct ModelLooks {
   std::uint64_t spheres = 0;    // packing

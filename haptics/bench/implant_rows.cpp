@@ -1,16 +1,18 @@
-// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant` in both states, with tool voxels of 0.06
-// mm.
+// Implant surgery (paper S1 in docs/papers.md): ticks of the model `implant`, free and in a bed, with tool voxels of
+// 0.06 mm.
 #include <fmt/format.h>
 
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench/scene.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/implant/implant_method.h"
+#include "haptics/contact/implant/implant_model.h"
 #include "haptics/contact/implant/tool_voxels.h"
 #include "haptics/implant_bench.h"
 #include "haptics/implant_tool.h"
@@ -23,11 +25,19 @@ namespace {
 
 using namespace implant;
 
-/// Cancellous bone below 2 mm of cortical bone; the surface is at z = 0.
-DenseTissue bone() {
-  return read_solids(Json::parse(R"({"voxel_mm": 0.15, "solids": [
-      {"tissue": "cancellous_bone", "hardness": 0.8, "solid": {"box": {"center_mm": [0, 0, -8], "size_mm": [12, 12, 16]}}},
-      {"tissue": "cortical_bone", "solid": {"box": {"center_mm": [0, 0, -1], "size_mm": [12, 12, 2]}}}]})",
+/// Cancellous bone below 2 mm of cortical bone; the surface is at z = 0. `bed_mm`: depth of a bed of 4.2 mm around the
+/// z axis, 0: none.
+DenseTissue bone(double bed_mm) {
+  const auto bored = [&](const std::string& box) {
+    return bed_mm > 0 ? fmt::format(R"({{"difference": [{}, {{"cylinder": {{"radius_mm": 2.1, "height_mm": {}}}}}]}})",
+                                    box, 2 * bed_mm)
+                      : box;
+  };
+  return read_solids(Json::parse(fmt::format(
+                                     R"({{"voxel_mm": 0.15, "solids": [
+      {{"tissue": "cancellous_bone", "hardness": 0.8, "solid": {}}}, {{"tissue": "cortical_bone", "solid": {}}}]}})",
+                                     bored(R"({"box": {"center_mm": [0, 0, -8], "size_mm": [12, 12, 16]}})"),
+                                     bored(R"({"box": {"center_mm": [0, 0, -1], "size_mm": [12, 12, 2]}})")),
                                  "bench"));
 }
 
@@ -44,27 +54,48 @@ Tool round() {
       "bench"));
 }
 
-struct Motion {
+Tool tap() {
+  return read_tool(Json::parse(
+      R"({"name": "tap 4.8 mm", "shape": "cylinder", "diameter_mm": 4.8, "length_mm": 12, "implant": {"kind": "tap",
+          "thread": {"pitch_mm": 0.8, "core_mm": 4.2}, "top_speed_rpm": 15}})",
+      "bench"));
+}
+
+struct Case {
   const char* name;
   Tool tool;
   double pedal;
+  double bed_mm;                                                // depth of the bed that exists at the start, 0: none
+  Motion state;                                                 // state at the end
   dvec3 (*hand)(int tick, const ServoTick& last, double half);  // returns the position of the head's centre, m
 };
 
-std::vector<double> times_of(const Motion& motion, int count) {
+std::vector<double> times_of(const Case& now, int count) {
   ServoSettings settings;
-  settings.tool = motion.tool;
+  settings.tool = now.tool;
   settings.stiffness = 3000;
   settings.spindle.free_speed = 0.8 * kKrpm;
   for (Material& m : settings.materials) m.specific_energy = 0.5e9;
   settings.method = implant::read(std::nullopt);
-  const double half = motion.tool.half();
-  return bench::least_of([&] {
-    return bench::servo_times(TissueVolume(bone()), settings, motion.pedal, count, [&](int i, ServoTick& last) {
+  if (now.bed_mm > 0) {
+    settings.method = implant::read(Json::parse(
+        fmt::format(
+            R"({{"beds": [{{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": {}, "diameter_mm": 4.2}}]}})",
+            now.bed_mm),
+        "bench"));
+  }
+  const double half = now.tool.half();
+  std::uint32_t state = 0;
+  std::vector<double> times = bench::least_of([&] {
+    return bench::servo_times(TissueVolume(bone(now.bed_mm)), settings, now.pedal, count, [&](int i, ServoTick& last) {
       if (i == 0) last.X_WG.p = {0, 0, half + 0.05e-3};
-      return motion.hand(i, last, half);
+      state = last.level;
+      return now.hand(i, last, half);
     });
   });
+  if (state != static_cast<std::uint32_t>(now.state))
+    throw RunFailure(fmt::format("bench implant: \"{}\" ended in state {}", now.name, state));
+  return times;
 }
 
 }  // namespace
@@ -72,26 +103,32 @@ std::vector<double> times_of(const Motion& motion, int count) {
 std::vector<BenchRow> bench_implant(bool quick) {
   const Parameters usual;
   std::vector<BenchRow> rows;
-  const Motion motions[] = {
-      {"free, a drill that slides on the bone", drill(), 0,
+  const Case cases[] = {
+      {"free, a drill that slides on the bone", drill(), 0, 0, Motion::kFree,
        [](int i, const ServoTick&, double half) {
          return dvec3(1e-3 * std::sin(0.003 * i), 0, half - std::min(0.5e-3, 2e-6 * i));
        }},
-      {"free, a round bur that cuts", round(), 1,
+      {"free, a round bur that cuts", round(), 1, 0, Motion::kFree,
        [](int i, const ServoTick&, double half) {
          return dvec3(2e-3 * std::sin(0.003 * i), 0, half - std::min(0.5e-3, 1e-6 * i));
        }},
-      {"in a bed, a drill that deepens it", drill(), 1,
+      {"in a bed, a drill that deepens it", drill(), 1, 0, Motion::kDrilling,
        [](int, const ServoTick& last, double) { return last.X_WG.p - dvec3(0, 0, 0.7e-3); }},
+      {"in a bed, a drill that slides", drill(), 0, 8, Motion::kSliding,
+       [](int i, const ServoTick&, double half) { return dvec3(0, 0, half - 7e-3 - 0.9e-3 * std::sin(0.003 * i)); }},
+      {"in a bed, a tap that cuts a thread", tap(), 1, 10, Motion::kScrewing,
+       [](int i, const ServoTick& last, double half) {
+         return i == 0 ? dvec3(0, 0, half - 6e-3) : last.X_WG.p - dvec3(0, 0, 0.3e-3);
+       }},
   };
   const int count = quick ? 1000 : 5000;
-  for (const Motion& motion : motions) {
-    const ToolVoxels voxels = make_tool_voxels(motion.tool, usual.tool_voxel, usual.layers);
-    const std::vector<double> times = times_of(motion, count);
-    const std::string knob = fmt::format("{}, {} outer voxels", motion.tool.name, voxels.outer.size());
+  for (const Case& now : cases) {
+    const ToolVoxels voxels = make_tool_voxels(now.tool, usual.tool_voxel, usual.layers);
+    const std::vector<double> times = times_of(now, count);
+    const std::string knob = fmt::format("{}, {} outer voxels", now.tool.name, voxels.outer.size());
     const auto add = [&](const char* which, double q) {
-      rows.push_back({fmt::format("{}, {}", motion.name, which), knob, BenchRow::kNone, "", quantile(times, q), "tick",
-                      "", BenchRow::kNone, static_cast<double>(voxels.outer.size()), "voxels"});
+      rows.push_back({fmt::format("{}, {}", now.name, which), knob, BenchRow::kNone, "", quantile(times, q), "tick", "",
+                      BenchRow::kNone, static_cast<double>(voxels.outer.size()), "voxels"});
     };
     add("median", 0.5);
     add("99.9 %", 0.999);

@@ -31,6 +31,10 @@ std::uint64_t queries_of_this_thread() noexcept {
   return t_queries;
 }
 
+void count_queries(std::uint64_t count) noexcept {
+  t_queries += count;
+}
+
 double sample_linear(const SurfacePatch& patch, const dvec3& p_V) noexcept {
   ++t_queries;
   const Cell c = cell_at(patch, p_V);

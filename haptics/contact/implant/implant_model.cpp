@@ -17,9 +17,7 @@ constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed from which a thr
 constexpr double kSeated = 0.05e-3;      // m that a seated implant may protrude, or be above the bed's bottom
 constexpr double kGivesWay = 0.1;        // fraction of the largest torque up to which an implant motor keeps its speed
 constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
-constexpr double kAhead = 1.5;  // voxels in front of the tool over which the field is compared to detect an obstacle
-constexpr double kFalls = 0.5;  // voxels, least decrease of the field over kAhead voxels that shows an obstacle
-constexpr double kAcross = 0.05e-3;  // m, step along a bed's axis between two samples of its depth
+constexpr double kAcross = 0.05e-3;      // m, step along a bed's axis between two samples of its depth
 
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
@@ -35,6 +33,31 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
   beds_.reserve(kMostBeds);
   for (const Tool& tool : tool_set(settings)) {
     voxels_.push_back(tool.implant ? make_tool_voxels(tool, parameters.tool_voxel, parameters.layers) : ToolVoxels{});
+    ends_.emplace_back(voxels_.back());
+  }
+  law_.voxel = voxel();
+  for (std::size_t t = 0; t < law_.energy.size(); ++t) law_.energy[t] = settings.materials[t].specific_energy;
+  law_.grey_per_hardness.fill(parameters.tooth_grey);
+  const auto set = [&](Tissue tissue, double grey, double per_hardness) {
+    law_.grey[static_cast<std::size_t>(tissue)] = grey;
+    law_.grey_per_hardness[static_cast<std::size_t>(tissue)] = per_hardness;
+  };
+  set(Tissue::kAir, 0, 0);
+  set(Tissue::kCorticalBone, 0, parameters.cortical_grey);
+  set(Tissue::kCancellousBone, 0, parameters.cancellous_grey);
+  set(Tissue::kAmalgam, parameters.metal_grey, 0);
+  set(Tissue::kPulp, parameters.soft_grey, 0);
+  set(Tissue::kGingiva, parameters.soft_grey, 0);
+  for (std::size_t t = 0; t < thread_resistance_.size(); ++t) {
+    for (std::size_t byte = 0; byte < thread_resistance_[t].size(); ++byte) {
+      const double hardness = hardness_fraction(static_cast<std::uint8_t>(byte));
+      const double grey = law_.grey[t] + law_.grey_per_hardness[t] * hardness;
+      thread_resistance_[t][byte] = std::pow(grey / parameters.torque_grey, parameters.torque_exponent);
+    }
+  }
+  for (std::size_t i = 0; i < around_thread_.size(); ++i) {
+    const double a = 2 * kPi * static_cast<double>(i) / static_cast<double>(around_thread_.size());
+    around_thread_[i] = {std::cos(a), std::sin(a), 0};
   }
 }
 
@@ -66,24 +89,6 @@ void ImplantModel::take_up(std::uint32_t which) noexcept {
   axial_ = {};
 }
 
-double ImplantModel::grey_of(Tissue tissue, double hardness) const noexcept {
-  switch (tissue) {
-    case Tissue::kAir:
-      return 0;
-    case Tissue::kCorticalBone:
-      return parameters_.cortical_grey * hardness;
-    case Tissue::kCancellousBone:
-      return parameters_.cancellous_grey * hardness;
-    case Tissue::kAmalgam:
-      return parameters_.metal_grey;
-    case Tissue::kPulp:
-    case Tissue::kGingiva:
-      return parameters_.soft_grey;
-    default:
-      return parameters_.tooth_grey * hardness;
-  }
-}
-
 double ImplantModel::stiffness(const ContactInput& in) const noexcept {
   return settings_.stiffness * std::max(in.relative_stiffness, 1e-3);
 }
@@ -105,59 +110,18 @@ Pose ImplantModel::tool_in_bed(const Bed& bed, double tip) const noexcept {
   return {bed.entry_W + (tip - tool().half()) * bed.axis_W, {}};
 }
 
-/// Evaluates the cutting law and the obstacles over the voxels ahead of the tool. An outer voxel is weighted by the
-/// bone's distance from the tool's surface: fully at contact, zero from one voxel of distance. So forces change without
-/// steps. Only inner voxels remove tissue, so the outer voxels never lose the bone that they cut.
-ImplantModel::Look ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
-  Look look;
-  const ToolVoxels& voxels = voxels_[tool_];
+/// Evaluates the cutting law and the obstacles over the voxels ahead of the tool.
+EndLook ImplantModel::look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept {
   const ImplantTool& implant = *tool().implant;
-  const double h = voxel(), per_voxel = 1 / h;
-  const dvec3 center = settings_.frame.to_voxels(X_WT.p);
-  const glm::dmat3 R = glm::mat3_cast(X_WT.R) * per_voxel;
-  const dvec3 ahead = X_WT.R * dvec3(0, 0, -1);
+  EndLaw law = law_;
   // The wall of a bed of the tool's width lies within a voxel of the tool's rim. So obstacles are searched only inside
   // this width.
-  const double width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - h;
-  const double share = 1 / voxels.ahead_share;
-  double drag = 0, turning = 0;
-  const double slowness = speed != 0 ? 1 / std::abs(speed) : 0;
-  for (std::size_t i = 0; i < voxels.ahead; ++i) {
-    const ToolVoxel& v = voxels.outer[i];
-    const dvec3 p_V = center + R * dvec3(v.p);
-    const double field = sample_linear(patch_, p_V);
-    const double gap = field * h + static_cast<double>(v.outside);
-    if (!(gap < h)) continue;
-    const double weight = std::min(1.0, 1 - gap * per_voxel);
-    // An obstacle must continue ahead of the tool; bone beside the tool is not an obstacle.
-    const glm::ivec3 beyond = glm::ivec3(glm::round(p_V + kAhead * ahead)) - patch_.lo;
-    const std::size_t at = patch_.at(beyond.x, beyond.y, beyond.z);
-    if (field - static_cast<double>(patch_.distance[at]) < kFalls) continue;
-    const Tissue tissue = shown(patch_.tissue[at]);
-    if (tissue == Tissue::kAir) continue;
-    const double hardness = patch_.hardness.empty() ? 1 : hardness_fraction(felt_hardness(patch_, at));
-    const double grey = grey_of(tissue, hardness), area = static_cast<double>(v.area) * share * weight;
-    const auto t = static_cast<std::size_t>(tissue);
-    look.engaged += area;
-    look.greatest_grey = std::max(look.greatest_grey, grey);
-    look.tissue[t] += area;
-    look.hardness[t] += area * hardness;
-    if (!(cuts && v.ability > 0 && grey <= implant.greatest_grey)) {
-      if (std::hypot(v.p.x, v.p.y) > static_cast<float>(width)) continue;
-      look.free = std::min(look.free, std::max(gap, 0.0));
-      if (gap <= 0.25 * h) look.collided += area;
-      continue;
-    }
-    // Eq. (2) for a feed along -z, as add_cutting() computes it for any direction; the other components cancel around
-    // the axis.
-    const double u = settings_.materials[t].specific_energy * hardness / static_cast<double>(v.ability);
-    const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * slowness;
-    drag += cut * facing * static_cast<double>(v.inverse_r);
-    turning += cut;
-  }
-  look.wrench.force.z = drag / implant.thrust_ratio;
-  look.wrench.torque.z = speed < 0 ? turning : -turning;
-  return look;
+  law.width = (implant.threaded() ? implant.core_diameter : tool().diameter) / 2 - voxel();
+  law.cuts = cuts;
+  law.greatest_grey = implant.greatest_grey;
+  law.speed = speed;
+  law.thrust_ratio = implant.thrust_ratio;
+  return look_at_end(ends_[tool_], patch_, law, settings_.frame.to_voxels(X_WT.p), X_WT.R);
 }
 
 /// m from the entry to the present end of the bed; undo may have filled it again.
@@ -386,7 +350,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
     turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
-  look_ = bed.bore ? Look{} : look_ahead(here, false, 1);
+  look_ = bed.bore ? EndLook{} : look_ahead(here, false, 1);
   if (bed.bore) look_.free = std::max(0.0, bed.depth - tip_);
   if (tip_ < kThreadGrips) {
     // The thread does not yet engage: the tool slides, and rotation under force pulls it in.
@@ -416,23 +380,23 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
 /// Torque in N·m to rotate a thread at depth `tip` in its bed: README.md, "Insertion torque".
 double ImplantModel::thread_torque(const Bed& bed, double tip) const noexcept {
   if (bed.bore) return 0;
-  constexpr int kAround = 12;
   constexpr double kApart = 1e-3;  // m along the axis
   const double r = tool().radius(), outward = r - 0.5 * (r - tool().implant->core_diameter / 2);
   const dquat R = rotation_between({0, 0, -1}, bed.axis_W);
   double sum = 0;
   for (double s = std::max(0.5 * kApart, tip - tool().length); s < tip; s += kApart) {
-    for (int i = 0; i < kAround; ++i) {
-      const double a = 2 * kPi * i / kAround;
-      const dvec3 p_W = bed.entry_W + s * bed.axis_W + R * (outward * dvec3(std::cos(a), std::sin(a), 0));
+    for (const dvec3& around : around_thread_) {
+      const dvec3 p_W = bed.entry_W + s * bed.axis_W + R * (outward * around);
       const dvec3 p_V = settings_.frame.to_voxels(p_W);
       if (!patch_.holds(p_V, 1) || sample_linear(patch_, p_V) > 0) continue;
-      const double grey = grey_of(haptics::tissue_at(patch_, p_V), hardness_at(patch_, p_V));
+      const glm::ivec3 nearest(p_V - dvec3(patch_.lo) + 0.5);
+      const std::size_t at = patch_.at(nearest.x, nearest.y, nearest.z);
+      const std::uint8_t hardness = patch_.hardness.empty() ? kOwnHardness : felt_hardness(patch_, at);
       const double share = s < bed.tapped ? parameters_.tapped_share : 1;
-      sum += share * std::pow(grey / parameters_.torque_grey, parameters_.torque_exponent);
+      sum += share * thread_resistance_[static_cast<std::size_t>(shown(patch_.tissue[at]))][hardness];
     }
   }
-  const double surface = 2 * kPi * r * kApart / kAround;
+  const double surface = 2 * kPi * r * kApart / static_cast<double>(around_thread_.size());
   const double lever = r / 2e-3;  // ratio to the reference implant's radius of 2 mm
   return parameters_.torque * sum * surface / parameters_.torque_surface * lever;
 }

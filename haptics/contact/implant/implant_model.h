@@ -7,6 +7,7 @@
 
 #include "haptics/contact/implant/axial_motion.h"
 #include "haptics/contact/implant/bed_criteria.h"
+#include "haptics/contact/implant/end_voxels.h"
 #include "haptics/contact/implant/implant_method.h"
 #include "haptics/contact/implant/tool_voxels.h"
 #include "haptics/contact/offset/offset_model.h"
@@ -48,23 +49,11 @@ class ImplantModel final : public offset::OffsetModel {
   const ToolVoxels& voxels() const noexcept { return voxels_[tool_]; }
 
  private:
-  /// Evaluation of the voxels ahead of the tool at one position.
-  struct Look {
-    CuttingWrench wrench;  // in T, per m/s of feed along -z
-    double free = 1e9;     // m that the tool may advance before a non-cutting voxel touches bone
-    double engaged = 0;    // m², area of the end in contact with bone
-    double collided = 0;   // m², part of `engaged` at which an obstacle blocks the advance; num_cd in the paper
-    double grey = 0;       // mean grey value of the bone in contact, Hounsfield units
-    double greatest_grey = 0;
-    PerTissue tissue{}, hardness{};
-  };
-
-  double grey_of(Tissue tissue, double hardness) const noexcept;
   double stiffness(const ContactInput& in) const noexcept;
   bool tool_cuts(const ContactInput& in) const noexcept;
   Pose tool_in_bed(const Bed& bed, double tip) const noexcept;
   dquat turned_into(const Bed& bed, const dquat& R_WT) const noexcept;
-  Look look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept;
+  EndLook look_ahead(const Pose& X_WT, bool cuts, double speed) const noexcept;
   double look_at_wall(const Contact& contact) noexcept;
   double bed_depth(const Bed& bed) const noexcept;
   double reach_now() const noexcept { return OffsetModel::reach() + 2; }
@@ -88,6 +77,11 @@ class ImplantModel final : public offset::OffsetModel {
 
   Parameters parameters_;
   std::vector<ToolVoxels> voxels_;  // one for each tool
+  std::vector<EndVoxels> ends_;     // their voxels in front of the end
+  EndLaw law_;                      // the properties of the tissues; look_ahead() adds those of tool and tick
+  // Relative torque of a thread in bone of each tissue and hardness byte: (grey value / reference)^exponent.
+  std::array<std::array<double, 256>, kTissueCount> thread_resistance_{};
+  std::array<dvec3, 12> around_thread_;  // unit vectors in T, around the axis
   std::vector<Bed> beds_;
   static constexpr std::size_t kMostBeds = 64;
 
@@ -99,7 +93,7 @@ class ImplantModel final : public offset::OffsetModel {
   AxialState axial_;
   dquat last_R_hand_{1, 0, 0, 0};
   Motion motion_ = Motion::kFree;
-  Look look_;            // evaluation of the voxels ahead of the tool in this tick
+  EndLook look_;         // evaluation of the voxels ahead of the tool in this tick
   double torque_ = 0;    // N·m about the axis, smoothed
   bool seated_ = false;  // the implant has reached its final position and stays there
   bool spent_ = false;   // the tool was placed: the hand holds nothing

@@ -1,0 +1,147 @@
+// The cutting law over the voxels in front of a tool's end, at one pose.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "engine/base/units.h"
+#include "haptics/contact/implant/end_voxels.h"
+#include "haptics/hardness.h"
+#include "haptics/work.h"
+#include "tests/support/implant_bench.h"
+
+namespace typodont::haptics::implant {
+namespace {
+
+constexpr double kVoxel = 0.15e-3;  // m
+constexpr int kEdge = 64;           // voxels
+
+/// The same sums, voxel by voxel, with the sampler and the rounding of the standard library.
+EndLook summed_one_by_one(const ToolVoxels& voxels, const SurfacePatch& patch, const EndLaw& law, const dvec3& center,
+                          const dquat& R_WT) {
+  EndLook look;
+  const double h = law.voxel, per_voxel = 1 / h;
+  const glm::dmat3 R = glm::mat3_cast(R_WT) * per_voxel;
+  const dvec3 ahead = R_WT * dvec3(0, 0, -1);
+  double drag = 0, turning = 0;
+  for (std::size_t i = 0; i < voxels.ahead; ++i) {
+    const ToolVoxel& v = voxels.outer[i];
+    const dvec3 p = center + R * dvec3(v.p);
+    const double field = sample_linear(patch, p), gap = field * h + static_cast<double>(v.outside);
+    if (!(gap < h)) continue;
+    const glm::ivec3 beyond = glm::ivec3(glm::round(p + 1.5 * ahead)) - patch.lo;
+    const std::size_t at = patch.at(beyond.x, beyond.y, beyond.z);
+    const Tissue tissue = shown(patch.tissue[at]);
+    if (field - static_cast<double>(patch.distance[at]) < 0.5 || tissue == Tissue::kAir) continue;
+    const double hardness = patch.hardness.empty() ? 1 : hardness_fraction(felt_hardness(patch, at));
+    const auto t = static_cast<std::size_t>(tissue);
+    const double grey = law.grey[t] + law.grey_per_hardness[t] * hardness;
+    const double area = static_cast<double>(v.area) * (1 / voxels.ahead_share) * std::min(1.0, 1 - gap * per_voxel);
+    look.engaged += area;
+    look.greatest_grey = std::max(look.greatest_grey, grey);
+    look.tissue[t] += area;
+    look.hardness[t] += area * hardness;
+    if (law.cuts && v.ability > 0 && grey <= law.greatest_grey) {
+      const double u = law.energy[t] * hardness / static_cast<double>(v.ability);
+      const double facing = -static_cast<double>(v.n.z), cut = u * facing * area * (1 / std::abs(law.speed));
+      drag += cut * facing * static_cast<double>(v.inverse_r);
+      turning += cut;
+    } else if (std::hypot(v.p.x, v.p.y) <= static_cast<float>(law.width)) {
+      look.free = std::min(look.free, std::max(gap, 0.0));
+      if (gap <= 0.25 * h) look.collided += area;
+    }
+  }
+  look.wrench.force.z = drag / law.thrust_ratio;
+  look.wrench.torque.z = law.speed < 0 ? turning : -turning;
+  return look;
+}
+
+/// A rough floor of bone at about z = `height` (voxels); with `mixed`, tissues, fillings and hardness vary from voxel
+/// to voxel.
+SurfacePatch floor_of_bone(double height, bool graded, bool mixed, std::mt19937& random) {
+  std::uniform_real_distribution<float> rough(-0.3f, 0.3f);
+  std::uniform_int_distribution<int> any(0, 255);
+  SurfacePatch patch;
+  patch.resize(kEdge);
+  patch.lo = {-40, -30, -50};
+  if (graded) patch.grade();
+  for (int x = 0; x < kEdge; ++x) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int z = 0; z < kEdge; ++z) {
+        const std::size_t at = patch.at(x, y, z);
+        patch.distance[at] = static_cast<float>(z + patch.lo.z - height) + rough(random);
+        Tissue tissue = mixed && any(random) % 4 == 0 ? Tissue::kCorticalBone : Tissue::kCancellousBone;
+        if (mixed && any(random) % 16 == 0) tissue = filled(tissue, Tissue::kAmalgam);
+        patch.tissue[at] = patch.distance[at] > 1 ? Tissue::kAir : tissue;
+        if (graded) patch.hardness[at] = static_cast<std::uint8_t>(mixed ? std::max(any(random), 1) : 204);
+      }
+    }
+  }
+  return patch;
+}
+
+EndLaw law_of(const Tool& tool, bool cuts) {
+  EndLaw law;
+  law.voxel = kVoxel;
+  law.width = tool.radius() - kVoxel;
+  law.cuts = cuts;
+  law.greatest_grey = tool.implant->greatest_grey;
+  law.speed = 80;
+  law.thrust_ratio = 12;
+  for (std::size_t t = 1; t < law.energy.size(); ++t) law.energy[t] = 1e8 * static_cast<double>(t);
+  law.grey_per_hardness.fill(1250);
+  law.grey_per_hardness[static_cast<std::size_t>(Tissue::kCorticalBone)] = 1650;
+  law.grey[static_cast<std::size_t>(Tissue::kAmalgam)] = 10000;
+  law.grey_per_hardness[static_cast<std::size_t>(Tissue::kAmalgam)] = 0;
+  return law;
+}
+
+TEST(ImplantEnd, BlocksOfVoxelsGiveTheBitsOfTheSumVoxelByVoxel) {
+  std::mt19937 random(28);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Tool tools[] = {
+      test::implant_tool("drill", 4.2, 5, test::drill_block(0, 1)),
+      test::implant_tool("widening drill", 3.5, 5, test::drill_block(2.6, 0, 1300)),
+      test::implant_tool("gauge", 2.2, 5, R"({"kind": "gauge"})"),
+      test::implant_tool("round", 2.3, 0, R"({"kind": "round", "ability": {"end": 1, "side": 1}})", "sphere")};
+  int in_contact = 0, stopped = 0;
+  for (const Tool& tool : tools) {
+    const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+    const EndVoxels end(voxels);
+    for (int round = 0; round < 24; ++round) {
+      const SurfacePatch patch = floor_of_bone(-35, round % 2 == 0, round % 4 >= 2, random);
+      EndLaw law = law_of(tool, round % 3 != 0);
+      if (round % 5 == 0) law.speed = -law.speed;
+      const dvec3 center(unit(random) * 4 - 8, unit(random) * 4 + 2, -35 + tool.half() / kVoxel + 1.5 * unit(random));
+      const dquat R = glm::normalize(dquat(1, 0.1 * unit(random), 0.1 * unit(random), unit(random)));
+      const EndLook ours = look_at_end(end, patch, law, center, R);
+      const EndLook slow = summed_one_by_one(voxels, patch, law, center, R);
+      EXPECT_EQ(ours.engaged, slow.engaged) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.collided, slow.collided) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.free, slow.free) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.greatest_grey, slow.greatest_grey) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.tissue, slow.tissue) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.hardness, slow.hardness) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.wrench.force, slow.wrench.force) << tool.name << ", round " << round;
+      EXPECT_EQ(ours.wrench.torque, slow.wrench.torque) << tool.name << ", round " << round;
+      in_contact += ours.engaged > 0;
+      stopped += ours.collided > 0;
+    }
+  }
+  EXPECT_GT(in_contact, 60);
+  EXPECT_GT(stopped, 20);
+}
+
+TEST(ImplantEnd, AVoxelCountsAsOneQuery) {
+  std::mt19937 random(1);
+  const Tool tool = test::implant_tool("drill", 2.2, 5, test::drill_block(0, 1));
+  const ToolVoxels voxels = make_tool_voxels(tool, 0.06e-3, 2);
+  const SurfacePatch patch = floor_of_bone(-35, false, false, random);
+  const std::uint64_t before = queries_of_this_thread();
+  look_at_end(EndVoxels(voxels), patch, law_of(tool, true), {-8, 2, -18}, {1, 0, 0, 0});
+  EXPECT_EQ(queries_of_this_thread() - before, voxels.ahead);
+}
+
+}  // namespace
+}  // namespace typodont::haptics::implant
