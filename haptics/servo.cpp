@@ -26,9 +26,6 @@ dquat made_unit(const dquat& R) {
   constexpr double kRounding = 1e-14;  // of |R|², more than a normalisation leaves
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
-bool is_near(const dvec3& p) {
-  return glm::dot(p, p) < P::workspace * P::workspace;  // false for NaN
-}
 
 /// Copies a tick in pieces of 16 bytes: the compiler would make a string instruction of the whole, which is slow to
 /// start.
@@ -307,7 +304,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // meanwhile is not in the ledger: it felt nothing. A leap paid with the last force would leave a debt, and a ledger
   // in debt gives no force ever again.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;  // most hands only move
-  const bool valid = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
+  const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
     s.rest(now, valid);
     return false;

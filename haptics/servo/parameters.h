@@ -2,6 +2,8 @@
 // that method's folder.
 #pragma once
 
+#include "engine/base/pose.h"
+
 namespace typodont::haptics {
 
 /// The hand, from tick to tick (servo.cpp).
@@ -54,5 +56,10 @@ struct ScaleParameters {
   static constexpr double credit = 1e-10;          // … J that the ledger may be overdrawn by, and …
   static constexpr double turning = 1.2;  // … m/s² that a hand may do which has not shown how abruptly it moves
 };
+
+/// True if a position in W is finite and may be a hand's.
+inline bool in_workspace(const dvec3& p_W) noexcept {
+  return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;  // false for NaN
+}
 
 }  // namespace typodont::haptics
