@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "haptics/servo/parameters.h"
+
 namespace typodont::haptics {
 
 namespace {
@@ -25,7 +27,7 @@ bool LockStep::tick(const HandSample& hand, ServoTick& out, Cut& cut) {
   fresh_ = false;
   if (!stalled_) {
     if (!waiting_.empty()) apply_cuts(std::numeric_limits<std::uint64_t>::max());
-    if (is_finite(placed_.X_WG.p) && carver_.snapshot_due(placed_)) {
+    if (in_workspace(placed_.X_WG.p) && carver_.snapshot_due(placed_)) {
       take_snapshot(carver_.snapshot_center(placed_));
       adopt_snapshot();
     }

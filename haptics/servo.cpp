@@ -26,9 +26,6 @@ dquat made_unit(const dquat& R) {
   constexpr double kRounding = 1e-14;  // tolerance of |R|²; larger than the rounding error of a normalisation
   return std::abs(glm::dot(R, R) - 1) < kRounding ? R : glm::normalize(R);
 }
-bool is_near(const dvec3& p) {
-  return glm::dot(p, p) < P::workspace * P::workspace;  // false for NaN
-}
 
 /// Copies a tick in pieces of 16 bytes. For the whole struct the compiler would emit a string instruction, which starts
 /// slowly.
@@ -310,7 +307,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   // become a debt, and a ledger in debt allows no force.
   // The orientation is compared first, because it often stays the same.
   const bool comes_turned = hand.X_WT.R != s.motion.came_R;
-  const bool valid = is_near(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
+  const bool valid = in_workspace(hand.X_WT.p) && (!comes_turned || is_unit(hand.X_WT.R)) && std::isfinite(hand.pedal);
   if (!valid || (hand.faults & kNoPose)) {
     s.rest(now, valid);
     return false;

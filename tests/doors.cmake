@@ -1,7 +1,7 @@
 # Tests of the language bindings (engine/bindings).
 typodont_test(unit_handles KIND unit SOURCES unit/handles_test.cpp LIBS typodont_bindings)
 if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked into them
-  foreach(host two_threads hostile)
+  foreach(host two_threads hostile random_host)
     add_executable(doors_${host} acceptance/doors/${host}.c)
     set_target_properties(doors_${host} PROPERTIES LINKER_LANGUAGE CXX)
     target_link_libraries(doors_${host} PRIVATE typodont_bindings)
@@ -9,6 +9,10 @@ if(TYPODONT_SANITIZE)  # the same hosts as below, with the C interface linked in
   add_test(NAME stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers
            COMMAND doors_two_threads ${CMAKE_CURRENT_SOURCE_DIR}/acceptance/doors/ball.json two_threads.h5)
   add_test(NAME stress.Doors.AHostileHostUnderSanitizers COMMAND doors_hostile)
+  foreach(seed RANGE 1 3)
+    add_test(NAME stress.Doors.RandomCallsOnThreeThreadsUnderSanitizers.${seed} COMMAND doors_random_host ${seed} 20000)
+    set_tests_properties(stress.Doors.RandomCallsOnThreeThreadsUnderSanitizers.${seed} PROPERTIES LABELS stress)
+  endforeach()
   set_tests_properties(stress.Doors.AServoOnAThreadOfItsOwnUnderSanitizers stress.Doors.AHostileHostUnderSanitizers
                        PROPERTIES LABELS stress)
 else()  # from an installation

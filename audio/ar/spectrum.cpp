@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 
 #include "engine/base/units.h"
 
@@ -15,19 +16,27 @@ namespace {
 struct FftwFree {
   void operator()(void* p) const { fftw_free(p); }
 };
+/// FFTW makes and destroys plans on one thread at a time.
+std::mutex& planner() {
+  static std::mutex one;
+  return one;
+}
 struct PlanFree {
-  void operator()(fftw_plan_s* p) const { fftw_destroy_plan(p); }
+  void operator()(fftw_plan_s* p) const {
+    const std::lock_guard lock(planner());
+    fftw_destroy_plan(p);
+  }
 };
 
 /// A real Fourier transform of fixed length in both directions.
 class RealFft {
  public:
   explicit RealFft(std::size_t n)
-      : n_(n),
-        time_(fftw_alloc_real(n)),
-        frequency_(reinterpret_cast<double*>(fftw_alloc_complex(n / 2 + 1))),
-        forward_(fftw_plan_dft_r2c_1d(static_cast<int>(n), time_.get(), bins(), FFTW_ESTIMATE)),
-        backward_(fftw_plan_dft_c2r_1d(static_cast<int>(n), bins(), time_.get(), FFTW_ESTIMATE)) {}
+      : n_(n), time_(fftw_alloc_real(n)), frequency_(reinterpret_cast<double*>(fftw_alloc_complex(n / 2 + 1))) {
+    const std::lock_guard lock(planner());
+    forward_.reset(fftw_plan_dft_r2c_1d(static_cast<int>(n), time_.get(), bins(), FFTW_ESTIMATE));
+    backward_.reset(fftw_plan_dft_c2r_1d(static_cast<int>(n), bins(), time_.get(), FFTW_ESTIMATE));
+  }
 
   std::span<double> time() { return {time_.get(), n_}; }
   double& re(std::size_t i) { return frequency_.get()[2 * i]; }

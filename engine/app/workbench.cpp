@@ -253,6 +253,7 @@ void Workbench::Impl::set_up() {
   if ((s.draw && window) || s.operated) {
     picture.emplace(scene,
                     LivePicture::Options{.operated = options.operated,
+                                         .steered = options.steered,
                                          .embedded = options.embedded,
                                          .cursor = pointer.has_value(),
                                          .monitor = options.monitor,

@@ -43,7 +43,8 @@ struct WorkbenchOptions {
   int monitor = -1;                 // monitor for full screen; −1: a window
 
   // Options of an experiment (engine/app/experiment/).
-  bool steered = false;   // status() has the newest tick even if nothing is drawn; hint() gives the text of say()
+  bool steered = false;   // status() has the newest tick even if nothing is drawn; hint() gives the text of say(); the
+                          // picture does not show the force
   double most_delay = 0;  // s, upper limit of SessionSettings::force_delay; 0: the session does not delay forces
 
   // Options of the operator's window (engine/app/operator/).

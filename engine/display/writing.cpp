@@ -82,12 +82,14 @@ std::vector<std::string> lines_of(std::string_view hint, double most, double hei
 }
 
 std::string force_text(const Hud& hud) {
-  return fmt::format("{:.2f} N", hud.force);
+  return hud.force_shown ? fmt::format("{:.2f} N", hud.force) : "";
 }
 /// Filled fraction of the force bar, in steps smaller than a pixel on most screens.
 double force_fraction(const Hud& hud) {
   constexpr double kSteps = 256;
-  return hud.force_limit > 0 ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps : 0.0;
+  return hud.force_shown && hud.force_limit > 0
+             ? std::round(kSteps * std::clamp(hud.force / hud.force_limit, 0.0, 1.0)) / kSteps
+             : 0.0;
 }
 
 Color force_color(double fraction) {
@@ -244,14 +246,15 @@ std::vector<WritingBox> Writing::write(const Hud& hud, ivec2 place) {
 
   // Lower left corner: tool, speed, force.
   const double wide = std::min(std::max(kLeastPanel, first_line(h) + 2 * kPad), room + 2 * kPad);
-  const dvec2 lo{-map.aspect + kMargin, -1 + kMargin}, hi{lo.x + wide, lo.y + 2 * kPad + 2.85 * h};
+  const dvec2 lo{-map.aspect + kMargin, -1 + kMargin},
+      hi{lo.x + wide, lo.y + 2 * kPad + (hud.force_shown ? 2.85 : 1.5) * h};
   Painter status(map, lo, hi);
   const double y1 = hi.y - kPad - 0.75 * h, y2 = y1 - 1.35 * h;
   status.text({lo.x + kPad, y1}, h, hud.tool, kInk);
   status.text({hi.x - kPad - width_of(speed, h), y1}, h, speed, hud.speed_krpm > 0 ? kInk : kFaint);
   const double fraction = force_fraction(hud);
   const dvec2 bar_lo{lo.x + kPad, y2}, bar_hi{hi.x - kPad - width_of("00.00 N", h) - 0.02, y2 + 0.5 * h};
-  if (bar_hi.x > bar_lo.x) {
+  if (hud.force_shown && bar_hi.x > bar_lo.x) {
     status.rounded(bar_lo, bar_hi, kTrack);
     const double end = bar_lo.x + std::max(fraction * (bar_hi.x - bar_lo.x), 0.4 * h);
     if (fraction > 0.005) status.rounded(bar_lo, {end, bar_hi.y}, force_color(fraction));

@@ -18,6 +18,7 @@ struct Hud {
   bool visible = false;
   std::string tool;  // "round 1.2 mm"
   double speed_krpm = 0;
+  bool force_shown = true;  // false: without the force and its bar, which would tell a blind experiment's stimuli apart
   double force = 0;         // N
   double force_limit = 5;   // N, force at the bar's end
   std::string hint;         // parts separated by three spaces; lines break there

@@ -2,6 +2,8 @@
 // method's folder.
 #pragma once
 
+#include "engine/base/pose.h"
+
 namespace typodont::haptics {
 
 /// Motion of the hand from tick to tick (servo.cpp).
@@ -71,5 +73,10 @@ struct ScaleParameters {
   static constexpr double credit = 1e-10;  // J by which the ledger may be overdrawn
   static constexpr double turning = 1.2;  // m/s², acceleration that is expected of a hand whose motion is not known yet
 };
+
+/// True if a position in W is finite and may be a hand's.
+inline bool in_workspace(const dvec3& p_W) noexcept {
+  return glm::dot(p_W, p_W) < MotionParameters::workspace * MotionParameters::workspace;  // false for NaN
+}
 
 }  // namespace typodont::haptics

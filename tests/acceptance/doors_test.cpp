@@ -110,6 +110,12 @@ TEST_F(Doors, WhateverAHostDoesWrongIsAnErrorAndNoCrash) {
   EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
+TEST_F(Doors, RandomCallsOnThreeThreadsGiveDocumentedResultsAndNoCrash) {
+  const std::string host = compile("tests/acceptance/doors/random_host.c");
+  const test::Ran ran = sh(fmt::format("cd {} && {} 1 2000", folder_->path().string(), host));
+  EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
+}
+
 TEST_F(Doors, AServoOnAThreadOfItsOwnIsReplayedBitForBitWithItsUndoneStrokes) {
   const std::string scene = folder_->write("ball.json", kBall), session = *folder_ / "two_threads.h5";
   const test::Ran ran = sh(fmt::format("{} {} {}", compile("tests/acceptance/doors/two_threads.c"), scene, session));

@@ -56,6 +56,19 @@ TEST(Writing, IsRedrawnOnlyWhenItChanges) {
   EXPECT_TRUE(writing.differs(hud(), {320, 360})) << "on a picture of another size";
 }
 
+TEST(Writing, AForceThatIsNotShownChangesNoPixel) {
+  Writing shown, hidden;
+  Hud says = hud();
+  shown.write(says, {640, 360});
+  says.force_shown = false;
+  hidden.write(says, {640, 360});
+  EXPECT_LT(letters(hidden.panels().front()), letters(shown.panels().front()));
+  for (const double force : {0.0, 0.7, 5.0}) {
+    says.force = force;
+    EXPECT_FALSE(hidden.differs(says, {640, 360})) << force << " N";
+  }
+}
+
 TEST(Writing, SaysASlowSpindlesSpeedInRevolutionsPerMinute) {
   EXPECT_EQ(display::spindle_text(0.8), "800 rpm");
   EXPECT_EQ(display::spindle_text(0.0149), "10 rpm");

@@ -70,6 +70,7 @@ void LivePicture::make(gpu::Device* device) {
   look.window = !options_.embedded;
   look.embedded = options_.embedded;
   look.hud = !options_.operated;  // the operator's window shows these texts
+  look.force_in_hud = !options_.steered;
   look.device = device;
   look.cursor = options_.cursor;
   look.monitor = options_.monitor;

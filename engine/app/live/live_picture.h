@@ -23,6 +23,7 @@ class LivePicture {
  public:
   struct Options {
     bool operated = false;          // the operator's window shows the texts of the session
+    bool steered = false;           // an experiment asks about the force, so the force is not shown
     bool embedded = false;          // shown in the operator's window instead of its own
     bool cursor = false;            // draw a cursor in space, for a hand that is visible only on the screen
     int monitor = -1;               // monitor for full screen; -1: a window

@@ -326,6 +326,7 @@ render::FrameStats PictureStage::draw(const ServoTick& tick, std::span<const ren
       read_spindle_ = tick.spindle;
     }
     hud_.speed_krpm = read_spindle_ / kKrpm;
+    hud_.force_shown = options_.force_in_hud;
     hud_.force = read_force_;
     hud_.force_limit = options_.force_limit;
     hud_.hint = hint;

@@ -52,6 +52,7 @@ class PictureStage {
     gpu::Device* device = nullptr;  // the caller's device; null: create one
     int monitor = -1;               // monitor for full screen; −1: a window
     bool hud = true;
+    bool force_in_hud = true;
     bool tool = true;
     bool cursor = false;  // draw a row of dots from the tool's end to the point where it would land, and a ring there
     double force_limit = 3;  // N, maximum of the force bar

@@ -251,7 +251,9 @@ typodont_result typodont_core_run(typodont_core* core, typodont_hand* hand, typo
 
 typodont_result typodont_core_servo(typodont_core* core, const double* start_W, typodont_servo** out) {
   return with(core, [&](CoreObject& c) {
-    require(start_W && out && is_finite(to_vec(start_W)), "the place where the tool starts: NULL, or not finite");
+    constexpr double kWorkspace = 100;  // m; a hand farther away is bad input for the servo, too
+    require(start_W && out && glm::length(to_vec(start_W)) < kWorkspace,
+            "the place where the tool starts: NULL, not finite, or too far away");
     require(!c.shared->channels, "the servo was given away already");
     require(c.ticks == 0, "the servo can be given away before the first tick only");
     auto servo = std::make_unique<ServoObject>();
