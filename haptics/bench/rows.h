@@ -15,7 +15,8 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// A hand that slides on a ball, by voxel penalty, by looks of either order, and by the servo; then queries alone.
+/// A hand that slides on a ball: by voxel penalty, by looks of either order, by the servo, and by the methods of other
+/// programs (penalty by OpenVDB's field, point proxy on an offset mesh). Then queries alone.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// A hand that drills into a block, with four heads: ticks, cuts alone, patches.

@@ -150,11 +150,11 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // Removal.
-  CutFront front_;
-  Pose cut_end_;                  // where the last cut ended …
-  std::uint32_t cut_tool_ = 0;    // … and of which tool
-  Pose coarse_end_;               // where the last cut in the coarse patch ended …
-  std::uint64_t coarse_cut_ = 0;  // … and which cut that was
+  CutFront front_, coarse_front_;  // of the patch and of its coarse patch
+  Pose cut_end_;                   // where the last cut ended …
+  std::uint32_t cut_tool_ = 0;     // … and of which tool
+  Pose coarse_end_;                // where the last cut in the coarse patch ended …
+  std::uint64_t coarse_cut_ = 0;   // … and which cut that was
 
   struct Filling {
     double owed = 0;           // m³
