@@ -11,8 +11,7 @@ namespace typodont::haptics {
 
 namespace {
 
-// Voxels, path of a sweep that needs no straight parts: the head at its end is cut, and each sample from which it
-// recedes is searched.
+// Voxels, longest path for which the head's end pose is cut, with a search for the samples that were deeper before.
 constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels by which the path of a sample may differ from a straight part. A larger value halves the parts of a fast turn.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
