@@ -11,7 +11,9 @@ namespace typodont::haptics {
 
 namespace {
 
-constexpr double kShort = 1;  // voxels, longest path that is treated as one step
+// Voxels, longest path that is treated as one step: the head's end pose is cut, with a search for the samples that were
+// deeper before.
+constexpr double kShort = 3, kShortOfLaws4 = 1;
 // Voxels, limit of a sample's deviation from its chord. A larger value halves the number of parts of a fast rotation.
 constexpr double kBend = 0.01, kBendOfLaws4 = 0.0025;
 
@@ -38,9 +40,9 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
     // change of its direction.
     turn_ = turn_between(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
-    const double most = laws >= 5 ? kBend : kBendOfLaws4;
+    const double most = laws >= 5 ? kBend : kBendOfLaws4, shortest = laws >= 5 ? kShort : kShortOfLaws4;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
-    if (straights_ == 1 && travel_ <= kShort) straights_ = 0;
+    if (straights_ == 1 && travel_ <= shortest) straights_ = 0;
     const HeadField head(tool, frame.voxel);
     flatten(head, pieces_);
     back_ = straight_way(X_VB_, X_VA_, pieces_, head.count, reach);

@@ -38,27 +38,40 @@ void removal_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     const auto [csg_error, csg_ns] = run([&] { return csg.volume(); }, [&](int i) { csg.cut_ball(at(i), r); });
     rows.push_back({"removal, OpenVDB csgDifference", knob, csg_error, "of the volume", csg_ns, "cut"});
 
-    // Clears single voxels, as CHAI3D's volume objects are drilled.
-    std::vector<char> full;
-    for (const float d : dense.distance) full.push_back(d < 0);
+    // Clears single voxels, as CHAI3D's volume objects are drilled: all voxels within the head, or one in each tick.
     const double voxel3 = std::pow(dense.frame.voxel, 3);
-    const auto [clear_error, clear_ns] =
-        run([&] { return voxel3 * static_cast<double>(std::count(full.begin(), full.end(), 1)); },
-            [&](int i) {
-              const dvec3 c = dense.frame.to_voxels(at(i));
-              const double reach = r / dense.frame.voxel;
-              const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - reach)), 0);
-              const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor(c + reach)), dense.size - 1);
-              for (int x = lo.x; x <= hi.x; ++x) {
-                for (int y = lo.y; y <= hi.y; ++y) {
-                  for (int z = lo.z; z <= hi.z; ++z) {
-                    const dvec3 d = c - dvec3(x, y, z);
-                    if (glm::dot(d, d) <= reach * reach) full[dense.at(x, y, z)] = 0;
+    const auto clear = [&](const char* name, bool one) {
+      std::vector<char> full;
+      for (const float d : dense.distance) full.push_back(d < 0);
+      const auto [error, ns] =
+          run([&] { return voxel3 * static_cast<double>(std::count(full.begin(), full.end(), 1)); },
+              [&](int i) {
+                const dvec3 c = dense.frame.to_voxels(at(i));
+                const double reach = r / dense.frame.voxel;
+                const glm::ivec3 lo = glm::max(glm::ivec3(glm::ceil(c - reach)), 0);
+                const glm::ivec3 hi = glm::min(glm::ivec3(glm::floor(c + reach)), dense.size - 1);
+                double nearest = reach * reach;
+                char* first = nullptr;  // the voxel that is nearest to the head's centre
+                for (int x = lo.x; x <= hi.x; ++x) {
+                  for (int y = lo.y; y <= hi.y; ++y) {
+                    for (int z = lo.z; z <= hi.z; ++z) {
+                      const dvec3 d = c - dvec3(x, y, z);
+                      char& voxel = full[dense.at(x, y, z)];
+                      if (!voxel || glm::dot(d, d) > nearest) continue;
+                      if (!one) {
+                        voxel = 0;
+                      } else {
+                        first = &voxel, nearest = glm::dot(d, d);
+                      }
+                    }
                   }
                 }
-              }
-            });
-    rows.push_back({"removal, voxels cleared", knob, clear_error, "of the volume", clear_ns, "cut"});
+                if (first) *first = 0;
+              });
+      rows.push_back({name, knob, error, "of the volume", ns, "cut"});
+    };
+    clear("removal, voxels cleared", false);
+    clear("removal, one voxel a tick", true);
 
     if (!by_default(options)) {
       // The body of the measured model, with the same cuts.

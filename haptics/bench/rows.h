@@ -15,7 +15,8 @@ inline bool by_default(const BenchOptions& options) {
   return !options.method || options.method->name() == default_contact_method()->name();
 }
 
-/// A hand slides on a ball: by voxel penalty, by queries of both orders, and by the servo. Then single queries.
+/// A hand slides on a ball: by voxel penalty, by queries of both orders, by the servo, and by the methods of other
+/// programs (penalty by OpenVDB's field, point proxy on an offset mesh). Then single queries.
 void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows);
 
 /// A hand drills into a block, with four heads: ticks, cuts alone, patches.

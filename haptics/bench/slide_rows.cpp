@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/base/dispatch.h"
+#include "haptics/bench/offset_mesh.h"
 #include "haptics/bench/rows.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact_method.h"
 #include "haptics/lanes.h"
+#include "haptics/volume/penalty_baseline.h"
 
 namespace typodont::haptics::bench {
 
@@ -107,11 +110,51 @@ struct Slide {
     add(name, error, quantile(ticks, 0.5), "tick", "voxel penalty", penalty_ns);
   }
 
-  void by_servo(double penalty_ns) {
+  /// The methods of other programs, re-created: the servo's slide is to be held against them. `directions()` returns
+  /// a function from the hand's position to the force's direction.
+  template <class Directions>
+  void by_yardstick(const char* name, const std::string& of, double servo_ns, Directions directions) {
+    double error = 0;
+    const std::vector<double> ticks = least_of([&] {
+      auto direction = directions();
+      std::vector<double> run;
+      error = 0;
+      for (int i = 0; i < options.ticks; ++i) {
+        const dvec3 p = sliding(i, radius);
+        const Nanos start = thread_cpu_time();
+        const dvec3 f = direction(p);
+        run.push_back(static_cast<double>(thread_cpu_time() - start));
+        if (i > kApproach) error = std::max(error, degrees_between(f, p));
+      }
+      return run;
+    });
+    const double ns = quantile(ticks, 0.5);
+    rows.push_back({name, of, error, "degree, greatest", ns, "tick", "the servo's slide", ns / servo_ns});
+  }
+
+  void yardsticks(double servo_ns) {
+    by_yardstick("slide on a sphere, penalty by OpenVDB's field alone", knob, servo_ns, [&] {
+      return [penalty = std::make_shared<PenaltyBaseline>(dense), r = settings.tool.radius()](const dvec3& p) {
+        return penalty->push(p, r) - p;
+      };
+    });
+    for (const int subdivisions : {5, 6}) {
+      const auto mesh = std::make_shared<OffsetMesh>(radius, subdivisions);
+      by_yardstick("slide on a sphere, point proxy on the offset mesh, shaded",
+                   fmt::format("{}, {} triangles", knob, mesh->triangles()), servo_ns, [&] {
+                     mesh->place(outside);
+                     return [mesh](const dvec3& p) { return mesh->follow(p); };
+                   });
+    }
+  }
+
+  /// Returns the median tick, ns.
+  double by_servo(double penalty_ns) {
     double error = 0;
     const std::vector<double> times = slide(error);
     add("slide on a sphere, median", error, quantile(times, 0.5), "tick", "voxel penalty", penalty_ns);
     add("slide on a sphere, 99.9 %", error, quantile(times, 0.999), "tick", "voxel penalty", penalty_ns);
+    return quantile(times, 0.5);
   }
 
   /// Single queries in batches around the head's centre, and their lower bound.
@@ -178,8 +221,10 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
       slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", penalty_ns);
       slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", penalty_ns);
     }
-    slide.by_servo(penalty_ns);
-    if (by_default(options)) slide.queries();
+    const double servo_ns = slide.by_servo(penalty_ns);
+    if (!by_default(options)) continue;
+    slide.yardsticks(servo_ns);
+    slide.queries();
   }
 }
 

@@ -207,10 +207,16 @@ void look_at_start(const Straight* way_at, const Centres* centres, AtStart* foun
   const F8 rho = eight::root(p.x * p.x + p.y * p.y);
   found->depth = eight::depth_below_pieces(way.pieces, (1u << way.count) - 1, rho, p.z);
   found->at = p, found->rho = rho;
+}
+
+/// Only for centres that are not outside: most are.
+TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
+void look_at_pieces(const Straight* way_at, AtStart* found) {
+  const Straight& way = *way_at;
   for (int i = 0; i < way.count; ++i) {
     // The kernel assigns an arc's second end to the next piece.
-    const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, rho, p.z), off_rho = rho - way.pieces[i].bx,
-             off_z = p.z - way.pieces[i].bz;
+    const F8 depth = eight::depth_below_pieces(way.pieces, 1u << i, found->rho, found->at.z),
+             off_rho = found->rho - way.pieces[i].bx, off_z = found->at.z - way.pieces[i].bz;
     found->to_piece[i] = eight::lesser(depth > 0.0f ? depth : -depth, eight::root(off_rho * off_rho + off_z * off_z));
   }
 }
@@ -403,6 +409,13 @@ Straight straight_way(const Pose& X_VA, const Pose& X_VB, const MeridianPiece* p
   return way;
 }
 
+float* DueBlocks::row(const glm::ivec3& voxel, int last_z) const noexcept {
+  const glm::ivec3 step(kRows, kRows, kDeep), i = voxel / step - first;
+  if (i.x < 0 || i.y < 0 || i.z < 0 || i.x >= size.x || i.y >= size.y) return nullptr;
+  if (i.z + (last_z - voxel.z) / kDeep >= size.z) return nullptr;
+  return due + (i.x * size.y + i.y) * size.z + i.z;
+}
+
 bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept {
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const float turned = static_cast<float>(turn_ / straights_) * kHalf;
@@ -500,6 +513,7 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
       fill_up(starts, started);
       AtStart at;
       look_at_start(&way, &starts, &at);
+      bool pieces_seen = false;
       for (int lane = 0; lane < started; ++lane) {
         if (const float top = at.depth[lane] + way.longest + kBesideSlip; top < centres.outside) {
           note(due[lane], centres.outside - top);
@@ -512,6 +526,8 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
             continue;
           }
         }
+        if (!pieces_seen) look_at_pieces(&way, &at);
+        pieces_seen = true;
         if (cut_before && laws_ >= 5 && at.recedes(way, lane, rounding)) continue;
         blocks[lanes] = block_at(begun[lane]);
         blocks[lanes].due = due[lane];
@@ -528,9 +544,11 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
                 glm::vec2(x0 - way.from.base.x, y0 - way.from.base.y) + glm::vec2(kMiddle) - glm::vec2(center), axis,
                 far, static_cast<float>(way.from.base.z) + center.z - kMiddle.z, lowest, highest))
           continue;
-        for (int z0 = first.z + down(lowest - first.z, kDeep); z0 <= highest; z0 += kDeep) {
+        const int lowest_first = first.z + down(lowest - first.z, kDeep);
+        float* const row = known ? known->row({x0, y0, lowest_first}, highest) : nullptr;
+        for (int z0 = lowest_first; z0 <= highest; z0 += kDeep) {
           const glm::ivec3 from(x0, y0, z0);
-          float* const noted = known ? known->at(from / glm::ivec3(kRows, kRows, kDeep)) : nullptr;
+          float* const noted = row ? row + (z0 - lowest_first) / kDeep : nullptr;
           if (noted && *noted > known->way) continue;
           begun[started] = from;
           due[started] = noted && is_whole(from) ? noted : nullptr;

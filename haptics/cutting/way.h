@@ -31,12 +31,9 @@ struct DueBlocks {
   float way;               // voxels of path at the end of the sweep
   float slip;              // voxels, largest rounding error of a depth
 
-  /// Null for a block outside.
-  float* at(const glm::ivec3& block) const noexcept {
-    const glm::ivec3 i = block - first;
-    if (i.x < 0 || i.y < 0 || i.z < 0 || i.x >= size.x || i.y >= size.y || i.z >= size.z) return nullptr;
-    return due + (i.x * size.y + i.y) * size.z + i.z;
-  }
+  /// The values of a row of blocks along z: from that of the block that begins at `voxel` to that which holds height
+  /// `last_z`. Null where they are not all known.
+  float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
 inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample

@@ -22,7 +22,9 @@ std::vector<glm::vec3> evenly_around(std::size_t count) {
 }  // namespace
 
 OffsetModel::OffsetModel(const ServoSettings& settings)
-    : PatchModel(settings), front_(tool_set(settings), settings.frame.voxel) {
+    : PatchModel(settings),
+      front_(tool_set(settings), settings.frame.voxel),
+      coarse_front_(tool_set(settings), settings.frame.voxel * (patch_.wide.empty() ? 1 : patch_.wide.front().every)) {
   const double h = settings.frame.voxel;
   for (const Tool& each : tool_set(settings)) {
     heads_.push_back({each, ContactFinder(each, h), SmoothContacts(each, h), near_reach(each) / h});
@@ -77,6 +79,7 @@ void OffsetModel::take_up(std::uint32_t which) noexcept {
   tool_ = which;
   smooth().forget();
   front_.forget();
+  coarse_front_.forget();
   held_ = {};
 }
 

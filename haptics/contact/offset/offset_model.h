@@ -151,11 +151,11 @@ class OffsetModel : public PatchModel {
   } fall_;
 
   // State of the removal.
-  CutFront front_;
-  Pose cut_end_;                  // pose at the end of the last cut
-  std::uint32_t cut_tool_ = 0;    // tool of the last cut
-  Pose coarse_end_;               // pose at the end of the last cut in the coarse patch
-  std::uint64_t coarse_cut_ = 0;  // index of the last cut in the coarse patch
+  CutFront front_, coarse_front_;  // fronts of the patch and of its coarse patch
+  Pose cut_end_;                   // pose at the end of the last cut
+  std::uint32_t cut_tool_ = 0;     // tool of the last cut
+  Pose coarse_end_;                // pose at the end of the last cut in the coarse patch
+  std::uint64_t coarse_cut_ = 0;   // index of the last cut in the coarse patch
 
   struct Filling {
     double owed = 0;           // m³, filling that is due but not yet placed

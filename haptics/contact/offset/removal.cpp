@@ -55,13 +55,14 @@ void OffsetModel::carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continue
   const double moved = glm::length(X_WB.p - coarse_end_.p) + turned * tool().reach();
   coarse_cut_ = cut_count_;
   if (goes_on && moved < CoarseParameters::cut_step * frame.voxel) return;
-  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on, settings_.laws));
+  carve(patch_.wide.front(), Sweep(tool(), coarse_end_, X_WB, frame, goes_on, settings_.laws), nullptr, &coarse_front_);
   coarse_end_ = X_WB;
 }
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   if (strokes_edited) emptied_ = false;
   if (!known) front_.forget();
+  coarse_front_.forget();  // the coarse patch was cut in other steps than the volume that the fresh one comes from
   smooth().forget();
 }
 
