@@ -1,7 +1,9 @@
 #include "haptics/contact/vertex/mesh_cutter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "haptics/label.h"
@@ -47,6 +49,7 @@ MeshCutter::MeshCutter(const EditableMesh& mesh, SharedLabels labels)
       place_of_(mesh.vertex_room()),
       edge_seen_(mesh.vertex_room()) {
   near_.reserve(mesh.face_room());
+  sorted_.reserve(mesh.face_room());
   moved_.reserve(mesh.vertex_room());
   affected_.reserve(mesh.face_room());
   suspects_.reserve(2 * mesh.face_room());
@@ -60,16 +63,29 @@ MeshCutter::Placed MeshCutter::place(const VertexHead& head, const Pose& X) cons
 
 void MeshCutter::gather(const EditableMesh& mesh, const Placed& head, double margin) noexcept {
   near_.clear();
-  const double reach = head.head.reach() + margin;
-  const glm::vec3 c(head.p);
-  const auto most = static_cast<float>(reach);
-  mesh.near(head.p - reach, head.p + reach, [&](Index f) {
-    const glm::vec3 off = mesh.ball_center(f) - c;
-    const float far = most + mesh.ball_radius(f);
-    if (glm::dot(off, off) <= far * far) near_.push_back(f);
+  const glm::vec3 c(head.p), axis(head.R_WT[2]);
+  const dvec3 half = head.head.half_box(head.R_WT[2]) + margin;
+  const auto most = static_cast<float>(margin);
+  mesh.near(head.p - half, head.p + half, [&](Index f) {
+    if (head.head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f))) near_.push_back(f);
   });
-  // Sort, so that the order does not depend on the position of the workpiece in the grid.
-  std::sort(near_.begin(), near_.end());
+  sort_near();
+}
+
+/// Sorts the faces near the head by their index, so that the order does not depend on the position of the workpiece in
+/// the grid. A radix sort: comparisons would take a third of a cut.
+void MeshCutter::sort_near() noexcept {
+  constexpr int kDigit = 9;  // bits
+  constexpr Index kMask = (1u << kDigit) - 1;
+  sorted_.resize(near_.size());
+  const Index last = near_.empty() ? 0 : *std::max_element(near_.begin(), near_.end());
+  for (int shift = 0; shift < 32 && last >> shift > 0; shift += kDigit) {
+    std::array<std::uint32_t, kMask + 1> place{};
+    for (const Index f : near_) ++place[f >> shift & kMask];
+    std::exclusive_scan(place.begin(), place.end(), place.begin(), 0u);
+    for (const Index f : near_) sorted_[place[f >> shift & kMask]++] = f;
+    near_.swap(sorted_);
+  }
 }
 
 /// Splits edges that are too long in faces that the head may reach. Splitting does not change the shape.

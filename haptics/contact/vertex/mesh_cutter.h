@@ -85,6 +85,7 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
+  void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
@@ -120,7 +121,7 @@ class MeshCutter {
   std::uint32_t edge_look_ = 0;
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
-  std::vector<mesh::Index> near_, suspects_;
+  std::vector<mesh::Index> near_, sorted_, suspects_;
   std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;

@@ -85,7 +85,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
-  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X.R)));
+  const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const auto is_far = [&](const dvec3& at) {
     const dvec3 off = at - p;
     return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
@@ -93,12 +93,12 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   near_.clear();
   points_.clear(p);
   samples_.clear();
-  const glm::vec3 c(p);
-  const auto most = static_cast<float>(reach);
-  mesh.near(p - reach, p + reach, [&](Index f) {
-    const glm::vec3 off = mesh.ball_center(f) - c;
-    const float far = most + mesh.ball_radius(f);
-    if (glm::dot(off, off) <= far * far && near_.size() < kMostFaces) near_.push_back(f);
+  const glm::vec3 c(p), axis(R_WT[2]);
+  const dvec3 half = head.half_box(R_WT[2]) + margin;
+  const auto most = static_cast<float>(margin);
+  mesh.near(p - half, p + half, [&](Index f) {
+    const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
+    if (is_near && near_.size() < kMostFaces) near_.push_back(f);
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
