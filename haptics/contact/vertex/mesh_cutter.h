@@ -122,7 +122,8 @@ class MeshCutter {
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
   std::vector<mesh::Index> near_, sorted_, suspects_;
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;  // m, of the faces in near_
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, of the faces in near_
+  std::vector<std::uint32_t> overlapping_;                // indices in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // a face near the head faces away from it

@@ -23,11 +23,13 @@ class VertexHead {
                  : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
   }
   /// True if a point at `off` from the head's centre may be within `far` of the head; false only if it is farther.
+  /// Cheaper than distance(). `off` may be up to 1 cm long.
   bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
-    const float square = glm::dot(off, off), reach = static_cast<float>(reach_) + far;
+    constexpr float kRounding = 1e-8f;  // m
+    const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
     if (square > reach * reach || ball_) return square <= reach * reach;
-    const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + far;
-    return std::abs(along) <= static_cast<float>(half_) + far && square - along * along <= wide * wide;
+    const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
+    return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
   }
 
   /// Signed distance to the surface, negative inside, and its unit gradient.

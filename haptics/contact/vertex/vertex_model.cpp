@@ -200,12 +200,14 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   const double probe = P::probe * head().radius(), reach = head().reach() + probe;
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
+  const glm::vec3 axis(R_WT[2]);
   const double stiffness = settings_.stiffness / 1000;
   Springs sum;
   for (const std::uint32_t i : points_.within(X.p, reach)) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
     if (is_ball && !(glm::dot(off, pull) > 0)) continue;
+    if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
     dvec3 n;
     const double distance = head().distance(is_ball ? off : R_TW * off, n);
     if (distance >= probe) continue;
