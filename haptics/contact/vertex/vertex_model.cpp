@@ -197,23 +197,36 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 /// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far
 /// side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
-  const double probe = P::probe * head().radius(), reach = head().reach() + probe;
+  const double probe = P::probe * head().radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
   const glm::vec3 axis(R_WT[2]);
   const double stiffness = settings_.stiffness / 1000;
   Springs sum;
-  for (const std::uint32_t i : points_.within(X.p, reach)) {
+  // A ball of radius r pushes points with |off| < r + probe cos(angle to the pull), which lie in this smaller ball.
+  const dvec3 center = is_ball ? X.p + probe * pull : X.p;
+  const double reach = is_ball ? std::hypot(head().radius(), probe) : head().reach() + probe;
+  for (const std::uint32_t i : points_.within(center, reach)) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
-    if (is_ball && !(glm::dot(off, pull) > 0)) continue;
-    if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
     dvec3 n;
-    const double distance = head().distance(is_ball ? off : R_TW * off, n);
-    if (distance >= probe) continue;
-    if (!is_ball) n = R_WT * n;
-    const double ahead = glm::dot(n, pull), d = distance - probe * ahead;
-    if (!(ahead > 0 && d < 0)) continue;
+    double ahead, d;  // d: m, depth after the motion, negative
+    if (is_ball) {
+      const double along = glm::dot(off, pull), square = glm::dot(off, off);
+      if (!(along > 0)) continue;
+      const double length = std::sqrt(square);
+      ahead = along / length;
+      d = length - head().radius() - probe * ahead;
+      if (!(d < 0)) continue;
+      n = off / length;
+    } else {
+      if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
+      const double distance = head().distance(R_TW * off, n);
+      n = R_WT * n;
+      ahead = glm::dot(n, pull);
+      d = distance - probe * ahead;
+      if (!(ahead > 0 && d < 0)) continue;
+    }
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const double depth = sample.area * d;  // negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;
