@@ -11,6 +11,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
+#include "haptics/bench/cavity_rows.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 #include "haptics/contact/mesh_lod/surface_point.h"
@@ -168,6 +169,7 @@ std::vector<BenchRow> bench_mesh_lod(const TissueMesh& arch, bool quick) {
   }
   const TissueMesh mesh = base_mesh(arch, {33140, {}});
   for (const Bur& bur : kBurs) cutting_rows(mesh, bur, quick, rows);
+  bench::cavity_rows("mesh_lod", quick, rows);
   return rows;
 }
 

@@ -12,6 +12,7 @@
 #include "engine/base/measure.h"
 #include "engine/base/units.h"
 #include "haptics/bench.h"
+#include "haptics/bench/cavity_rows.h"
 #include "haptics/bench/timing.h"
 #include "haptics/contact/mesh_lod/mesh_levels.h"
 #include "haptics/contact_method.h"
@@ -89,6 +90,7 @@ std::vector<BenchRow> bench_vertex(const TissueMesh& arch, bool quick) {
       rows.push_back(row("99.9 %", quantile(times, 0.999)));
     }
   }
+  bench::cavity_rows("vertex", quick, rows);
   return rows;
 }
 

@@ -107,12 +107,12 @@ constexpr BenchPart kParts[] = {
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
     {"mesh_lod", "Triangle meshes",
      "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
-     "then a bur cuts into a cusp.",
+     "then burs cut into a cusp, and widen a cavity 1.5 mm deep.",
      mesh_lod},
     {"vertex", "Vertex deformation",
-     "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick follows what "
-     "is near the "
-     "head, not what is there.",
+     "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick depends on "
+     "what "
+     "is near the head. Then burs widen a cavity 1.5 mm deep.",
      vertex},
     {"implant", "Implant surgery",
      "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",

@@ -54,20 +54,24 @@ void HeadContact::add_corner(const dvec3& p, const dvec3& area, std::uint32_t fa
 
 /// Lists the points within FollowParameters::margin of the head.
 void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept {
-  const double margin = FollowParameters::margin * head_.radius(), far = outlook();
+  const double margin = FollowParameters::margin * head_.radius();
   const double spacing = vertex::CutParameters::longest * kSpacing * head_.radius();
-  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
+  const glm::dmat3 R_WT(glm::mat3_cast(R_WT_)), R_TW = glm::transpose(R_WT);
+  const glm::vec3 axis(R_WT[2]);
+  const dvec3 half = head_.half_box(R_WT[2]) + margin;
   points_.clear(c);
   shares_.clear();
   std::ranges::fill(slots_, kFree);
-  grid.for_near(c - far, c + far, [&](std::uint32_t i) {
-    if (!grid.box_within(i, c, far)) return;
+  grid.for_near(c - half, c + half, [&](std::uint32_t i) {
+    if (!grid.box_within(i, c, outlook())) return;
     const Face& face = grid.face(i);
     const dvec3 sides[3] = {face.b - face.a, face.c - face.b, face.a - face.c};
     double longest2 = 0;
     for (const dvec3& side : sides) longest2 = std::max(longest2, glm::dot(side, side));
     const dvec3 middle = (face.a + face.b + face.c) / 3.0;
-    if (head_.distance(R_TW * (middle - c)) > margin + std::sqrt(longest2)) return;
+    const double within = margin + std::sqrt(longest2);
+    if (!head_.may_be_within(glm::vec3(middle - c), axis, static_cast<float>(within))) return;
+    if (head_.distance(R_TW * (middle - c)) > within) return;
     const int n = std::clamp(static_cast<int>(std::ceil(std::sqrt(longest2) / spacing * (1 - 1e-9))), 1, kMostParts);
     const dvec3 share = face.normal() / (6.0 * n * n);  // a third of the area of one of n² parts
     for (int k = 0; k < 3; ++k) add_corner(face.corner(k), share, i);
@@ -79,6 +83,7 @@ void HeadContact::list_around(const TriangleGrid& grid, const dvec3& c) noexcept
         const dvec3 p =
             (static_cast<double>(u) * face.a + static_cast<double>(v) * face.b + static_cast<double>(w) * face.c) /
             static_cast<double>(n);
+        if (!head_.may_be_within(glm::vec3(p - c), axis, static_cast<float>(margin))) continue;
         if (head_.distance(R_TW * (p - c)) > margin) continue;
         add(p, (u == 0 || v == 0 || w == 0 ? 3.0 : 6.0) * share, i);
       }
@@ -147,10 +152,12 @@ double HeadContact::clearance(const TriangleGrid& grid, const dvec3& p, double m
 PerTissue HeadContact::engaged_area(const TriangleGrid& grid, const dvec3& way) noexcept {
   PerTissue area{};
   const double within = kOnHead * head_.radius();
-  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(R_WT_)));
+  const glm::dmat3 R_WT(glm::mat3_cast(R_WT_)), R_TW = glm::transpose(R_WT);
+  const glm::vec3 axis(R_WT[2]);
   for (const std::uint32_t i : points_.within(c_, head_.reach() + within)) {
     const double across = -glm::dot(shares_[i].area, way);
-    if (!(across > 0) || head_.distance(R_TW * (points_[i] - c_)) > within) continue;
+    if (!(across > 0) || !head_.may_be_within(glm::vec3(points_[i] - c_), axis, static_cast<float>(within))) continue;
+    if (head_.distance(R_TW * (points_[i] - c_)) > within) continue;
     area[static_cast<std::size_t>(grid.face(shares_[i].face).tissue)] += across;
   }
   return area;

@@ -11,6 +11,7 @@ bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dv
   const double radius = head.radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X_WT.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head.is_ball();
+  const glm::vec3 axis(R_WT[2]);
   for (int look = 0; look < P::looks; ++look) {
     const dvec3 rest = X_WT.p - at;
     const double left = glm::length(rest);
@@ -18,7 +19,8 @@ bool HeadFollower::approach(const VertexHead& head, mesh::NearPoints& points, dv
     bounds_.clear(), points_.clear();
     for (const std::uint32_t i : points.within(at, near)) {
       const dvec3 off = points[i] - at;
-      if (glm::dot(off, off) > near * near) continue;
+      if (glm::dot(off, off) > near * near || !head.may_be_within(glm::vec3(off), axis, static_cast<float>(most)))
+        continue;
       dvec3 n;
       const double d = head.distance(is_ball ? off : R_TW * off, n);
       if (d > most) continue;

@@ -89,6 +89,7 @@ class MeshCutter {
   Placed place(const VertexHead& head, const Pose& X) const noexcept;
   void step(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void gather(const mesh::EditableMesh& mesh, const Placed& head, double margin) noexcept;
+  void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
@@ -124,9 +125,9 @@ class MeshCutter {
   std::uint32_t edge_look_ = 0;
   // for a vertex: the last search in which one of its faces faced away from the head
   std::vector<std::uint32_t> edge_seen_;
-  std::vector<mesh::Index> near_, suspects_;
-  // m, bounding balls of the faces in near_; apart_ > 0: a ball does not overlap that of the tested face
-  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_, apart_;
+  std::vector<mesh::Index> near_, sorted_, suspects_;
+  std::vector<float> ball_x_, ball_y_, ball_z_, ball_r_;  // m, bounding balls of the faces in near_
+  std::vector<std::uint32_t> overlapping_;                // indices in near_
   std::vector<Moved> moved_;
   std::vector<Affected> affected_;
   bool thin_ = false;  // true if a face near the head faces away from the head

@@ -10,7 +10,8 @@ VertexHead::VertexHead(const Tool& tool)
       field_(tool, 1.0),
       ball_(tool.shape == HeadShape::kSphere),
       radius_(tool.radius()),
-      reach_(tool.reach()) {}
+      reach_(tool.reach()),
+      half_(tool.half()) {}
 
 /// The distance is convex along a line, so Newton's method started outside converges to the surface without
 /// overshooting.

@@ -1,6 +1,8 @@
 // A head in any pose that pushes vertices out of its inside (S4, section 3).
 #pragma once
 
+#include <cmath>
+
 #include "haptics/tool.h"
 
 namespace typodont::haptics::vertex {
@@ -14,6 +16,21 @@ class VertexHead {
   double radius() const noexcept { return radius_; }
   /// Distance from the origin to the farthest point of the head, m.
   double reach() const noexcept { return reach_; }
+
+  /// Half the size of the box around a head with this axis (unit vector), m, W.
+  dvec3 half_box(const dvec3& axis_W) const noexcept {
+    return ball_ ? dvec3(radius_)
+                 : half_ * glm::abs(axis_W) + radius_ * glm::sqrt(glm::max(1.0 - axis_W * axis_W, 0.0));
+  }
+  /// True if a point at `off` from the head's centre may be within `far` of the head; false only if it is farther.
+  /// Cheaper than distance(). `off` may be up to 1 cm long.
+  bool may_be_within(const glm::vec3& off, const glm::vec3& axis, float far) const noexcept {
+    constexpr float kRounding = 1e-8f;  // m
+    const float room = far + kRounding, square = glm::dot(off, off), reach = static_cast<float>(reach_) + room;
+    if (square > reach * reach || ball_) return square <= reach * reach;
+    const float along = glm::dot(off, axis), wide = static_cast<float>(radius_) + room;
+    return std::abs(along) <= static_cast<float>(half_) + room && square - along * along <= wide * wide;
+  }
 
   /// Signed distance to the surface, negative inside, and its unit gradient.
   double distance(const dvec3& p_TQ, dvec3& n_T) const noexcept {
@@ -35,7 +52,7 @@ class VertexHead {
   Tool tool_;
   HeadField field_;
   bool ball_;
-  double radius_, reach_;
+  double radius_, reach_, half_;  // m
 };
 
 }  // namespace typodont::haptics::vertex

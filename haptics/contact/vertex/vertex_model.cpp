@@ -86,7 +86,7 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
-  const glm::dmat3 R_TW = glm::transpose(glm::dmat3(glm::mat3_cast(X.R)));
+  const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const auto is_far = [&](const dvec3& at) {
     const dvec3 off = at - p;
     return glm::dot(off, off) > reach * reach || (!head.is_ball() && head.distance(R_TW * off) > margin);
@@ -94,12 +94,12 @@ void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, dou
   near_.clear();
   points_.clear(p);
   samples_.clear();
-  const glm::vec3 c(p);
-  const auto most = static_cast<float>(reach);
-  mesh.near(p - reach, p + reach, [&](Index f) {
-    const glm::vec3 off = mesh.ball_center(f) - c;
-    const float far = most + mesh.ball_radius(f);
-    if (glm::dot(off, off) <= far * far && near_.size() < kMostFaces) near_.push_back(f);
+  const glm::vec3 c(p), axis(R_WT[2]);
+  const dvec3 half = head.half_box(R_WT[2]) + margin;
+  const auto most = static_cast<float>(margin);
+  mesh.near(p - half, p + half, [&](Index f) {
+    const bool is_near = head.may_be_within(mesh.ball_center(f) - c, axis, most + mesh.ball_radius(f));
+    if (is_near && near_.size() < kMostFaces) near_.push_back(f);
   });
   for (const Index f : near_) {
     for (const Index v : mesh.face(f).v) {
@@ -198,21 +198,36 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
 /// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far
 /// side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
-  const double probe = P::probe * head().radius(), reach = head().reach() + probe;
+  const double probe = P::probe * head().radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
   const bool is_ball = head().is_ball();
+  const glm::vec3 axis(R_WT[2]);
   const double stiffness = settings_.stiffness / 1000;
   Springs sum;
-  for (const std::uint32_t i : points_.within(X.p, reach)) {
+  // A ball of radius r pushes points with |off| < r + probe cos(angle to the pull), which lie in this smaller ball.
+  const dvec3 center = is_ball ? X.p + probe * pull : X.p;
+  const double reach = is_ball ? std::hypot(head().radius(), probe) : head().reach() + probe;
+  for (const std::uint32_t i : points_.within(center, reach)) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
-    if (is_ball && !(glm::dot(off, pull) > 0)) continue;
     dvec3 n;
-    const double distance = head().distance(is_ball ? off : R_TW * off, n);
-    if (distance >= probe) continue;
-    if (!is_ball) n = R_WT * n;
-    const double ahead = glm::dot(n, pull), d = distance - probe * ahead;
-    if (!(ahead > 0 && d < 0)) continue;
+    double ahead, d;  // d: m, depth after the motion, negative
+    if (is_ball) {
+      const double along = glm::dot(off, pull), square = glm::dot(off, off);
+      if (!(along > 0)) continue;
+      const double length = std::sqrt(square);
+      ahead = along / length;
+      d = length - head().radius() - probe * ahead;
+      if (!(d < 0)) continue;
+      n = off / length;
+    } else {
+      if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
+      const double distance = head().distance(R_TW * off, n);
+      n = R_WT * n;
+      ahead = glm::dot(n, pull);
+      d = distance - probe * ahead;
+      if (!(ahead > 0 && d < 0)) continue;
+    }
     const auto tissue = static_cast<std::size_t>(sample.tissue);
     const double depth = sample.area * d;  // negative
     const dvec3 push = stiffness * settings_.materials[tissue].stiffness * depth * n;

@@ -1,0 +1,83 @@
+#include "haptics/bench/cavity_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/measure.h"
+#include "engine/base/units.h"
+#include "haptics/bench/scene.h"
+#include "haptics/bench/timing.h"
+#include "haptics/contact_method.h"
+#include "haptics/lockstep.h"
+#include "haptics/solid.h"
+
+namespace typodont::haptics::bench {
+
+namespace {
+
+struct Bur {
+  const char* name;
+  HeadShape shape;
+  double diameter, length;  // m
+};
+constexpr Bur kBurs[] = {{"round 1.2 mm", HeadShape::kSphere, 1.2e-3, 1.2e-3},
+                         {"pear 1.0 x 2 mm", HeadShape::kPear, 1.0e-3, 2e-3},
+                         {"round end 1.0 x 4 mm", HeadShape::kRoundEndCylinder, 1.0e-3, 4e-3}};
+constexpr double kDeep = 1.5e-3;    // m below the surface
+constexpr double kSpeed = 2e-6;     // m a tick
+constexpr double kWiden = 0.7e-3;   // m, largest radius of the circle on which the bur goes
+constexpr double kCircle = 0.5e-3;  // m, at the speed above
+
+}  // namespace
+
+void cavity_rows(const char* model, bool quick, std::vector<BenchRow>& rows) {
+  const int ticks = quick ? 1500 : 6000;
+  for (const Bur& bur : kBurs) {
+    ServoSettings settings;
+    settings.tool = head(bur.shape, bur.diameter, bur.length);
+    settings.spindle.free_speed = 300 * kKrpm;
+    settings.materials.fill({500, 8e9, 0.3, 0.22, 2150, dvec3(0.8)});
+    settings.method = contact_method(model, "bench");
+    std::uint64_t elements = 0;
+    const std::vector<double> times = least_of([&] {
+      // The surface has 53,000 vertices.
+      LockStep steps(TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin",
+                       "solid": {"box": {"center_mm": [0, 0, -2], "size_mm": [12.7, 12.7, 4]}}}]})",
+                                                          "bench"))),
+                     settings);
+      elements = steps.carver().body().elements();
+      std::vector<double> run;
+      ServoTick tick;
+      Cut cut;
+      HandSample hand;
+      hand.pedal = 1;
+      const double half = bur.length / 2;
+      const auto go = [&](const dvec3& p) {
+        hand.t += 1'000'000;
+        hand.X_WT.p = p;
+        steps.tick(hand, tick, cut);
+        run.push_back(static_cast<double>(tick.cpu_time));
+      };
+      for (double z = 0.05e-3; z > -kDeep; z -= kSpeed) go({0, 0, half + z});
+      run.clear();
+      for (int i = 0; i < ticks; ++i) {
+        const double angle = i * kSpeed / kCircle, radius = std::min(i * kSpeed / 10, kWiden);
+        go({radius * std::cos(angle), radius * std::sin(angle), half - kDeep});
+      }
+      return run;
+    });
+    const auto row = [&](const char* name, double ns) {
+      BenchRow r;
+      r.name = fmt::format("widen a cavity 1.5 mm deep, {}", name), r.knob = bur.name;
+      r.time_ns = ns, r.per = "tick";
+      r.size = static_cast<double>(elements), r.size_unit = "vertices";
+      rows.push_back(std::move(r));
+    };
+    row("median", quantile(times, 0.5));
+    row("99.9 %", quantile(times, 0.999));
+  }
+}
+
+}  // namespace typodont::haptics::bench
