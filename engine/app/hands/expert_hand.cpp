@@ -42,7 +42,8 @@ struct Lead {
   static constexpr double most_scrape_lead = 1.2e-3;  // m
   // The lead of a cut is limited. The limit is adjusted until the push is the wanted one, whatever the tissue.
   // Forces are fractions of the task's mean force, lengths are fractions of the lead for that force.
-  static constexpr double bulk_force = 1.7, finishing_force = 1.5;
+  // `rough_force`: of the bulk, where another tool makes the finish.
+  static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;                   // 1/s, change of the limit for the force's error
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
@@ -293,7 +294,7 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain);
+      follow(strokes, by_hand, terrain, other_finishes ? Lead::rough_force : Lead::bulk_force);
     }
   }
 
@@ -327,13 +328,14 @@ class Plan {
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size);
   }
-  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
+  /// `bulk_force`: push of the strokes of the bulk, relative to the task's mean force.
+  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of an edge's run
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = grip_.force * (s.bulk ? Lead::bulk_force : Lead::finishing_force);
+      force_ = grip_.force * (s.bulk ? bulk_force : Lead::finishing_force);
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);
