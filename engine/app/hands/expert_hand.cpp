@@ -20,9 +20,10 @@ namespace {
 
 /// Motion of the hand along a leg. Tolerances, leads and forces are those of work on a tooth (ExpertGrip).
 struct Lead {
-  static constexpr double travel_pace = 60e-3;  // m/s through the air
-  static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
+  static constexpr double travel_pace = 100e-3;  // m/s through the air with a running drill
+  static constexpr double carry_pace = 60e-3;    // m/s through the air with a hand instrument
+  static constexpr double cut_pace = 30e-3;      // m/s along a stroke that meets nothing
+  static constexpr double scrape_pace = 27e-3;   // m/s of an edge drawn by hand
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
@@ -31,7 +32,7 @@ struct Lead {
   static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which it moves on
   static constexpr double there = 0.01e-3;    // m from the stroke's end at which a cut is finished
   static constexpr double near_line =
-      0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
+      0.03e-3;                           // m, largest distance from the line in a pass that finishes an edge's run
   static constexpr int most_times = 3;   // passes back along a run of an edge
   static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
   // The hand leads the wanted place by a gain times the tool's error; the coupling turns the lead into a force.
@@ -918,7 +919,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
     const double pace =
-        leg.kind == Kind::kMove ? Lead::travel_pace
+        leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::travel_pace : Lead::carry_pace)
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : Lead::scrape_pace;
