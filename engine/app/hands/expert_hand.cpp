@@ -20,10 +20,9 @@ namespace {
 
 /// Motion of the hand along a leg. Tolerances, leads and forces are those of work on a tooth (ExpertGrip).
 struct Lead {
-  static constexpr double travel_pace = 100e-3;  // m/s through the air with a running drill
-  static constexpr double carry_pace = 60e-3;    // m/s through the air with a hand instrument
-  static constexpr double cut_pace = 30e-3;      // m/s along a stroke that meets nothing
-  static constexpr double scrape_pace = 27e-3;   // m/s of an edge drawn by hand
+  static constexpr double travel_pace = 60e-3;  // m/s through the air
+  static constexpr double cut_pace = 30e-3;     // m/s along a stroke that meets nothing
+  static constexpr double scrape_pace = 27e-3;  // m/s of an edge drawn by hand
   // A cut slows down before its end. Otherwise the hand's lag would carry the tool into tissue that should stay.
   static constexpr double slowing_time = 0.04;  // s before the end of a cut
   static constexpr double end_pace = 0.4e-3;    // m/s at the end of a cut
@@ -919,7 +918,7 @@ bool ExpertHand::read(haptics::HandSample& sample) noexcept {
     done = seen_.tool == leg.tool || waited_ > 10;
   } else {
     const double pace =
-        leg.kind == Kind::kMove ? (leg.pedal > 0 ? Lead::travel_pace : Lead::carry_pace)
+        leg.kind == Kind::kMove ? Lead::travel_pace
         : leg.kind == Kind::kCut
             ? std::min(Lead::cut_pace, std::max(leg.end_pace, Lead::end_pace) + (length - along_) / Lead::slowing_time)
             : Lead::scrape_pace;
