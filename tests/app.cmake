@@ -44,6 +44,7 @@ if(NOT TYPODONT_SANITIZE)  # a sanitizer's shadow needs all the address space
     target_link_libraries(stress_program PRIVATE typodont_render)
   endif()
 endif()
+typodont_test(bench_expert KIND bench SOURCES bench/expert_bench_test.cpp LIBS typodont_app TIMEOUT 900)
 typodont_test(unit_app_mouse KIND unit SOURCES unit/app_mouse_hand_test.cpp support/mouse_user.cpp LIBS typodont_app)
 typodont_test(unit_app_live_picture KIND unit SOURCES unit/app_live_picture_test.cpp LIBS typodont_app)
 typodont_test(unit_experiment KIND unit SOURCES unit/experiment_test.cpp LIBS typodont_app)

@@ -31,7 +31,7 @@ struct Lead {
   static constexpr double beside = 0.022e-3;  // m, largest distance from the line at which the wanted position advances
   static constexpr double there = 0.01e-3;    // m, distance to the stroke's end at which a cut is finished
   static constexpr double near_line =
-      0.015e-3;                          // m, largest distance from the line in a pass that finishes an edge's run
+      0.03e-3;                           // m, largest distance from the line in a pass that finishes an edge's run
   static constexpr int most_times = 3;   // limit of the passes back along a run of an edge
   static constexpr double patience = 3;  // s without progress after which the hand leaves a stroke
   // The hand leads the wanted position by a gain times the tool's error; the coupling turns the lead into a force.
@@ -42,8 +42,8 @@ struct Lead {
   static constexpr double most_scrape_lead = 1.2e-3;  // m, limit of the lead of an edge
   // The lead of a cut is limited. The limit is adjusted until the push equals the wanted force, because the lead for a
   // force depends on the tissue. Forces are fractions of the task's mean force, lengths are fractions of the lead for
-  // that force.
-  static constexpr double bulk_force = 1.7, finishing_force = 1.5;
+  // that force. `rough_force` is for the bulk if another tool makes the finish.
+  static constexpr double rough_force = 2.1, bulk_force = 1.7, finishing_force = 1.5;
   static constexpr double lead_per_force = 15;  // 1/s, rate at which an error of the force changes the limit
   static constexpr double least_most_lead = 0.6, most_lead = 4;  // bounds of the limit
 };
@@ -296,7 +296,7 @@ class Plan {
       const Terrain terrain(state_, around_, axis_);
       carve_strokes(state_, tool, strokes);
       take(static_cast<std::uint32_t>(best->tool), !by_hand);
-      follow(strokes, by_hand, terrain);
+      follow(strokes, by_hand, terrain, other_finishes ? Lead::rough_force : Lead::bulk_force);
     }
   }
 
@@ -330,13 +330,14 @@ class Plan {
     return plan_strokes(now, tool, step, grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance),
                         around_, finish, grip_.size);
   }
-  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain) {
+  /// `bulk_force`: push of the strokes of the bulk, relative to the task's mean force.
+  void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
     double run = 0;  // m, length of an edge's run
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);
       if (gap > Joining::joined) go_over(s.from, terrain, /*lifts=*/i > 0);
-      force_ = grip_.force * (s.bulk ? Lead::bulk_force : Lead::finishing_force);
+      force_ = grip_.force * (s.bulk ? bulk_force : Lead::finishing_force);
       if (gap > Joining::no_gap) add(by_hand ? ExpertLeg::Kind::kMove : ExpertLeg::Kind::kCut, s.from), run = 0;
       add(by_hand ? ExpertLeg::Kind::kScrape : ExpertLeg::Kind::kCut, s.to);
       run += glm::length(s.to.p - s.from.p);

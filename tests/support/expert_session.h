@@ -1,0 +1,77 @@
+// A session of the expert's hand with a shipped scene, in simulated time.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+
+#include "engine/app/assets.h"
+#include "engine/app/hands/expert_hand.h"
+#include "engine/app/haptic_loop.h"
+#include "engine/app/recording/resume.h"
+#include "engine/app/scene.h"
+#include "engine/app/task/damage.h"
+#include "engine/app/task/task.h"
+#include "engine/app/tissue/tissue_edit.h"
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "engine/session/task.h"
+
+namespace typodont::test {
+
+struct ExpertResult {
+  double percent = 0, seconds = 0;
+  double decay_seen = 0;  // fraction of the cut surface that shows caries
+  std::string items;      // the score's items, one per line
+};
+
+/// Fraction of the samples next to new surface that are labelled as caries.
+inline double decay_on_new_surface(const haptics::TissueVolume& before, const haptics::TissueVolume& after) {
+  const DenseCopy now = dense_copy(after);
+  const DenseCopy then =
+      dense_copy(before, glm::ivec3(glm::round(before.frame().to_voxels(now.frame.origin))), now.field.size);
+  double fresh = 0, decay = 0;
+  for (std::size_t i = 0; i < now.tissue.size(); ++i) {
+    if (now.field.distance[i] > 0 || now.field.distance[i] < -1 || then.field.distance[i] > -1.5f) continue;
+    ++fresh;
+    decay += now.tissue[i] == Tissue::kCaries;
+  }
+  return fresh > 0 ? decay / fresh : 0;
+}
+
+/// Runs the expert's hand through servo and carver, tick by tick, and scores the result as any session. Throws
+/// RunFailure if the session lasts longer than `longest` seconds.
+inline ExpertResult expert_session(const std::string& name, double longest) {
+  const Scene scene = read_scene(assets_folder() / "scenes" / (name + ".json"));
+  const haptics::TissueVolume start = load_tissue(scene);
+  const TaskJudge judge(scene, start);
+  Expert expert(scene, start);
+  ExpertHand hand(expert.plan(start), 1000, expert.grip());
+  HapticLoop loop(scene, load_tissue(scene), 1000);
+  session::HandMeter meter(1000);
+  std::optional<DamageMeter> damage = damage_meter(scene);
+  run_expert(loop, hand, expert, [&](const ServoTick& tick, const Cut*) {
+    if (to_seconds(tick.t) > longest) throw RunFailure(name + ": the expert does not end");
+    meter.add({&tick, 1});
+    if (damage) damage->add({&tick, 1});
+  });
+  session::ScoreInput input;
+  input.before = start.volumes();
+  input.after = loop.carver().volume().volumes();
+  input.hand = meter.result();
+  if (damage) input.damage = damage->result();
+  judge.judge(loop.carver().volume(), input);
+  const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
+  ExpertResult result{100 * score.points / score.full, input.hand.time,
+                      decay_on_new_surface(start, loop.carver().volume()), ""};
+  for (const session::ScoreItem& item : score.items) {
+    if (item.weight > 0)
+      result.items += fmt::format("{} = {:.3f} {} (target {:.3f}): {:.1f} of {:.0f}\n", item.name, item.value,
+                                  item.unit, item.target, item.points, item.weight);
+  }
+  fmt::print("{} by an expert's hand: {:.1f} % in {:.0f} s\n", name, result.percent, result.seconds);
+  return result;
+}
+
+}  // namespace typodont::test
