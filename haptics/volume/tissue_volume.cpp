@@ -4,10 +4,7 @@
 
 #include <algorithm>
 #include <climits>
-#include <cstring>
 #include <optional>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "engine/base/fnv.h"
@@ -256,101 +253,60 @@ void TissueVolume::bounds(glm::ivec3& lo, glm::ivec3& hi) const {
 
 namespace {
 
-/// A part of a row of samples: from one leaf, or with one value.
-template <class Value, class Out>
-struct Stretch {
-  const Value* leaf;
-  Out tile;
-  int from, length;
-  int first;  // index of the first sample in the leaf's row
-};
-
-/// The rows of samples in one column of leaves: voxels x .. to_x and y .. to_y, all with the same stretches.
-template <class Value, class Out>
-struct Column {
-  int x = 0, to_x = -1, y = 0, to_y = -1;
-  std::vector<Stretch<Value, Out>> stretches;
-};
-
-template <class Value, class Out, class Convert>
-void copy_stretch(const Value* values, int length, Out* to, const Convert& converted) {
-  constexpr int n = openvdb::FloatTree::LeafNodeType::DIM;
-  if constexpr (std::is_same_v<Value, Out>) {
-    if (length == n) {  // the most frequent case; with a constant length the copy is a few instructions
-      std::memcpy(to, values, n * sizeof(Out));
-    } else {
-      std::memcpy(to, values, static_cast<std::size_t>(length) * sizeof(Out));
-    }
-  } else if (length == n) {
-    Out row[n];
-    for (int z = 0; z < n; ++z) row[z] = converted(values[z]);
-    std::memcpy(to, row, sizeof row);
-  } else {
-    for (int z = 0; z < length; ++z) to[z] = converted(values[z]);
-  }
-}
-
 /// Copies the samples of `part` into a dense block [lo, lo + size), z running fastest, and applies `converted` to each
-/// value. Samples outside leaves have their tile's value. While one column of leaves is copied, the next one is
-/// fetched.
+/// value. Samples outside leaves have their tile's value.
 template <class Grid, class Out, class Convert>
 void copy_leaves(const Grid& grid, const glm::ivec3& lo, const glm::ivec3& size, const VoxelBox& part, Out* out,
                  const Convert& converted) {
   using Value = typename Grid::ValueType;
   constexpr int n = Grid::TreeType::LeafNodeType::DIM;
+  struct Stretch {  // part of a row of samples: from one leaf, or of one value
+    const Value* leaf;
+    Out tile;
+    int from, length;
+    int first;  // index of the first sample in the leaf's row
+  };
+  std::vector<Stretch> stretches;
   auto accessor = grid.getConstAccessor();
   const auto first = [](int v) { return floor_div(v, n) * n; };
-  const auto in_leaf = [&](int x, int y) { return ((x - first(x)) * n + (y - first(y))) * n; };
-  const auto find = [&](int x0, int y0, Column<Value, Out>& column) {
-    column.x = std::max(x0, part.lo.x), column.to_x = std::min(x0 + n - 1, part.hi.x);
-    column.y = std::max(y0, part.lo.y), column.to_y = std::min(y0 + n - 1, part.hi.y);
-    auto& stretches = column.stretches;
-    stretches.clear();
-    for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
-      const openvdb::Coord origin(x0, y0, z0);
-      const int from = std::max(z0, part.lo.z), length = std::min(z0 + n - 1, part.hi.z) - from + 1;
-      if (const auto* leaf = accessor.probeConstLeaf(origin)) {
-        const Value* const values = leaf->buffer().data();
-        constexpr int kLine = 64 / sizeof(Value);
-        for (int x = column.x; x <= column.to_x; ++x) {
-          const int last = in_leaf(x, column.to_y);
-          for (int i = in_leaf(x, column.y) / kLine * kLine; i <= last; i += kLine) __builtin_prefetch(values + i);
+  for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
+    for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
+      stretches.clear();
+      for (int z0 = first(part.lo.z); z0 <= part.hi.z; z0 += n) {
+        const openvdb::Coord origin(x0, y0, z0);
+        const int from = std::max(z0, part.lo.z), length = std::min(z0 + n - 1, part.hi.z) - from + 1;
+        if (const auto* leaf = accessor.probeConstLeaf(origin)) {
+          stretches.push_back({leaf->buffer().data(), Out{}, from - lo.z, length, from - z0});
+          continue;
         }
-        stretches.push_back({values, Out{}, from - lo.z, length, from - z0});
-        continue;
+        const Out tile = converted(accessor.getValue(origin));
+        if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile) {
+          stretches.back().length += length;
+        } else {
+          stretches.push_back({nullptr, tile, from - lo.z, length, 0});
+        }
       }
-      const Out tile = converted(accessor.getValue(origin));
-      if (!stretches.empty() && !stretches.back().leaf && stretches.back().tile == tile) {
-        stretches.back().length += length;
-      } else {
-        stretches.push_back({nullptr, tile, from - lo.z, length, 0});
-      }
-    }
-  };
-  const auto copy = [&](const Column<Value, Out>& column) {
-    for (int x = column.x; x <= column.to_x; ++x) {
-      for (int y = column.y; y <= column.to_y; ++y) {
-        Out* const row = out + (static_cast<std::size_t>(x - lo.x) * size.y + (y - lo.y)) * size.z;
-        const int at = in_leaf(x, y);
-        for (const auto& stretch : column.stretches) {
-          if (stretch.leaf) {
-            copy_stretch(stretch.leaf + at + stretch.first, stretch.length, row + stretch.from, converted);
-          } else {
-            std::fill_n(row + stretch.from, stretch.length, stretch.tile);
+      for (int x = std::max(x0, part.lo.x); x <= std::min(x0 + n - 1, part.hi.x); ++x) {
+        for (int y = std::max(y0, part.lo.y); y <= std::min(y0 + n - 1, part.hi.y); ++y) {
+          Out* const row = out + (static_cast<std::size_t>(x - lo.x) * size.y + (y - lo.y)) * size.z;
+          const int in_leaf = ((x - x0) * n + (y - y0)) * n;
+          for (const Stretch& stretch : stretches) {
+            Out* const to = row + stretch.from;
+            if (!stretch.leaf) {
+              std::fill_n(to, stretch.length, stretch.tile);
+              continue;
+            }
+            const Value* const values = stretch.leaf + in_leaf + stretch.first;
+            if (stretch.length == n) {  // the most frequent case; the constant length allows vectorisation
+              for (int z = 0; z < n; ++z) to[z] = converted(values[z]);
+            } else {
+              for (int z = 0; z < stretch.length; ++z) to[z] = converted(values[z]);
+            }
           }
         }
       }
     }
-  };
-  Column<Value, Out> now, next;
-  for (int x0 = first(part.lo.x); x0 <= part.hi.x; x0 += n) {
-    for (int y0 = first(part.lo.y); y0 <= part.hi.y; y0 += n) {
-      find(x0, y0, next);
-      if (!now.stretches.empty()) copy(now);
-      std::swap(now, next);
-    }
   }
-  copy(now);
 }
 
 // Lambdas instead of functions, so that the loops that use them are vectorised.
