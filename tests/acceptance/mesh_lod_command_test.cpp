@@ -69,7 +69,7 @@ class MeshLodCommand : public ::testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
+TEST_F(MeshLodCommand, TheLevelFollowsTheSpeedOfTheHandAndIsWrittenToTheTable) {
   write_block();
   // Along the surface at 10, 60 and 200 mm/s.
   folder.write("hand.csv",
@@ -90,7 +90,7 @@ TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
   EXPECT_EQ(levels.back(), "0");
 }
 
-TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHardAndDoesNot) {
+TEST_F(MeshLodCommand, InTheExploreSceneTheTipSticksInSoftCariesAndNotInHardEnamel) {
   // Down on the tooth, 1 mm and more deep, and up again.
   const auto pushes = [&](const std::string& place, double& most, double& least) {
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0," + place + ",23,1,0,0,0,0\n0.5," + place +
@@ -132,7 +132,7 @@ TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
   }
 }
 
-TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
+TEST_F(MeshLodCommand, AMeshIsAlsoTissueForTheOtherModels) {
   write_block();
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.1,0.1,1.5,1,0,0,0,0\n0.4,0.1,0.1,0.4,1,0,0,0,0\n"
@@ -150,7 +150,7 @@ TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
   EXPECT_GT(force[2], 0);
 }
 
-TEST_F(MeshLodCommand, BadMeshesAreExactErrorsAndOneThatCrossesItselfIsTaken) {
+TEST_F(MeshLodCommand, BadMeshesAreRefusedWithAReasonAndASelfIntersectingMeshIsAccepted) {
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1,1,0,0,0,0\n0.1,0,0,1,1,0,0,0,0\n");
   const auto run = [&](const std::string& bytes, const std::string& name) {
     folder.write(name, bytes);
