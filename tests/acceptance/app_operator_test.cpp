@@ -343,7 +343,7 @@ TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   program.terminate();
 }
 
-TEST_F(OperatorWindow, ADiscardedRecordingLeavesNoFile) {
+TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -519,7 +519,7 @@ TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
       press("ctrl+F12");
       return program.said().find("error: ") != std::string::npos;
     })) << program.said();
-    EXPECT_NE(program.said().find("window is made anew"), std::string::npos);
+    EXPECT_NE(program.said().find("window is created again"), std::string::npos);
     EXPECT_EQ(program.wait_for_end(), 1) << program.said();
   };
   for (const std::function<void(Program&)>& end : {std::function(terminated), std::function(failed)}) {
@@ -632,7 +632,7 @@ TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
   press("F10");
   press("F7");
   press("F6");
-  EXPECT_EQ(program.wait_for("going on from "), saved);
+  EXPECT_EQ(program.wait_for("continued from "), saved);
   press("Escape");
   expect_exact_replay(program.wait_for("report written: "));
 }

@@ -111,7 +111,7 @@ TEST_F(GuidedBench, AnInterruptedCaptureKeepsItsTouchesAndCanBeContinued) {
   const Ran second =
       guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
   EXPECT_EQ(second.status, 0) << second.err;
-  EXPECT_THAT(second.err, HasSubstr("going on after 70 touches"));
+  EXPECT_THAT(second.err, HasSubstr("continuing after 70 touches"));
   EXPECT_LT(glm::length(RigFile::load(folder.path() / "rig.json").bench().rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
 }
 
@@ -132,7 +132,7 @@ TEST_F(GuidedBench, EnterTakesATouchAndUUndoesIt) {
   const std::string keys = fmt::format("sh {} |", folder / "keys.sh");
   const Ran ran = guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys);
   EXPECT_EQ(ran.status, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("the last touch is forgotten"));
+  EXPECT_THAT(ran.out, HasSubstr("the last touch is undone"));
   const std::size_t taken = ran.out.find("touch 3:") == std::string::npos ? 2 : 3;
   ASSERT_EQ(kept(), taken - 1);
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());

@@ -90,7 +90,7 @@ TEST_F(MeshLodCommand, TheLevelFollowsTheSpeedOfTheHandAndIsWrittenToTheTable) {
   EXPECT_EQ(levels.back(), "0");
 }
 
-TEST_F(MeshLodCommand, InTheExploreSceneTheTipSticksInSoftCariesAndNotInHardEnamel) {
+TEST_F(MeshLodCommand, InTheExploreSceneCariesIsSoftAndHoldsTheTipAndEnamelIsHardAndDoesNot) {
   // Down on the tooth, 1 mm and more deep, and up again.
   const auto pushes = [&](const std::string& place, double& most, double& least) {
     folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0," + place + ",23,1,0,0,0,0\n0.5," + place +

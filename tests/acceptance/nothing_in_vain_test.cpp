@@ -103,7 +103,7 @@ TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
       {"packing", "sphere_looks"}, {"mesh_lod", "triangle_looks"}, {"vertex", "vertex_looks"}};
   const auto session = [&](const std::string& model) { return run(scene("\"haptics\"") + " --model " + model, 0.5); };
   const Json plain = session("offset");
-  EXPECT_GT(plain["queries"].integer(), 100) << "looks into the field";
+  EXPECT_GT(plain["queries"].integer(), 100) << "queries of the field";
   for (const char* model : {"offset", "packing", "mesh_lod", "vertex"}) {
     const Json work = std::string(model) == "offset" ? plain : session(model);
     for (const std::string& other : work["models"].keys()) {
@@ -132,7 +132,7 @@ TEST_F(Work, SoundIsSynthesizedOnlyIfRequestedAndARecordingAddsOneThread) {
 TEST_F(Work, ActivePartsAreListedWithTheReasonForEveryInactiveOne) {
   hand(210, 0, 0);
   run(scene("\"haptics\""), 1, "--explain");
-  for (const char* words : {"looks into the field", "voxels re-distanced", "bricks meshed", "libraries loaded",
+  for (const char* words : {"queries of the field", "voxels re-distanced", "bricks meshed", "libraries loaded",
                             "of a core beyond the device's loop", "recording: off",
                             "sound: off, the scene does not name it", "debris: off"}) {
     EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;

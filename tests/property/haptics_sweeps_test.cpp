@@ -127,7 +127,7 @@ TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
   }
 }
 
-TEST(Sweeps, SweepsRemoveTheSameInAnyOrderAndNothingTwice) {
+TEST(Sweeps, TicksTakeTheSameInAnyOrderAndNothingTwice) {
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 4; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};

@@ -404,7 +404,7 @@ TEST(MeshLodModel, ABurSinksWhereItIsPressedAndRemovesItsSweptVolume) {
   EXPECT_GE(least_energy, -1e-9);
 }
 
-TEST(MeshLodModel, ACutMeshStaysClosedAndUndoRestoresItBitForBit) {
+TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
   MeshBench run(volume(kBlock), drill());
   const auto& mesh = dynamic_cast<const MeshLodBody&>(run.carver.body()).mesh();
   const std::uint64_t untouched = mesh.hash();

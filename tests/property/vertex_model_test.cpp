@@ -282,7 +282,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, VertexHeads,
                                          haptics::HeadShape::kPear, haptics::HeadShape::kFlame),
                          [](const auto& each) { return std::string(haptics::name_of(each.param)); });
 
-TEST(DrawnEdges, WithBothMeshModelsASpoonRemovesTheSameAsFromTheField) {
+TEST(DrawnEdges, WithEitherMeshModelASpoonRemovesWhatItDoesFromTheField) {
   MaterialTable materials = test::plain_materials();
   materials[static_cast<std::size_t>(Tissue::kDentin)].specific_energy = 1e9;
   const auto removed = [&](const char* model) {

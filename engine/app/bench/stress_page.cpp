@@ -38,7 +38,7 @@ constexpr Campaign kCampaigns[] = {
      "force is limited to 8 N"},
     {"nonsense",
      "the same hands, with invalid input in one tick of fifty: positions that are NaN, infinite or far away, jumps of "
-     "the hand, a clock that jumps back or forward by 3 s, an undo during a stroke"},
+     "the hand, a clock that jumps back or forward by 3 s, undone strokes"},
     {"carver stalls",
      "a hand slides, drills and taps while the carver's thread stalls for 50 ms to 3 s; the step is the largest force "
      "step minus that of the same hand without a stall"},
@@ -73,7 +73,7 @@ constexpr Cause kCauses[] = {
     {"fast probe", "voxel_penalty",
      "the springs are weaker with fewer than ten samples in contact, and a tip as small as a voxel has few samples"},
     {"carver stalls", "voxel_penalty",
-     "it has no tissue outside its patch, and no plane of the last contact that could stop the hand there"},
+     "it knows no tissue outside its patch, and has no last contact plane that could hold the hand there"},
     {"carver stalls", "mesh_lod",
      "a bur that goes on drilling for more than about 1.2 s without a fresh mesh passes what is left of the old one"},
     {"fast probe", "packing",
@@ -175,9 +175,9 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       "**Measured on**: {1}.\n\n"
       "![models in rows, campaigns in columns]({0}/map.svg)\n\n"
       "- **survives**: every figure is within its limit.\n"
-      "- **flawed**: the force is finite, within its limit, and holds the hand; but it generates energy (more than 1 "
-      "nJ), "
-      "steps (more\n  than 0.25 N in a tick more than without the disturbance), or has a large error.\n"
+      "- **flawed**: the force is finite, within its limit, and holds the hand; but the model generates energy (more "
+      "than "
+      "1 nJ), has\n  force steps (0.25 N per tick more than without the disturbance), or has a large error.\n"
       "- **falls**: the force is not finite or exceeds its limit, or the hand passes the tissue or feels no force in "
       "the "
       "tissue.\n\n## The campaigns\n\n",
@@ -190,7 +190,7 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       causes += fmt::format("- `{}`, {}: {}.\n", cause.model, cause.campaign, cause.why);
   }
   if (!causes.empty()) page += "\n## Why some do not survive\n\n" + causes;
-  page += "\n## Figures\n\n| campaign | measure | passes |";
+  page += "\n## Figures\n\n| campaign | measure | limit |";
   const std::vector<std::string> models = distinct(cells, &SurvivalCell::model);
   for (const std::string& model : models) page += fmt::format(" `{}` |", model);
   page += "\n|---|---|---|";

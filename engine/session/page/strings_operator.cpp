@@ -163,7 +163,7 @@ constexpr Entry kOperator[] = {
     {"op.key_language", {"next language", "nächste Sprache", "切换语言"}},
     {"op.key_force", {"more, less force", "mehr, weniger Kraft", "增大、减小力度"}},
     {"op.key_shown", {"show, hide a tissue", "Gewebe zeigen, verbergen", "显示、隐藏组织"}},
-    {"op.key_turn", {"turn, zoom in, zoom out", "drehen, näher, weiter", "旋转、拉近、拉远"}},
+    {"op.key_turn", {"turn, come nearer, go away", "drehen, näher, weiter", "旋转、拉近、拉远"}},
     {"op.key_archive", {"sessions and files", "Sitzungen und Dateien", "训练记录与文件"}},
     {"op.key_tutorial", {"tutorial", "Einführung", "入门教程"}},
     {"op.start", {"Start", "Start", "开始"}},
