@@ -303,7 +303,7 @@ constexpr Entry kOperator[] = {
     {"op.mouth_mirror", {"Mouth mirror", "Mundspiegel", "口镜"}},
     {"op.stiffness", {"Stiffness", "Steifigkeit", "刚度"}},
     {"op.hardness", {"Hardness", "Härte", "硬度"}},
-    {"op.motors", {"Motor load, force limit", "Motorlast, Kraftgrenze", "电机负荷，可承受"}},
+    {"op.motors", {"Motor load, limit", "Motorlast, Grenze", "电机负荷，可承受"}},
     {"op.is_held",
      {"Paused: no drill, no force until you continue", "Angehalten: kein Bohrer, keine Kraft, bis es weitergeht",
       "已暂停：继续前钻头停转、力为零"}},
