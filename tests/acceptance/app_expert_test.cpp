@@ -114,7 +114,7 @@ Worked work(const std::string& name) {
 /// takes minutes.
 class ExpertSession : public testing::TestWithParam<const char*> {};
 
-TEST_P(ExpertSession, EndsWithinTwoMinutesScores95PercentAndLeavesNoVisibleCaries) {
+TEST_P(ExpertSession, EndsWithinTwoMinutesScores95PercentAndLeavesNoDecayToBeSeen) {
   const Worked worked = work(GetParam());
   EXPECT_GE(worked.percent, 95) << worked.items;
   EXPECT_LT(worked.seconds, 120);

@@ -107,13 +107,13 @@ constexpr BenchPart kParts[] = {
      "passes of a cutting tick.",
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
     {"mesh_lod", "Triangle meshes",
-     "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes with increasing numbers of "
-     "vertices; "
+     "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
      "then a bur cuts into a cusp.",
      mesh_lod},
     {"vertex", "Vertex deformation",
-     "A round bur that slides over the arch and one that carves it, with meshes of increasing size: the tick's time "
-     "depends on the mesh near the head, not on the whole mesh.",
+     "A round bur that slides over the arch and one that carves it, with meshes of rising size: the tick follows what "
+     "is near the "
+     "head, not what is there.",
      vertex},
     {"implant", "Implant surgery",
      "Ticks of the model `implant` with tools of 0.06 mm voxels, moving freely on the bone and in a bed; bone voxels "
