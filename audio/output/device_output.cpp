@@ -74,7 +74,7 @@ void DeviceOutput::advance(Nanos t) {
     ++losses_;
     close_within(50'000'000);
     next_try_ = t;
-    log::warn("sound: {} is lost; the work goes on, trying every second to open it again", opened_.name);
+    log::warn("sound: {} is lost; the session continues and tries every second to open it again", opened_.name);
   }
   if (t < next_try_ || !closed_->load()) return;
   next_try_ = t + kRetryEvery;
@@ -97,7 +97,7 @@ void DeviceOutput::advance(Nanos t) {
 
 void DeviceOutput::stop() {
   started_ = false;
-  if (!close_within(kPatience)) log::warn("sound: {} does not let go; the program goes on without it", opened_.name);
+  if (!close_within(kPatience)) log::warn("sound: {} does not close; the program continues without it", opened_.name);
 }
 
 AudioStats DeviceOutput::stats() const {

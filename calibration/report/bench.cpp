@@ -135,7 +135,7 @@ void register_rows(std::vector<BenchRow>& rows, int trials) {
       const Pairs pairs(random, count, outliers);
       rows.push_back(row(task, "typodont", count, std::sqrt(ours) * 1e3, "mm at the corners",
                          microseconds([&] { (void)register_points(pairs.H, pairs.D, known); }, 20)));
-      rows.push_back(row(task, "typodont, noise not told", count, std::sqrt(blind) * 1e3, "mm at the corners",
+      rows.push_back(row(task, "typodont, noise estimated", count, std::sqrt(blind) * 1e3, "mm at the corners",
                          microseconds([&] { (void)register_points(pairs.H, pairs.D); }, 1)));
 #ifdef TYPODONT_CAMERA
       rows.push_back(row(task, "OpenCV estimateAffine3D RANSAC", count, std::sqrt(theirs) * 1e3, "mm at the corners",

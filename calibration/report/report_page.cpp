@@ -121,7 +121,7 @@ std::string report_page(const BenchState& bench, const std::string& title) {
                                        " worst, hand's noise included");
     table += row("noise of a touch", mm(r->noise) + " per axis");
     table += row("fresh points", fmt::format("{}, {} set aside", r->points, r->outliers.size()));
-    body += section("Verify", "Points that no solver has seen. What remains systematic over the workspace:",
+    body += section("Verify", "Points that no solver used. Remaining systematic error over the workspace:",
                     table + "</table>" + error_map_svg(*r) + residual_plot(r->residuals, r->outliers));
   }
   if (const auto& r = bench.registration) {
@@ -153,7 +153,7 @@ std::string report_page(const BenchState& bench, const std::string& title) {
                         r->user_offset_W.x * 1e3, r->user_offset_W.y * 1e3, r->user_offset_W.z * 1e3,
                         r->user_offset_sigma.x * 1e3, r->user_offset_sigma.y * 1e3, r->user_offset_sigma.z * 1e3)) +
         row("interpupillary distance", mm(r->eyes.ipd) + " ± " + mm(r->ipd_sigma)) + "</table>";
-    body += section("All touches together", "Arm, panel, mirror and eyes fitted to every capture at once.", table);
+    body += section("All touches together", "Arm, panel, mirror and eyes fitted to all captures together.", table);
   }
   if (const auto& r = bench.eyes_result) {
     body += section(
@@ -193,7 +193,7 @@ std::string report_page(const BenchState& bench, const std::string& title) {
                                    : "mm",
                            100 * std::max(0.0, p.determined));
     }
-    table += "</table><p>Not observable in these captures, and left as they were: ";
+    table += "</table><p>Not observable in these captures, and therefore unchanged: ";
     for (std::size_t i = 0; i < r->not_observable.size(); ++i) table += (i ? "; " : "") + escaped(r->not_observable[i]);
     table += r->not_observable.empty() ? "nothing.</p>" : ".</p>";
     if (!r->misfit.empty()) table += "<p>Not taken over: " + escaped(r->misfit) + ".</p>";

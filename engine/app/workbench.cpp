@@ -167,7 +167,7 @@ void Workbench::Impl::set_up() {
   s.steered = options.steered;
   s.record = !options.record.empty();
   s.save = options.save;
-  if (!scene.resume.empty()) explain("tissue: going on from " + scene.resume);
+  if (!scene.resume.empty()) explain("tissue: continued from " + scene.resume);
   explain(s.record ? "recording: on, " + options.record.string() : "recording: off, no --record FILE.h5");
   s.debris = s.draw && scene.needs("debris");
   explain(s.debris ? "debris: on"
@@ -371,7 +371,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     return true;
   } catch (const gpu::DeviceLost& e) {
     if (options.device) throw;  // the operator's window creates a new device for itself and the session
-    log::warn("{}; the picture is made anew", e.what());
+    log::warn("{}; the picture is created again", e.what());
     if (picture->recreate_lost_device()) return true;
     failure = e.what();
     return false;
@@ -392,7 +392,7 @@ void Workbench::Impl::report_hand() {
   if (gone == hand_gone) return;
   hand_gone = gone;
   if (gone) {
-    log::warn("{} is gone; plug it in again to go on", hands.right->info().address);
+    log::warn("{} is disconnected; plug it in again to continue", hands.right->info().address);
   } else {
     log::info("{} is back; force returns when the hand is free of contact", hands.right->info().address);
   }
@@ -407,12 +407,12 @@ double Workbench::Impl::caught() const {
 std::string Workbench::Impl::hint() const {
   const LoopReport& loop = session->wiring.loop_to_render.front();
   const RecordState& record = session->wiring.record_to_render.front();
-  if (held) return "STOPPED: no drill, no force   R: go on";
-  if (hand_gone) return "the hand's device is gone: plug it in again";
+  if (held) return "STOPPED: no drill, no force   R: continue";
+  if (hand_gone) return "the hand's device is disconnected: plug it in again";
   if (caught() > 0)
     return fmt::format(
-        "the tool is caught in the tooth, {:.0f} mm from the hand: bring the hand back to it, and out the way it went "
-        "in   space or Esc: stop",
+        "the tool is stuck in the tooth, {:.0f} mm from the hand: move the hand back to the tool, then out along the "
+        "path by which it went in   space or Esc: stop",
         1e3 * caught());
   if (options.steered) return told + "   space or Esc: stop";
   std::string text = keys;
@@ -571,7 +571,7 @@ void Workbench::Impl::end() {
     const audio::AudioStats heard = sound->stats();
     if (heard.underruns + heard.losses + sound->unheard() > 0)
       writer->event(s.last.t, session::EventKind::kNote,
-                    fmt::format("sound: {} gaps, the device away {} times, {} ticks unheard", heard.underruns,
+                    fmt::format("sound: {} under-runs, the device lost {} times, {} ticks not played", heard.underruns,
                                 heard.losses, sound->unheard()));
   }
   MeshBatch* batch = nullptr;

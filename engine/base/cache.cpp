@@ -93,7 +93,7 @@ fs::path find(const fs::path& in, std::uint64_t key, const std::string& suffix) 
       fs::last_write_time(file, fs::file_time_type::clock::now(), code);
       return file;
     }
-    log::info("{} is damaged and made anew", file.string());
+    log::info("{} is damaged and is created again", file.string());
     fs::remove(file, code);
   }
   return {};

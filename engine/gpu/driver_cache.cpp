@@ -75,7 +75,7 @@ void check_driver_cache() {
   // If rfind() returns npos, npos + 1 is 0, the start of the list.
   const std::size_t last = list.size() > 1 ? list.rfind('\n', list.size() - 2) + 1 : 0;
   if (list.substr(last) != fmt::format("{:016x}\n", hash_of(list.substr(0, last)))) {  // wrong or missing checksum
-    if (!list.empty()) log::info("{} is damaged and made anew", g_folder.string());
+    if (!list.empty()) log::info("{} is damaged and is created again", g_folder.string());
     for (fs::directory_iterator it(g_folder, code), end; !code && it != end; it.increment(code)) {
       const std::string name = it->path().filename().string();
       std::error_code kept;

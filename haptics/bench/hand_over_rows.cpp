@@ -27,7 +27,7 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
                 [&](int k) { scene.carver.take_snapshot(scene.last.X_WG.p + (k % 2 ? 0.0 : 1.0) * step, fresh); }),
        "patch"});
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
-  rows.push_back({"patch hand-over, nothing lacking", knob, BenchRow::kNone, "",
+  rows.push_back({"patch hand-over, no cut missing", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
                            [&](int) {
                              fresh.cuts = scene.last.cuts;
@@ -58,12 +58,12 @@ void hand_over_rows(Scene& scene, const std::string& knob, std::vector<BenchRow>
     scene.carver.remember_writes(false);
   }
   rows.push_back(
-      {"16 cuts put into a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
+      {"16 cuts added to a patch by the carver", knob, BenchRow::kNone, "", quantile(kept_up, 0.5), "patch"});
   rows.push_back({"patch hand-over, 16 cuts made meanwhile", knob, BenchRow::kNone, "",
                   std::max(quantile(handed_over, 0.5), 0.0), "patch"});
   // If the patch arrives too late, the servo adds the missing cuts itself.
   scene.carver.take_snapshot(scene.last.X_WG.p, fresh);
-  rows.push_back({"patch hand-over, 16 cuts put in by the servo", knob, BenchRow::kNone, "",
+  rows.push_back({"patch hand-over, 16 cuts added by the servo", knob, BenchRow::kNone, "",
                   batch_ns(21, 64,
                            [&](int) {
                              fresh.cuts = scene.last.cuts - std::min<std::uint64_t>(scene.last.cuts, 16);

@@ -81,7 +81,7 @@ static void deadline_rows(const BenchOptions& options, bool drilling, std::vecto
   const std::string knob = fmt::format("round 1.2 mm, voxel 0.1 mm, {}", in_front ? "SCHED_FIFO" : "ordinary priority");
   const double share = static_cast<double>(missed) / ticks;
   if (!drilling) {
-    rows.push_back({"floor: 10 kHz beside a busy core, nothing done", knob, share, "of the deadlines missed",
+    rows.push_back({"floor: 10 kHz beside a busy core, empty loop", knob, share, "of the deadlines missed",
                     quantile(late, 0.5), "tick"});
     return;
   }

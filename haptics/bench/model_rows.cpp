@@ -242,8 +242,8 @@ class ModelBench {
     }
     add(motion, "magnitude", 100 * asked.worst_size(), "%, greatest");
     add(motion, "penetration", std::max(penetration, 0.0) / kMillimetre, "mm, greatest", median);
-    add(motion, "step, asked", std::max(asked.step(), 0.0), "N a tick beyond the truth's");
-    add(motion, "step, felt", std::max(felt.step(), 0.0), "N a tick beyond the truth's");
+    add(motion, "step, asked", std::max(asked.step(), 0.0), "N per tick more than the exact force");
+    add(motion, "step, felt", std::max(felt.step(), 0.0), "N per tick more than the exact force");
     add(motion, "energy given, asked", 1e6 * asked.given(), "uJ");
     add(motion, "energy given, felt", 1e6 * felt.given(), "uJ");
     add(motion, "tick, 99.9 %", BenchRow::kNone, "", quantile(times, 0.999));

@@ -208,7 +208,8 @@ class Rows {
       const double ns = static_cast<double>(thread_cpu_time() - start) / kSteps;
       double sum = 0;
       for (const double v : removed.volume) sum += v;
-      add(form == Removal::kMended ? "removal (6), a groove, mended" : "removal (6), a groove, as printed",
+      add(form == Removal::kMended ? "removal (6), a groove, corrected formula"
+                                   : "removal (6), a groove, published formula",
           sum / exact - 1, "share of the exact volume, too much", ns, "cut");
     }
   }

@@ -218,8 +218,8 @@ void slide_rows(const BenchOptions& options, std::vector<BenchRow>& rows) {
     Slide slide(options, voxel_mm, rows);
     const double penalty_ns = slide.by_voxel_penalty();
     if (by_default(options)) {
-      slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear looks", penalty_ns);
-      slide.by_looks(sample_cubic, "slide on a sphere, eight cubic looks", penalty_ns);
+      slide.by_looks(sample_linear_gradient, "slide on a sphere, eight trilinear queries", penalty_ns);
+      slide.by_looks(sample_cubic, "slide on a sphere, eight cubic queries", penalty_ns);
     }
     const double servo_ns = slide.by_servo(penalty_ns);
     if (!by_default(options)) continue;

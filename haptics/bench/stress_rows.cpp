@@ -152,7 +152,7 @@ class Stress {
     add(campaign, "energy given", 1e9 * std::max(0.0, felt.energy), "nJ", 1e9 * kMostEnergy);
   }
   void add_step(const char* campaign, const Felt& felt) {
-    add(campaign, "step", std::max(0.0, felt.step), "N a tick beyond the hand's way", kMostStep);
+    add(campaign, "step", std::max(0.0, felt.step), "N per tick more than without the disturbance", kMostStep);
   }
 
   ServoSettings settings(double diameter) const {

@@ -155,7 +155,7 @@ std::vector<BenchRow> bench_devices(const DeviceBenchOptions& options) {
     row("median", quantile(times, 0.5), floor);
     row("99.9 %", quantile(times, 0.999), floor_slow);
   };
-  add("sample to force: the same loop, no work", "", bare, true);
+  add("sample to force: empty loop", "", bare, true);
   for (const char* preset : {"woody", "polhem_v3"}) {
     const Arm arm = read_arm(options.assets / "devices" / (std::string(preset) + ".json"));
     add("sample to force: limits and currents", preset, arm_loop(arm, 1000, options.ticks, false));

@@ -41,7 +41,7 @@ TEST_F(BadInput, ANaNInAHandIsNamedByLineAndColumn) {
                                                HasSubstr("expected a finite number")));
 }
 
-TEST_F(BadInput, TimeThatRunsBackIsNamed) {
+TEST_F(BadInput, TimeThatRunsBackwardsIsRefusedWithItsLine) {
   folder.write("back.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,0\n-1,0,0,5,1,0,0,0,0\n");
   refuse(servo("scene.json", "back.csv"),
          AllOf(HasSubstr("line 3, column t_s"), HasSubstr("found -1"), HasSubstr("more than 0")));
@@ -53,7 +53,7 @@ TEST_F(BadInput, AnUnknownKeyIsNamedWithTheKnownOnes) {
          AllOf(HasSubstr("key.json: line 1, \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")));
 }
 
-TEST_F(BadInput, AnUnknownToolListsTheToolsThereAre) {
+TEST_F(BadInput, AnUnknownToolIsRefusedWithTheListOfKnownTools) {
   folder.write("tool.json", R"({"tissue": {"voxel_mm": 0.2, "solids": []}, "tool": "hammer"})");
   refuse(servo("tool.json", "hand.csv"), AllOf(HasSubstr("\"hammer\""), HasSubstr("round_012")));
 }
@@ -65,7 +65,7 @@ TEST_F(BadInput, AnUnboundedSolidAsksForADomain) {
   refuse(servo("half.json", "hand.csv"), HasSubstr("domain_mm"));
 }
 
-TEST_F(BadInput, AVolumeTooLargeForMemoryIsRefusedBeforeItIsTried) {
+TEST_F(BadInput, AVolumeTooLargeForMemoryIsRefusedBeforeAnyAllocation) {
   folder.write(
       "big.json",
       R"({"tissue": {"voxel_mm": 0.01, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 500}}}]}, "tool": "round_012"})");
@@ -98,7 +98,7 @@ TEST_F(BadInput, ATruncatedScanIsNamedWithFoundAndExpected) {
          HasSubstr("scan"));
 }
 
-TEST_F(BadInput, UsageErrorsAreExitTwo) {
+TEST_F(BadInput, UsageErrorsExitWithStatusTwo) {
   EXPECT_EQ(folder.run("servo").status, 2);
   EXPECT_EQ(folder.run("fly").status, 2);
   EXPECT_EQ(folder.run("servo --help").status, 0);

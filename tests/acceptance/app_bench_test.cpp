@@ -16,7 +16,7 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-TEST(BenchCommand, MeasuresThePartsNamedEvenWhereACommandHasTheSameName) {
+TEST(BenchCommand, MeasuresANamedPartAlsoIfACommandHasTheSameName) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   const Ran ran = folder.run(fmt::format("bench sound recording --quick --json --out {0}/rows.csv --page {0}/page.md",
                                          folder.path().string()));
@@ -74,7 +74,7 @@ TEST(BenchCommand, ModelMeasuresThatContactModelAndIsRefusedForPartsThatHaveNone
   EXPECT_THAT(folder.run("bench contact --model nothing --quick").err, HasSubstr("voxel_penalty"));
 }
 
-TEST(StressPage, AModelFallsByWhatLetsGoOfTheHandAndIsFlawedByTheRest) {
+TEST(StressPage, AModelThatLosesTheHandFallsAndOneWithOtherDefectsIsFlawed) {
   const auto row = [](const char* name, double error, double ratio) {
     return BenchRow{.name = name, .error = error, .error_unit = "N a tick", .baseline = "none passes", .ratio = ratio};
   };
@@ -91,7 +91,7 @@ TEST(StressPage, AModelFallsByWhatLetsGoOfTheHandAndIsFlawedByTheRest) {
   EXPECT_EQ(cells[2].worst, "escaped: 2 N");
 }
 
-TEST(PerformancePage, GrowthExponentsAreThoseOfThePowersTheyWereMadeFrom) {
+TEST(PerformancePage, FitsTheExponentOfAKnownPowerLaw) {
   std::vector<BenchRow> rows;
   for (const double n : {10.0, 100.0, 1000.0}) {
     rows.push_back({.name = "flat", .time_ns = 5, .size = n});
@@ -116,7 +116,7 @@ TEST(ModelsPage, NamesAreReadAsTissueMotionModelAndMeasure) {
   EXPECT_EQ(figures[0].measure, "step, asked");
 }
 
-TEST(ModelsPage, TheModelOfMostTasksHasTheLeastErrorAmongThoseThatKeepTime) {
+TEST(ModelsPage, RecommendsTheModelWithTheLeastErrorAmongThoseFastEnough) {
   std::vector<BenchRow> rows;
   const auto measured = [&](const std::string& model, double error, double slowest_us) {
     for (const char* tissue : {"ball", "torus"}) {

@@ -56,7 +56,7 @@ struct Kept : testing::Test {
   }
 };
 
-TEST_F(Kept, ADamagedShaderCacheGivesTheSamePictureAndIsReplaced) {
+TEST_F(Kept, ADamagedShaderCacheIsReplacedAndThePictureIsUnchanged) {
   const std::string scene = program.write("scene.json", R"({"name": "ball", "tissue": {"voxel_mm": 0.3, "solids": [
     {"tissue": "enamel", "solid": {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 5}}}]}, "tool": "round_012",
     "spindle_krpm": 300, "parts": ["haptics", "render"]})");
@@ -97,7 +97,7 @@ TEST_F(Kept, ADamagedShaderCacheGivesTheSamePictureAndIsReplaced) {
   EXPECT_EQ(picture("/proc/self"), first) << "nothing can be written there";
 }
 
-TEST_F(Kept, ADamagedSampledMeshGivesTheSameTicksAndIsReplaced) {
+TEST_F(Kept, ADamagedMeshCacheIsReplacedAndTheTicksAreUnchanged) {
   program.write("wedge.obj",
                 "v 0 0 0\nv 8 0 0\nv 8 8 0\nv 0 8 0\nv 4 4 6\nf 1 4 3\nf 1 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
   const std::string scene = program.write("scene.json", R"({"name": "wedge", "tissue": {"voxel_mm": 0.2, "solids": [

@@ -125,7 +125,7 @@ TEST_F(MeshSolid, AFileThatIsMissingOrOpenIsNamed) {
 
 using Pieces = ServoOn;
 
-TEST_F(Pieces, ACapSetLooseFallsOffCountsAsRemovedAndIsReplayed) {
+TEST_F(Pieces, ALooseCapFallsOffCountsAsRemovedAndIsReplayed) {
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"union": [
       {"box": {"center_mm": [0, 0, -2], "size_mm": [8, 6, 2]}},
       {"cylinder": {"center_mm": [0, 0, 0], "radius_mm": 0.4, "height_mm": 3}},
@@ -148,7 +148,7 @@ TEST_F(Pieces, ACapSetLooseFallsOffCountsAsRemovedAndIsReplayed) {
 
 using FillingCommand = ServoOn;
 
-TEST_F(FillingCommand, GrowsAtItsRateIsBookedToItselfAndIsReplayed) {
+TEST_F(FillingCommand, AFillingGrowsAtItsRateCountsAsFillingAndIsReplayed) {
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"difference": [
       {"box": {"size_mm": [6, 6, 4]}}, {"cylinder": {"center_mm": [0, 0, 2], "radius_mm": 1.2, "height_mm": 3}}]}}]},
     "tool": {"shape": "round_end_cylinder", "diameter_mm": 0.6, "length_mm": 2, "fill": {"tissue": "composite", "rate_mm3_per_s": 2, "reach_mm": 0.6}},
@@ -168,7 +168,7 @@ TEST_F(FillingCommand, GrowsAtItsRateIsBookedToItselfAndIsReplayed) {
 
 using BoundaryWall = ServoOn;
 
-TEST_F(BoundaryWall, HoldsABurThatComesFromSofterTissueLongBeforeItGetsThroughAndOnlyWhereItIsOn) {
+TEST_F(BoundaryWall, HoldsABurComingFromSofterTissueAndOnlyIfEnabled) {
   // Caries over enamel: a bur pressed down through the caries stands at the enamel, or goes on into it without the
   // wall.
   const auto deepest = [&](const char* tool, double half, const char* walls, double voxel) {
@@ -198,7 +198,7 @@ TEST_F(BoundaryWall, HoldsABurThatComesFromSofterTissueLongBeforeItGetsThroughAn
 
 using SinkingTip = ServoOn;
 
-TEST_F(SinkingTip, AnExplorerSinksIntoCariesAboveItsYieldAndHoldsOnWithdrawalAndDoesNeitherInEnamel) {
+TEST_F(SinkingTip, AnExplorerSinksAndSticksInCariesAboveTheYieldForceAndDoesNeitherInEnamel) {
   const auto run = [&](const char* tissue) {
     folder.write(
         "scene.json",

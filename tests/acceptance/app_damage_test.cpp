@@ -44,7 +44,7 @@ double lens(double r, double R, double d) {
   return kPi * s * s * (d * d + 2 * d * r - 3 * r * r + 2 * d * R + 6 * r * R - 3 * R * R) / (12 * d);
 }
 
-TEST_F(Damage, IsTheVolumeThatTheTurningHeadWasInWithinAFewPercent) {
+TEST_F(Damage, ToANeighbourIsTheVolumeSweptByTheTurningHeadWithinAFewPercent) {
   auto meter = damage_meter(read_scene(folder.path() / "scene.json"));
   ASSERT_TRUE(meter);
   // The neighbour's middle is at x = 6 mm.
@@ -56,7 +56,7 @@ TEST_F(Damage, IsTheVolumeThatTheTurningHeadWasInWithinAFewPercent) {
   EXPECT_GE(m.first, 0);
 }
 
-TEST_F(Damage, IsNoneOfABurThatStandsStaysClearOrIsAProbe) {
+TEST_F(Damage, IsZeroForAStoppedBurADistantBurAndAProbe) {
   auto meter = damage_meter(read_scene(folder.path() / "scene.json"));
   for (double z = 5; z >= 3.2; z -= 0.02) {
     meter->add({{at({6, 0, z}, 0)}});
@@ -68,7 +68,7 @@ TEST_F(Damage, IsNoneOfABurThatStandsStaysClearOrIsAProbe) {
   EXPECT_LT(meter->result().first, 0);
 }
 
-TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
+TEST_F(Damage, ToTheGumIsTheVolumeSweptOutsideTheToothAndCostsPoints) {
   folder.write(
       "gum.json",
       scene(
@@ -111,7 +111,7 @@ TEST_F(Damage, OfTheGumIsWhatTheTurningHeadWasInWithoutTheToothAndCostsPoints) {
   EXPECT_LT(hurt.points, sound.points);
 }
 
-TEST_F(Damage, CostsPointsInTheReportAndIsNoItemOfASceneWithoutSurroundings) {
+TEST_F(Damage, CostsPointsInTheReportOnlyIfTheSceneHasSurroundings) {
   folder.write("clear.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n1,0,0,3.2,1,0,0,0,1\n2,0,0,5,1,0,0,0,1\n3,6,0,"
                "5,1,0,0,0,1\n4,6,0,4,1,0,0,0,1\n");

@@ -82,7 +82,7 @@ TEST(Demo, MakesPicturesFilmSoundSessionAndReportOfACavityWhereTheLesionWas) {
   }
 }
 
-TEST(Demo, DrawsInFullHdForEachEyeWhereNothingElseIsAskedFor) {
+TEST(Demo, DrawsInFullHdForEachEyeByDefault) {
   const Json rig = Json::load("assets/rigs/film.json");
   EXPECT_EQ(rig["screen"]["layout"].string(), "side_by_side");
   EXPECT_EQ(rig["screen"]["pixels"].numbers(2), (std::vector<double>{2 * 1920, 1080}));

@@ -35,7 +35,7 @@ class ExperimentCommand : public testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(ExperimentCommand, ASimulatedObserverGivesTheSameBytesAgainAndItsLogTheSameFit) {
+TEST_F(ExperimentCommand, ASimulatedObserverIsReproducibleAndItsLogGivesTheSameFit) {
   const std::string command = "experiment " + folder / "scene.json" +
                               " --question force --observer 12 --lapse 0.02 --seed 4 --json --out " + folder / "t.csv";
   const Ran ran = folder.run(command + " --page " + folder / "r.html");
@@ -52,7 +52,7 @@ TEST_F(ExperimentCommand, ASimulatedObserverGivesTheSameBytesAgainAndItsLogTheSa
   EXPECT_EQ(folder.run("experiment --json " + folder / "t.csv").out, ran.out);
 }
 
-TEST_F(ExperimentCommand, OfTwoModelsAKeenObserverChoosesAlwaysTheSameAndADullOneByChance) {
+TEST_F(ExperimentCommand, ASensitiveObserverAlwaysChoosesTheSameModelAndAnInsensitiveOneChoosesByChance) {
   const auto share = [&](double jnd) {
     const Ran ran = folder.run(fmt::format(
         "experiment {} --question model --models voxel_penalty offset --trials 20 --observer {} --hand {} --json "

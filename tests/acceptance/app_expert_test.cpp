@@ -50,7 +50,7 @@ TEST(Scraping, CarvesSoftAmalgamAndHardlyScratchesEnamel) {
   EXPECT_LT(scraped("enamel", 0.4, 1), 0.01 * amalgam);
 }
 
-TEST(Scraping, NeedsPushAndWayAndAnEdge) {
+TEST(Scraping, NeedsAForceAMotionAndACuttingEdge) {
   EXPECT_GT(scraped("amalgam", 0.4, 1), 1.5 * scraped("amalgam", 0.1, 1));
   EXPECT_LT(scraped("amalgam", 0.4, 0), 0.05);
   EXPECT_EQ(scraped("amalgam", 0.4, 1, R"({"shape": "sphere", "diameter_mm": 1, "cuts": false})"), 0);
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExpertSession, testing::Values("tutorial", "mo
                            return name;
                          });
 
-TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanForOneThatIsNotAndNothingForNone) {
+TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScoresNothing) {
   const Scene scene = read_scene(assets_folder() / "scenes/amalgam-filling.json");
   const haptics::TissueVolume start = load_tissue(scene);
   const TaskJudge judge(scene, start);
@@ -109,7 +109,7 @@ TEST(AmalgamFilling, ScoresFullForTheOldContourMoreForAFillingThatIsCarvedThanFo
   EXPECT_LT(percent(start), 1);
 }
 
-TEST(ExpertHand, ItsRecordingIsReplayedBitForBit) {
+TEST(ExpertHand, TheRecordingOfAnExpertIsReplayedBitForBit) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(
       "scene.json",
@@ -125,7 +125,7 @@ TEST(ExpertHand, ItsRecordingIsReplayedBitForBit) {
 }
 
 /// A cup of 16 mm in a block of bone, with voxels of 0.8 mm, as a hip is reamed.
-TEST(ExpertHand, InLargeVoxelsItEndsAndPressesAsHardAsTheTaskAsks) {
+TEST(ExpertHand, InLargeVoxelsItFinishesAndPressesWithTheForceOfTheTask) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.8, "band_mm": 4, "solids": [
       {"tissue": "cancellous_bone", "solid": {"box": {"center_mm": [0, 0, -7], "size_mm": [24, 24, 14]}}}]},
@@ -151,7 +151,7 @@ TEST(ExpertHand, InLargeVoxelsItEndsAndPressesAsHardAsTheTaskAsks) {
   EXPECT_LT(greatest, 250);
 }
 
-TEST(ExpertHand, NeedsAnIdealAndAToolThatServes) {
+TEST(ExpertHand, IsRefusedWithoutAnIdealOrASuitableTool) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const auto refused = [&](const std::string& rest) {
     folder.write(

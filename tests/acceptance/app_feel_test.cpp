@@ -70,7 +70,7 @@ TEST(Feel, DrillingTheMolarChangesTheForceByLessThan20MillinewtonATick) {
   }
 }
 
-TEST(Feel, WhateverTheBurTheMotorThePushThePlaceAndThePhaseDrillingTheMolarIsNoStep) {
+TEST(Feel, DrillingTheMolarHasNoForceStepForAnyBurMotorForceAndPlace) {
   struct Run {
     const char *tool, *motor;
     dvec3 start;
@@ -90,7 +90,7 @@ TEST(Feel, WhateverTheBurTheMotorThePushThePlaceAndThePhaseDrillingTheMolarIsNoS
   }
 }
 
-TEST(Feel, ACarverThatStandsStillFor200MillisecondsIsNotFelt) {
+TEST(Feel, AStallOfTheCarverFor200MillisecondsIsNotFelt) {
   for (const char* tool : {"round_012", "flame_012"}) {
     const Felt felt = drill(molar(tool), kFissure, 1.5, 2.5, "--stall-carver-ms 200");
     EXPECT_LT(felt.worst_step, 0.02) << tool;
@@ -98,7 +98,7 @@ TEST(Feel, ACarverThatStandsStillFor200MillisecondsIsNotFelt) {
   }
 }
 
-TEST(Feel, ABreakThroughAndAHardShellOverASoftCoreAreNoSteps) {
+TEST(Feel, BreakingThroughAHardShellOverASoftCoreGivesNoForceStep) {
   const std::string shell = R"({"tissue": {"voxel_mm": 0.1, "solids": [
     {"tissue": "enamel", "solid": {"box": {"size_mm": [8, 6, 1.2]}}},
     {"tissue": "caries", "solid": {"box": {"size_mm": [8, 6, 0.8]}}}]},
@@ -111,7 +111,7 @@ TEST(Feel, ABreakThroughAndAHardShellOverASoftCoreAreNoSteps) {
   EXPECT_LT(felt.end_z_mm, -5);  // it did come through
 }
 
-TEST(Feel, APatchThatIsLateIsBridgedByTheLastContactsPlane) {
+TEST(Feel, ThePlaneOfTheLastContactReplacesALatePatch) {
   // A stylus that slides across a roller, 4 mm in half a second, while no patch comes for 200 ms.
   const std::string roller = R"({"tissue": {"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"cylinder":
     {"center_mm": [0, 0, -5], "axis": [0, 1, 0], "radius_mm": 8, "height_mm": 8}}}]},

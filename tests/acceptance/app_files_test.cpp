@@ -67,7 +67,7 @@ class FilesOfCommands : public testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(FilesOfCommands, NoCommandWritesOverWhatItReads) {
+TEST_F(FilesOfCommands, NoCommandOverwritesItsInput) {
   make_session();
   fs::create_hard_link(folder / "s.h5", folder / "s.html");
   fs::create_hard_link(folder / "scene.json", folder / "scene.csv");
@@ -105,7 +105,7 @@ TEST_F(FilesOfCommands, NoCommandWritesOverWhatItReads) {
   EXPECT_FALSE(half_written());
 }
 
-TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherKindOrTakesAnUnknownEnding) {
+TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherTypeOrAcceptsAnUnknownExtension) {
   make_session();
   folder.write("notes.csv", "{\"precious\": true}");
   folder.write("notes.html", "precious");
@@ -136,7 +136,7 @@ TEST_F(FilesOfCommands, NoCommandReplacesAFileOfAnotherKindOrTakesAnUnknownEndin
   for (const char* none : {"x.txt", "x", "x.csv", "x.h5"}) EXPECT_FALSE(fs::exists(folder / none)) << none;
 }
 
-TEST_F(FilesOfCommands, DevicesAreWrittenToAndStayDevices) {
+TEST_F(FilesOfCommands, OutputIsWrittenIntoDeviceFilesWithoutReplacingThem) {
   make_session();
   for (const char* command :
        {"servo {}/scene.json --hand {}/hand.csv --out /dev/null", "report {}/s.h5 --out /dev/null",
@@ -154,7 +154,7 @@ TEST_F(FilesOfCommands, DevicesAreWrittenToAndStayDevices) {
   EXPECT_THAT(live.err, HasSubstr("/dev/null: found a device"));
 }
 
-TEST_F(FilesOfCommands, SpecialFilesInPlaceOfInputsAreRefusedAtOnce) {
+TEST_F(FilesOfCommands, SpecialFilesAsInputsAreRefusedImmediately) {
   make_session();
   ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
   std::ofstream(folder / "sparse").close();
@@ -194,7 +194,7 @@ TEST_F(FilesOfCommands, SpecialFilesInPlaceOfInputsAreRefusedAtOnce) {
     EXPECT_FALSE(fs::exists(folder / none)) << none;
 }
 
-TEST_F(FilesOfCommands, ResultsThatDoNotReachStandardOutputAreAFailure) {
+TEST_F(FilesOfCommands, AFailedWriteToStandardOutputIsAFailure) {
   for (const char* command :
        {"--help", "--version", "devices", "doctor --json", "servo --help", "calibrate register --pairs {}/pairs.csv",
         "servo {}/scene.json --hand {}/hand.csv --out {}/t.csv --json"}) {
@@ -204,7 +204,7 @@ TEST_F(FilesOfCommands, ResultsThatDoNotReachStandardOutputAreAFailure) {
   }
 }
 
-TEST_F(FilesOfCommands, WhereTheTissueCannotBeSavedASessionSaysSoAtItsStart) {
+TEST_F(FilesOfCommands, ASessionThatCannotSaveItsTissueSaysSoAtTheStart) {
   for (const char* command :
        {"run {}/scene.json --hand script:{}/hand.csv --audio none: --save /nowhere/x.vdb --record {}/live.h5",
         "servo {}/scene.json --hand {}/hand.csv --out {}/live.h5 --save /nowhere/x.vdb"}) {
@@ -215,7 +215,7 @@ TEST_F(FilesOfCommands, WhereTheTissueCannotBeSavedASessionSaysSoAtItsStart) {
   }
 }
 
-TEST_F(FilesOfCommands, ARecordingThatIsDeletedWhileItIsMadeFailsTheRun) {
+TEST_F(FilesOfCommands, DeletingTheRecordingDuringARunFailsTheRun) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n600,0,0,5,1,0,0,0,0\n");
   std::uintmax_t bytes = 0;
   const Ran ran =
@@ -230,14 +230,14 @@ TEST_F(FilesOfCommands, ARecordingThatIsDeletedWhileItIsMadeFailsTheRun) {
   EXPECT_THAT(ran.err, HasSubstr("deleted or replaced while it was recorded"));
 }
 
-TEST_F(FilesOfCommands, ReplayWithAFolderSaysThatItIsOne) {
+TEST_F(FilesOfCommands, ReplayOfAFolderIsRefusedAsAFolder) {
   make_session();
   const Ran ran = run("replay {}/s.h5 --with {}");
   EXPECT_EQ(ran.status, 2);
   EXPECT_THAT(ran.err, HasSubstr("found a directory, expected a JSON file"));
 }
 
-TEST_F(FilesOfCommands, AnInterruptedServoLeavesNothingHalfWrittenAndExitsOne) {
+TEST_F(FilesOfCommands, AnInterruptedServoCommandLeavesNoPartialFileAndExitsWithOne) {
   folder.write("long.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n20000,0,0,5,1,0,0,0,0\n");
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     for (const char* out : {"t.csv", "t.h5"}) {
@@ -251,7 +251,7 @@ TEST_F(FilesOfCommands, AnInterruptedServoLeavesNothingHalfWrittenAndExitsOne) {
   }
 }
 
-TEST_F(FilesOfCommands, AnInterruptedDemoAndAnInterruptedFilmLeaveNothingHalfWrittenAndExitOne) {
+TEST_F(FilesOfCommands, AnInterruptedDemoOrFilmLeavesNoPartialFileAndExitsWithOne) {
   ASSERT_EQ(run("servo assets/scenes/molar-caries.json --hand {}/hand.csv --out {}/s.h5").status, 0);
   const std::vector<std::pair<std::string, std::string>> commands = {
       {"demo --out {}/demo", "demo/session.mp4"}, {"replay {}/s.h5 --film {}/film.mp4 --speed 0.0001", "film.mp4"}};

@@ -66,7 +66,7 @@ struct GradedCaries : testing::Test {
   }
 };
 
-TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportTellsHowHardWhatWasRemovedIs) {
+TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportStatesTheHardnessOfTheRemovedTissue) {
   folder.write("scene.json", scene());
   double last = 0;
   for (const double depth : {0.4, 0.9, 1.4}) {
@@ -93,7 +93,7 @@ TEST_F(GradedCaries, IsReplayedBitForBitAndTheReportTellsHowHardWhatWasRemovedIs
   EXPECT_GT(last, 0.4);
 }
 
-TEST_F(GradedCaries, ALiveSessionWithAStrokeTakenBackIsReplayedBitForBit) {
+TEST_F(GradedCaries, ALiveSessionWithAnUndoneStrokeIsReplayedBitForBit) {
   folder.write("scene.json", scene());
   folder.write("hand.csv", hand(1.2));
   WorkbenchOptions options;
@@ -117,7 +117,7 @@ TEST_F(GradedCaries, ALiveSessionWithAStrokeTakenBackIsReplayedBitForBit) {
   EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(live)).hash(), session.result()->field_hash);
 }
 
-TEST_F(GradedCaries, StaysGradedInWhatWasPreparedAndSavedAndInAFileOfStrokes) {
+TEST_F(GradedCaries, KeepsItsHardnessInSavedVolumesAndInStrokeFiles) {
   const auto mean = [&](const std::string& text) {
     const haptics::TissueVolume volume = load_tissue(parse_scene(Json::parse(text, "scene"), folder / "scene.json"));
     return volume.hardness_volumes()[kCaries] / volume.volumes()[kCaries];
@@ -146,7 +146,7 @@ std::string fault_of(const std::string& text) {
   return "";
 }
 
-TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreNamedWithWhatIsExpected) {
+TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreRefusedWithTheAllowedRange) {
   using testing::AllOf;
   using testing::HasSubstr;
   const std::string block = R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin"HARDNESS, "solid":
@@ -167,7 +167,7 @@ TEST(SceneKeys, HardnessAndLimitsOutOfRangeAreNamedWithWhatIsExpected) {
   EXPECT_THAT(with("", R"(, "torque_limit_Nmm": 0)"), AllOf(HasSubstr("torque_limit_Nmm"), HasSubstr("1 to 20000")));
 }
 
-TEST(SceneKeys, LimitsAreThoseOfTheServoAndTwentyNewtonAndHalfANewtonMetreWhereNotGiven) {
+TEST(SceneKeys, TheForceLimitDefaultsToTwentyNewtonAndTheTorqueLimitToHalfANewtonMetre) {
   const auto settings = [](const std::string& more) {
     return parse_scene(Json::parse(scene(more), "scene"), "scene.json").servo;
   };
@@ -178,7 +178,7 @@ TEST(SceneKeys, LimitsAreThoseOfTheServoAndTwentyNewtonAndHalfANewtonMetreWhereN
   EXPECT_DOUBLE_EQ(own.torque_limit, 4);
 }
 
-TEST_F(GradedCaries, ASessionWithALimitOfItsOwnIsReplayedWithIt) {
+TEST_F(GradedCaries, ASessionWithItsOwnForceLimitIsReplayedWithThatLimit) {
   // A stiff ball, pressed so deep that it would push back with 200 N.
   folder.write("scene.json", R"({"tissue": {"voxel_mm": 0.5, "band_mm": 5, "solids": [
     {"tissue": "enamel", "solid": {"sphere": {"radius_mm": 20}}}]}, "materials": {"enamel": {"stiffness_N_per_mm": 1}},

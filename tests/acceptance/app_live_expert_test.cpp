@@ -102,20 +102,20 @@ class LiveExpert : public testing::Test {
   std::optional<haptics::TissueVolume> start;
 };
 
-TEST_F(LiveExpert, ScoresWithinAPointOfWhatItScoresInLockStepHoweverLateTheCarverIs) {
+TEST_F(LiveExpert, ScoresWithinOnePointOfTheLockStepScoreForAnyCarverDelay) {
   const double alone = points_in_lock_step(*scene, *start);
   EXPECT_GT(alone, 80);
   for (const int late : {3, 20}) EXPECT_NEAR(points_live(late), alone, 1) << "a turn of the carver in " << late;
 }
 
-TEST_F(LiveExpert, GoesOnWhereItWasAfterTheSessionWasHeldAndIsReplayedBitForBit) {
+TEST_F(LiveExpert, ContinuesAfterAPauseAndIsReplayedBitForBit) {
   const double alone = points_in_lock_step(*scene, *start);
   EXPECT_NEAR(points_live(5, 4000, 9000), alone, 1);
   const ReplayResult replayed = replay_session(file(), {});
   EXPECT_TRUE(replayed.identical) << replayed.what_differs;
 }
 
-TEST_F(LiveExpert, CanBeGivenUpWhileItPlans) {
+TEST_F(LiveExpert, CanBeCancelledWhileItPlans) {
   LiveSession s(*scene, load_tissue(*scene));
   auto hand = make_live_expert(*scene, s.carver.volume(), s.wiring, 1000, /*paced=*/false);
   s.serve(hand->info());

@@ -210,7 +210,7 @@ struct OperatorWindow : testing::Test {
   }
 };
 
-TEST_F(OperatorWindow, ByKeysAloneASessionIsChosenDrilledSteeredAndReported) {
+TEST_F(OperatorWindow, ASessionIsChosenDrilledSteeredAndReportedByKeyboardAlone) {
   Program program(folder);
   open(program);
   choose_block_and_script();
@@ -232,7 +232,7 @@ TEST_F(OperatorWindow, ByKeysAloneASessionIsChosenDrilledSteeredAndReported) {
   expect_exact_replay(report);
 }
 
-TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
+TEST_F(OperatorWindow, EscapeStopsImmediatelyAndKeepsTheRecording) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -245,7 +245,7 @@ TEST_F(OperatorWindow, EscapeStopsAtOnceAndKeepsTheRecording) {
   expect_exact_replay(program.wait_for("report written: "));
 }
 
-TEST_F(OperatorWindow, SpaceStopsAtOnceAsEscapeDoes) {
+TEST_F(OperatorWindow, SpaceStopsImmediatelyLikeEscape) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -258,7 +258,7 @@ TEST_F(OperatorWindow, SpaceStopsAtOnceAsEscapeDoes) {
   expect_exact_replay(program.wait_for("report written: "));
 }
 
-TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
+TEST_F(OperatorWindow, TerminatingTheProgramDuringASessionSavesTheRecording) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -270,7 +270,7 @@ TEST_F(OperatorWindow, TerminatedInTheMiddleOfASessionItEndsItInOrder) {
   program.wait_for("session ended");
 }
 
-TEST_F(OperatorWindow, StepsAreDoneByWhatIsDoneAndStrokesTakenBackByKeysAreReplayedExactly) {
+TEST_F(OperatorWindow, StepsAreCompletedByTheirActionAndUndoneStrokesAreReplayedExactly) {
   std::string scene = kScene;
   const std::string steps = R"("steps": [)";
   scene.replace(scene.find(steps), std::string::npos,
@@ -298,7 +298,7 @@ TEST_F(OperatorWindow, StepsAreDoneByWhatIsDoneAndStrokesTakenBackByKeysAreRepla
   expect_exact_replay(report);
 }
 
-TEST_F(OperatorWindow, ViewsChangeWhatIsShownHereAndTheTraineesScreenStaysAsItIsAndClean) {
+TEST_F(OperatorWindow, ViewsChangeTheOperatorsPictureOnlyNotTheTraineesScreen) {
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,6.8,5.8,19,1,0,0,0,0\n300,6.8,5.8,19,1,0,0,0,0\n");
   Program program(folder);
   open(program);
@@ -408,7 +408,7 @@ TEST_F(OperatorWindow, ARecordingThatIsNotKeptLeavesNothing) {
     EXPECT_FALSE(entry.is_regular_file()) << entry.path();
 }
 
-TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithoutATerminal) {
+TEST_F(OperatorWindow, SavingASurfaceImportingAMeshAndPaintingAnExerciseNeedNoTerminal) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -482,7 +482,7 @@ TEST_F(OperatorWindow, ASurfaceIsSavedAMeshIsBroughtInAndAnExercisePaintedWithou
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
-TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedWhereItWasMovedTo) {
+TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedAtItsNewPlace) {
   const std::filesystem::path shipped = std::filesystem::absolute("assets/scenes/implant-molar.json");
   std::string jaw = read_text(shipped);
   const auto put = [&](const std::string& old, const std::string& now) {
@@ -516,7 +516,7 @@ TEST_F(OperatorWindow, AnImplantMovedInASectionOfAJawIsSavedWhereItWasMovedTo) {
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
-TEST_F(OperatorWindow, ADicomFolderThatIsDroppedOnItIsBroughtInAndDrilledAndThePatientIsNamedNowhere) {
+TEST_F(OperatorWindow, ADroppedDicomFolderIsImportedAndDrilledWithoutThePatientsName) {
   Phantom tooth;
   tooth.size = {30, 26, 28};
   tooth.spacing = glm::dvec3(0.25);
@@ -554,7 +554,7 @@ TEST_F(OperatorWindow, ADicomFolderThatIsDroppedOnItIsBroughtInAndDrilledAndTheP
   for (const char* secret : {"HUSH", "HANNAH", kPatientId, kBirthDate}) EXPECT_EQ(all.find(secret), std::string::npos);
 }
 
-TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProgramEnds) {
+TEST_F(OperatorWindow, UnsavedPaintingIsKeptAsAnExerciseHoweverTheProgramEnds) {
   let_the_hand_rest();
   const auto terminated = [](Program& program) {
     program.terminate();
@@ -566,7 +566,7 @@ TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProg
       press("ctrl+F12");
       return program.said().find("error: ") != std::string::npos;
     })) << program.said();
-    EXPECT_NE(program.said().find("window is made anew"), std::string::npos);
+    EXPECT_NE(program.said().find("window is created again"), std::string::npos);
     EXPECT_EQ(program.wait_for_end(), 1) << program.said();
   };
   for (const std::function<void(Program&)>& end : {std::function(terminated), std::function(failed)}) {
@@ -582,7 +582,7 @@ TEST_F(OperatorWindow, WhatWasPaintedAndNotSavedIsKeptAsAnExerciseHoweverTheProg
   }
 }
 
-TEST_F(OperatorWindow, WhoLeavesWhatHeDrilledUnsavedIsAskedAndItIsKeptOrDroppedAsHeSays) {
+TEST_F(OperatorWindow, LeavingUnsavedWorkAsksWhetherToKeepOrDiscardIt) {
   let_the_hand_rest();
   Program program(folder);
   open(program);
@@ -618,7 +618,7 @@ TEST_F(OperatorWindow, WhoLeavesWhatHeDrilledUnsavedIsAskedAndItIsKeptOrDroppedA
       << program.said();
 }
 
-TEST_F(OperatorWindow, AReportThatNoProgramOpensIsSaidAndSoIsOneThatTheDesktopRefuses) {
+TEST_F(OperatorWindow, AMessageTellsThatAReportCannotBeOpened) {
   std::filesystem::create_directories(folder / "bin");
   folder.write("bin/xdg-open", "#!/bin/sh\nexit 3\n");
   std::filesystem::permissions(folder / "bin/xdg-open", std::filesystem::perms::owner_all);
@@ -640,7 +640,7 @@ TEST_F(OperatorWindow, AReportThatNoProgramOpensIsSaidAndSoIsOneThatTheDesktopRe
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
-TEST_F(OperatorWindow, TheListOfSessionsWorksOutScoresThatItDoesNotKnow) {
+TEST_F(OperatorWindow, TheListOfSessionsComputesMissingScores) {
   std::filesystem::create_directories(folder / "home/sessions/guest");
   const Ran made =
       folder.run(fmt::format("servo {} --hand {} --out {}", folder / "home/scenes/zz_block.json", folder / "hand.csv",
@@ -659,7 +659,7 @@ TEST_F(OperatorWindow, TheListOfSessionsWorksOutScoresThatItDoesNotKnow) {
   EXPECT_EQ(program.wait_for_end(), 0) << program.said();
 }
 
-TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
+TEST_F(OperatorWindow, APreparationSavedInADiscardedSessionCanBeContinued) {
   write_hand({{0, 18.5, 0},
               {0.5, 17.6, 0},
               {1.5, 17.5, 0},
@@ -679,12 +679,12 @@ TEST_F(OperatorWindow, APreparationSavedInASessionThatIsNotKeptIsGoneOnFrom) {
   press("F10");
   press("F7");
   press("F6");
-  EXPECT_EQ(program.wait_for("going on from "), saved);
+  EXPECT_EQ(program.wait_for("continued from "), saved);
   press("Escape");
   expect_exact_replay(program.wait_for("report written: "));
 }
 
-TEST_F(OperatorWindow, OfARecordingAFilmAndALearningCurveAreMadeByKeysAndWhatIsCancelledLeavesNothing) {
+TEST_F(OperatorWindow, KeysMakeAFilmAndALearningCurveAndCancelledWorkLeavesNoFile) {
   Program program(folder);
   open(program);
   choose_block_and_script();
@@ -767,7 +767,7 @@ glm::ivec4 place_of(const std::string& window) {
   return {number("X"), number("Y"), number("WIDTH"), number("HEIGHT")};
 }
 
-TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheOneChosenAndTheWindowStandsWholeOnTheOther) {
+TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheChosenScreenAndTheWindowFitsOnTheOther) {
   const TwoScreens screens;
   ProgramFolder folder(TYPODONT_PROGRAM);
   std::filesystem::create_directories(folder / "home/scenes");
@@ -817,7 +817,7 @@ TEST(OperatorWindowOnTwoScreens, TheTraineesPictureFillsTheOneChosenAndTheWindow
 }
 #endif
 
-TEST(OperatorWindowWithoutADesktop, SaysSoInOneLineAndHelps) {
+TEST(OperatorWindowWithoutADesktop, IsRefusedInOneLineWithARemedy) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   const Ran ran = folder.run("", "env -u DISPLAY -u WAYLAND_DISPLAY");
   EXPECT_EQ(ran.status, 2);

@@ -43,7 +43,7 @@ class Options : public testing::Test {
   ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(Options, ThatAreNumbersAreFiniteAndInTheirRange) {
+TEST_F(Options, NumbersMustBeFiniteAndInRange) {
   const std::vector<std::pair<std::string, std::string>> options = {
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x.csv", "--rate"},
       {"servo {}/scene.json --hand {}/hand.csv --out {}/x.csv", "--stall-carver-ms"},
@@ -74,7 +74,7 @@ TEST_F(Options, ThatAreNumbersAreFiniteAndInTheirRange) {
   refuse("servo {}/scene.json --hand {}/hand.csv --out {}/x.csv --rate 1", HasSubstr("expected 10 to 100000"));
 }
 
-TEST_F(Options, ThatWouldBeIgnoredAreRefused) {
+TEST_F(Options, AnOptionWithoutEffectIsRefused) {
   for (const auto& [command, option] : std::vector<std::pair<std::string, std::string>>{
            {"render {}/scene.json --out {}/x --plane 0,0,1,0", "--plane"},
            {"render {}/scene.json --out {}/x --view xray --plane 0,0,1,0", "--plane"},
@@ -94,11 +94,11 @@ TEST_F(Options, ThatWouldBeIgnoredAreRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x"));
 }
 
-TEST_F(Options, AreNamedFirstInMessages) {
+TEST_F(Options, MessagesBeginWithTheNameOfTheOption) {
   refuse("render {}/scene.json --out {}/x --size 3x", HasSubstr("error: --size: found \"3x\""));
 }
 
-TEST_F(Options, OfRigsAreNamesOrFiles) {
+TEST_F(Options, ARigIsGivenByNameOrByFile) {
   for (const char* command : {"run {}/scene.json --hand script:{}/hand.csv --rig nothing",
                               "render {}/scene.json --out {}/x --rig nothing", "demo --out {}/demo --rig nothing"})
     refuse(command, AllOf(HasSubstr("nothing: found no such file"), HasSubstr("assets/rigs")));
@@ -106,7 +106,7 @@ TEST_F(Options, OfRigsAreNamesOrFiles) {
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
 
-TEST_F(Options, AHandsPathIsNoLongerThanADayAndBeginsAtZeroOrLater) {
+TEST_F(Options, AHandFileIsAtMostADayLongAndBeginsAtZeroOrLater) {
   for (const char* t : {"1e9", "86401"}) {
     folder.write("far.csv", fmt::format("{}0,0,0,5,1,0,0,0,0\n{},0,0,5,1,0,0,0,0\n", kColumns, t));
     refuse("servo {}/scene.json --hand {}/far.csv --out {}/x.csv",
@@ -117,7 +117,7 @@ TEST_F(Options, AHandsPathIsNoLongerThanADayAndBeginsAtZeroOrLater) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }
 
-TEST_F(Options, AServoSaysHowMuchItWillWriteAndRefusesWhatHasNoRoom) {
+TEST_F(Options, TheServoCommandStatesItsOutputSizeAndRefusesMoreThanTheFreeDiskSpace) {
   folder.write("day.csv", std::string(kColumns) + "0,0,0,5,1,0,0,0,0\n86400,0,0,5,1,0,0,0,0\n");
   refuse("servo {}/scene.json --hand {}/day.csv --out /dev/shm/typodont_no_room.csv --rate 100000",
          AllOf(HasSubstr("of room"), HasSubstr("for 86400 s at 100000 Hz")));
@@ -128,7 +128,7 @@ TEST_F(Options, ARunTakesTheMouseByItsNameAndTheExpertAsHand) {
   refuse("run {}/scene.json --hand expert: --audio none: --rig closeup", HasSubstr("ideal"));
 }
 
-TEST_F(Options, OfTheWholeProgramAreHelpAndNoneWhichOpensTheWindow) {
+TEST_F(Options, HelpSaysThatTheProgramWithoutArgumentsOpensTheWindow) {
   EXPECT_THAT(run("--help").out, HasSubstr("Without arguments, typodont opens the operator's window."));
 }
 
@@ -139,7 +139,7 @@ TEST_F(Options, ADamagedDicomFileAndAFolderWithoutScansAreRefused) {
   refuse("import {}/empty --out {}/x.vdb", HasSubstr("found no DICOM images"));
 }
 
-TEST_F(Options, PicturesHaveTheSizeThatIsAskedForAtEveryQuality) {
+TEST_F(Options, PicturesHaveTheRequestedSizeAtEveryQuality) {
   for (const char* quality : {"high", "fast"}) {
     const Ran ran = run(fmt::format("render {{}}/scene.json --out {{}}/x --size 320x200 --quality {}", quality));
     ASSERT_EQ(ran.status, 0) << ran.err;
@@ -154,7 +154,7 @@ TEST_F(Options, PicturesHaveTheSizeThatIsAskedForAtEveryQuality) {
   }
 }
 
-TEST_F(Options, MagnifyingSaysWhatBecomesOfCoLocation) {
+TEST_F(Options, MagnificationWarnsThatPictureAndHandNoLongerCoincide) {
   const Ran ran = run("render {}/scene.json --rig closeup --size 64x48 --out {}/p --magnify 4");
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.err, AllOf(HasSubstr("4 times life-size"), HasSubstr("coincide"), HasSubstr("15 mm from the hand")));

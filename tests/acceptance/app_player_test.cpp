@@ -69,11 +69,11 @@ struct Watched : testing::Test {
   }
 };
 
-TEST_F(Watched, AloneByOtherEyesAndEndedByAKey) {
+TEST_F(Watched, ASessionIsShownFromAnotherViewpointAndEndedByAKey) {
   watch("--eye-mm 0,-150,300 --view section", [&] { return colours({0, 0}, {1200, 700}) > 50; });
 }
 
-TEST_F(Watched, BesideAnotherBothAreOnTheScreen) {
+TEST_F(Watched, TwoSessionsAreShownSideBySide) {
   watch("--speed 0.5 --beside " + (folder / "session.h5"), [&] {
     return colours({0, 0}, {780, 440}) > 50 && colours({820, 0}, {1590, 440}) > 50;
   });

@@ -83,13 +83,13 @@ class Recordings : public testing::Test {
   const std::filesystem::path file = folder / "s.h5";
 };
 
-TEST_F(Recordings, AsRecordedTheReplayIsIdenticalInEveryColumn) {
+TEST_F(Recordings, TheReplayIsIdenticalToTheRecordingInEveryColumn) {
   const Ran ran = check();
   EXPECT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("identical to the recording"));
 }
 
-TEST_F(Recordings, WhatWasForgedIsFoundInEveryStreamThatAScoreIsMadeOf) {
+TEST_F(Recordings, AForgedValueIsDetectedInEveryStreamUsedForTheScore) {
   const session::SessionReader whole(folder / "good.h5");
   ASSERT_GT(whole.cuts().size(), 100u);
   const hsize_t cut = 50, tick = 900;
@@ -127,7 +127,7 @@ TEST_F(Recordings, AReportSaysWhetherTheFileWasChecked) {
   EXPECT_THAT(read_text(folder / "r.html"), HasSubstr("differs from this recording: removed_enamel_m3 of cut 51"));
 }
 
-TEST_F(Recordings, CutsOfAnotherSessionPutInAreFound) {
+TEST_F(Recordings, CutsInsertedFromAnotherSessionAreDetected) {
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,5,1,0,0,0,1\n0.3,0,0,3,1,0,0,0,1\n2,-1,0,2.5,1,0,0,0,1\n");
   ASSERT_EQ(folder.run(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out {0}/other.h5", at())).status, 0);
@@ -146,7 +146,7 @@ TEST_F(Recordings, CutsOfAnotherSessionPutInAreFound) {
   EXPECT_THAT(ran.err, HasSubstr("of cut"));
 }
 
-TEST_F(Recordings, DamagedNumbersAreExitTwoInEveryCommandThatReadsThem) {
+TEST_F(Recordings, EveryCommandExitsWithTwoOnDamagedNumbers) {
   const std::uint64_t index = 3;
   const double radius = 0.4;
   const std::vector<std::function<void()>> damages = {
@@ -166,7 +166,7 @@ TEST_F(Recordings, DamagedNumbersAreExitTwoInEveryCommandThatReadsThem) {
   }
 }
 
-TEST_F(Recordings, AGapIsNamedAndWhatIsBeforeAndAfterItIsStillShown) {
+TEST_F(Recordings, AGapIsReportedAndTheDataBeforeAndAfterItAreShown) {
   leave_out(600, 400);
   const Ran report = folder.run(fmt::format("report {0}/s.h5 --out {0}/r.html --language en", at()));
   EXPECT_EQ(report.status, 0) << report.err;
@@ -180,7 +180,7 @@ TEST_F(Recordings, AGapIsNamedAndWhatIsBeforeAndAfterItIsStillShown) {
   EXPECT_EQ(resumed.status, 0) << resumed.err;
 }
 
-TEST_F(Recordings, AStrangersSceneOpensNoFileOutsideItsFolder) {
+TEST_F(Recordings, AForeignRecordingOpensNoFileOutsideItsFolder) {
   const ProgramFolder elsewhere(TYPODONT_PROGRAM);
   const std::string secret = elsewhere.write("secret.json", "{\"secret\": \"the patient's name\"}");
   std::filesystem::create_symlink(secret, folder / "linked.json");
@@ -200,7 +200,7 @@ TEST_F(Recordings, AStrangersSceneOpensNoFileOutsideItsFolder) {
   EXPECT_THAT(allowed.err, Not(HasSubstr("outside its folder")));
 }
 
-TEST_F(Recordings, OneThatGoesOnFromItselfIsRefusedAndNotReadForEver) {
+TEST_F(Recordings, ARecordingThatResumesFromItselfIsRefused) {
   const std::string scene = kScene;
   set_text("header/scene", scene.substr(0, scene.size() - 1) + ", \"resume\": \"s.h5\"}");
   const Ran ran = folder.run(fmt::format("replay {}/s.h5 --check", at()), "timeout 60");
@@ -208,7 +208,7 @@ TEST_F(Recordings, OneThatGoesOnFromItselfIsRefusedAndNotReadForEver) {
   EXPECT_THAT(ran.err, HasSubstr("recordings that name each other"));
 }
 
-TEST_F(Recordings, AFileThatMayNotGrowEndsTheRecordingAndNotTheSession) {
+TEST_F(Recordings, AFileSizeLimitEndsTheRecordingButNotTheSession) {
   const Ran ran = folder.run(
       fmt::format(
           "run {0}/scene.json --hand script:{0}/hand.csv --seconds 1.5 --audio none: --record {0}/live.h5 --json",

@@ -82,7 +82,7 @@ TEST(ServoCommand, SameInputGivesSameBytes) {
   EXPECT_EQ(read_text(folder / "a.csv"), read_text(folder / "b.csv"));
 }
 
-TEST(ServoCommand, TwiceThePushRemovesTwiceTheVolumeAtConstantSpeed) {
+TEST(ServoCommand, TwiceTheForceRemovesTwiceTheVolumeAtConstantSpindleSpeed) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   const auto removed = [&](double newton) {
@@ -96,7 +96,7 @@ TEST(ServoCommand, TwiceThePushRemovesTwiceTheVolumeAtConstantSpeed) {
 }
 
 // Each motor of assets/motors/, run up in the air, then pressed on what it is made for.
-TEST(ServoCommand, RemovalGrowsWithThePushAlongEveryMotorsTorqueSpeedLineAndTheMotorsWorkIsWhatWasCut) {
+TEST(ServoCommand, RemovalFollowsTheTorqueSpeedLineOfEveryMotorAndEqualsItsWork) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   struct Run {
     const char *motor, *tissue, *tool;
@@ -143,7 +143,7 @@ TEST(ServoCommand, RemovalGrowsWithThePushAlongEveryMotorsTorqueSpeedLineAndTheM
   }
 }
 
-TEST(ServoCommand, SavedTissueIsASceneAgain) {
+TEST(ServoCommand, SavedTissueCanBeUsedAsAScene) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   press(folder, 1.0);
@@ -180,7 +180,7 @@ std::string tray_path() {
 )";
 }
 
-TEST(ServoCommand, AHandChangesToolsByNameAndByPlaceAndTheReplayIsExact) {
+TEST(ServoCommand, AHandChangesToolsByNameAndByNumberAndTheReplayIsExact) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", tray_scene());
   folder.write("hand.csv", tray_path());
@@ -204,7 +204,7 @@ TEST(ServoCommand, AHandChangesToolsByNameAndByPlaceAndTheReplayIsExact) {
   EXPECT_EQ(session::read_ticks_csv(folder / "u.csv")[1100].tool, 2u);
 }
 
-TEST(ServoCommand, AToolThatIsNotInTheTrayIsNamedWithThoseThatAre) {
+TEST(ServoCommand, AToolThatTheSceneLacksIsRefusedWithTheListOfItsTools) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", tray_scene());
   for (const char* tool : {"flame_012", "3", "-1", "1.5", ""}) {
@@ -259,7 +259,7 @@ TEST(RunCommand, ALiveSessionOnAScriptedHandIsRecordedAndReplaysBitForBit) {
   EXPECT_EQ(ran.status, 0) << ran.out << ran.err;
 }
 
-TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
+TEST(RunCommand, TerminatingTheProgramSavesTheRecording) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json", drill_scene());
   folder.write("hand.csv", std::string(kHeader) + "0,0,0,4,1,0,0,0,0\n600,0,0,4,1,0,0,0,0\n");
@@ -273,7 +273,7 @@ TEST(RunCommand, TerminatedInTheMiddleItStillSavesTheRecording) {
 }
 
 #ifdef TYPODONT_WINDOW
-TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileNothingMoves) {
+TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsOnlyOnMotion) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(
       "scene.json",
@@ -291,7 +291,7 @@ TEST(RunCommand, OnADesktopItOpensAWindowWithTheMouseAsHandAndDrawsNothingWhileN
   EXPECT_EQ(folder.run(fmt::format("replay {0}/s.h5 --check", folder.path().string())).status, 0);
 }
 
-TEST(RunCommand, FollowsTheHeadThatATrackerSendsAndCountsItsBadPackets) {
+TEST(RunCommand, FollowsTheTrackedHeadAndCountsInvalidPackets) {
   ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(
       "scene.json",

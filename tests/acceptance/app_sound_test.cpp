@@ -14,7 +14,7 @@ namespace {
 
 using test::ProgramFolder;
 
-TEST(LiveSound, ATapIsHeardInTheFileWithinTwoMillisecondsOfTheTickThatFeelsIt) {
+TEST(LiveSound, TheSoundOfATapIsWithinTwoMillisecondsOfItsTick) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string scene = folder.write("scene.json", R"({
     "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},
@@ -43,7 +43,7 @@ TEST(LiveSound, ATapIsHeardInTheFileWithinTwoMillisecondsOfTheTickThatFeelsIt) {
   }
 }
 
-TEST(LiveSound, WhereTheDiskIsFullTheSessionEndsInOrderAndItsRecordingIsWhole) {
+TEST(LiveSound, WithAFullDiskForTheSoundTheSessionEndsNormallyAndItsRecordingIsComplete) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string scene = folder.write("scene.json", R"({
     "tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "enamel", "solid": {"box": {"size_mm": [8, 8, 4]}}}]},

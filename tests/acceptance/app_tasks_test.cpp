@@ -113,7 +113,7 @@ std::string explained(const session::Score& score) {
   return text;
 }
 
-TEST(ShippedScenes, AreAllReadAndEveryTaskSaysItsGoalInThreeLanguages) {
+TEST(ShippedScenes, AreAllReadableAndEveryTaskStatesItsGoalInThreeLanguages) {
   int tasks = 0;
   for (const auto& entry : fs::directory_iterator(assets_folder() / "scenes")) {
     if (entry.path().extension() != ".json") continue;
@@ -142,7 +142,7 @@ void PrintTo(const Solvable& task, std::ostream* out) {
 
 class SolvableTask : public testing::TestWithParam<Solvable> {};
 
-TEST_P(SolvableTask, ScoresTheIdealFullAGoodHandHighACarelessOneLowAndNothingNothing) {
+TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZero) {
   const Solvable& task = GetParam();
   const TaskBench bench(task.name);
   ASSERT_TRUE(bench.judge.has_ideal());
@@ -220,7 +220,7 @@ std::vector<double> tops_of(const DenseCopy& copy) {
   return tops;
 }
 
-TEST(ShippedScenes, TheClassOneTextSaysTheDepthAndTheWidthThatAreMeasured) {
+TEST(ShippedScenes, TheGoalOfTheClassOneCavityStatesTheMeasuredDepthAndWidth) {
   const TaskBench bench("class-1-cavity");
   session::ScoreInput input = steady_hand(bench.start);
   bench.judge.judge(bench.start, input);
@@ -256,7 +256,7 @@ TEST(ShippedScenes, TheClassOneCavityFollowsTheFissure) {
   EXPECT_GT(hit, 0.9 * rows) << rows;
 }
 
-TEST(ShippedScenes, TheCrownIsReducedEverywhereOnTopAndTheAccessLeavesNoRoofOverThePulp) {
+TEST(ShippedScenes, TheIdealCrownIsReducedOnTheWholeTopAndTheIdealAccessRemovesThePulpRoof) {
   const TaskBench crown("crown-preparation");
   const DenseCopy before = dense_copy(crown.start);
   const auto on_lattice = [&](const TaskBench& bench) {
@@ -293,7 +293,7 @@ TEST(ShippedScenes, TheCrownIsReducedEverywhereOnTopAndTheAccessLeavesNoRoofOver
   EXPECT_LT(roofed, 0.05 * pulp);
 }
 
-TEST(ShippedScenes, TheClassTwoCavityStandsBesideANeighbourInTheGum) {
+TEST(ShippedScenes, TheClassTwoCavityHasANeighbourToothAndGum) {
   const Scene scene = read_scene(assets_folder() / "scenes/class-2-cavity.json");
   ASSERT_TRUE(scene.surroundings);
   EXPECT_FALSE(scene.surroundings->neighbours.empty());
@@ -307,7 +307,7 @@ TEST(ShippedScenes, TheClassTwoCavityStandsBesideANeighbourInTheGum) {
   EXPECT_TRUE(around.has_neighbours());
 }
 
-TEST(ShippedScenes, HiddenCariesLooksLikeTheEnamelAroundItAndTheMouthMirrorIsSeen) {
+TEST(ShippedScenes, HiddenCariesHasTheColourOfEnamelAndTheMouthMirrorIsVisible) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string text = test::read_text("assets/scenes/explore-caries.json");
   const auto paint = text.find("\"paint\":"), tool = text.find("\"mouth_mirror\":");
@@ -328,7 +328,7 @@ TEST(ShippedScenes, HiddenCariesLooksLikeTheEnamelAroundItAndTheMouthMirrorIsSee
 
 class ShippedTask : public testing::TestWithParam<const char*> {};
 
-TEST_P(ShippedTask, LosesPointsWithEveryRandomWorseningOfItsIdeal) {
+TEST_P(ShippedTask, EveryRandomDefectOfTheIdealCostsPoints) {
   const TaskBench bench(GetParam());
   const DenseCopy ideal = dense_copy(*bench.judge.ideal());
   const DenseCopy before = dense_copy(
@@ -353,7 +353,7 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedTask,
                            return name;
                          });
 
-TEST(Tasks, AHandThatPressesTooLittleThroughTheServoScoresLowButMoreThanNothing) {
+TEST(Tasks, AHandThatPressesTooLittleScoresLowButAboveZero) {
   const TaskBench bench("class-1-cavity");
   const haptics::Tool tool = load_tool("cylinder_012");
   auto strokes = plan_strokes(bench.judge.preparation(bench.start), tool, 0.3e-3);
@@ -402,7 +402,7 @@ session::Score explore(const TaskBench& bench, double spacing, const std::functi
   return session::score(input, session::rules_of_scene(Json::parse(bench.scene.text, "scene"), input));
 }
 
-TEST(Tasks, ExploringScoresWhoFindsTheLesionsAndNotWhoPressesEverywhereOrNowhere) {
+TEST(Tasks, ExploringRewardsFoundLesionsAndNotPressingEverywhereOrNowhere) {
   const TaskBench bench("explore-caries");
   EXPECT_EQ(bench.judge.explore_meter()->result().lesions, 3);
   const DenseCopy copy = dense_copy(bench.start);
@@ -447,7 +447,7 @@ TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
   }
 }
 
-TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
+TEST(Tasks, ARecordedPreparationCanBeTheIdealAndScoresFullAgainstItself) {
   const test::ProgramFolder folder(TYPODONT_PROGRAM);
   const std::string scene =
       R"({"tissue": {"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]},
@@ -501,7 +501,7 @@ TEST(Tasks, AnIdealCanBeDrilledByOneselfAndTheSameSessionScoresFullAgainstIt) {
   EXPECT_EQ(end, picture("after", "--at 100"));  // beyond the last tick nothing moves
 }
 
-TEST(PaintFile, IsReadAndPaintsAndSoftens) {
+TEST(PaintFile, PaintsTissueAndSoftensIt) {
   const fs::path file = fs::temp_directory_path() / fmt::format("typodont_paint_{}.json", getpid());
   write_file_atomically(file, R"({"strokes": [
       {"tissue": "caries", "a_mm": [0, 0, 2.4], "b_mm": [1, 0, 2.4], "radius_mm": 0.5, "stiffness_factor": 0.5},

@@ -81,7 +81,7 @@ class UndoSession : public testing::Test {
   haptics::TissueVolume::Strokes strokes;
 };
 
-TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrilling) {
+TEST_F(UndoSession, UndoDuringDrillingIsReplayedBitForBit) {
   // While the first stroke cuts, in a pause, after the end; one is brought again.
   run(scene, "session.h5",
       {{0.6, TissueCommand::kUndo},
@@ -97,7 +97,7 @@ TEST_F(UndoSession, IsReplayedBitForBitWithItsStrokesTakenBackInTheMiddleOfDrill
   EXPECT_EQ(tissue_at_end(session, scene_of(session), load_tissue(scene)).hash(), session.result()->field_hash);
 }
 
-TEST_F(UndoSession, TheTicksCountWhatIsGoneAndNotWhatWasTakenBack) {
+TEST_F(UndoSession, UndoneStrokesDoNotCountAsRemovedVolume) {
   run(scene, "session.h5",
       {{0.6, TissueCommand::kUndo},
        {1.25, TissueCommand::kUndo},
@@ -113,7 +113,7 @@ TEST_F(UndoSession, TheTicksCountWhatIsGoneAndNotWhatWasTakenBack) {
   EXPECT_NEAR(ticks.back().removed[dentin] / gone, 1, 2e-3);
 }
 
-TEST_F(UndoSession, IsPlayedForwardAndBackToTheSameTissueAsItWas) {
+TEST_F(UndoSession, PlayingForwardAndBackwardGivesTheSameTissue) {
   run(scene, "session.h5",
       {{0.6, TissueCommand::kUndo},
        {1.25, TissueCommand::kUndo},
@@ -161,7 +161,7 @@ TEST(PlayClock, SeeksLoopsAndRunsBackwards) {
   EXPECT_NEAR(clock.speed, -0.125, 1e-12);
 }
 
-TEST_F(UndoSession, ItsHandMeetsAnotherContactAndIsFilmedBesideTheFirst) {
+TEST_F(UndoSession, ItsHandIsReplayedWithAnotherContactModelAndFilmedBesideTheOriginal) {
   run(scene, "session.h5", {});
   const test::Ran same = folder.run(fmt::format("replay {0}/session.h5 --with '{{}}' --json", folder.path().string()));
   ASSERT_EQ(same.status, 0) << same.err;
@@ -182,7 +182,7 @@ TEST_F(UndoSession, ItsHandMeetsAnotherContactAndIsFilmedBesideTheFirst) {
   EXPECT_GT(std::filesystem::file_size(folder.path() / "both.mp4"), 1000u);
 }
 
-TEST_F(UndoSession, WhatIsTakenBackIsWholeAgain) {
+TEST_F(UndoSession, UndoRestoresTheTissue) {
   run(scene, "cut.h5", {});
   ASSERT_GE(strokes.done, 3u);
   const double before = volume(load_tissue(scene));
@@ -194,7 +194,7 @@ TEST_F(UndoSession, WhatIsTakenBackIsWholeAgain) {
   EXPECT_EQ(after.hash(), load_tissue(scene).hash());
 }
 
-TEST_F(UndoSession, APreparationGoesOnFromASessionOrASavedVolumeAndIsMeasuredAgainstTheUntouchedTissue) {
+TEST_F(UndoSession, AContinuedPreparationIsScoredAgainstTheUntouchedTissue) {
   run(scene, "first.h5", {}, "half.vdb");
   const double untouched = volume(load_tissue(scene));
   const session::SessionReader first(folder.path() / "first.h5");
@@ -220,7 +220,7 @@ TEST_F(UndoSession, APreparationGoesOnFromASessionOrASavedVolumeAndIsMeasuredAga
   EXPECT_EQ(tissue.hash(), load_tissue(scene).hash());
 }
 
-TEST_F(UndoSession, AnotherTissuesVolumeIsRefusedByName) {
+TEST_F(UndoSession, TheVolumeOfAnotherTissueIsRefusedByName) {
   folder.write(
       "other.json",
       R"({"tissue": {"voxel_mm": 0.25, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]}, "tool": "round_012"})");

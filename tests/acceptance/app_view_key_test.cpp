@@ -29,7 +29,7 @@ std::vector<std::string> views_in(const std::string& file) {
   return views;
 }
 
-TEST(ViewKey, CutsOpenMakesGlassComparesWithTheIdealAndShowsAsBeforeAgain) {
+TEST(ViewKey, CyclesThroughSectionXrayDifferenceAndTheNaturalView) {
   const Desktop desktop;
   ASSERT_GT(desktop.server.process, 0) << "Xvfb is needed (apt install xvfb)";
   const ProgramFolder folder(TYPODONT_PROGRAM);

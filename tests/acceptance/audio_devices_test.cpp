@@ -78,7 +78,7 @@ TEST(PortAudioOnAlsa, PlaysTheSynthesizersSamples) {
   }
 }
 
-TEST(PortAudioOnAlsa, NamesTheDevicesThereAreWhenAskedForAnother) {
+TEST(PortAudioOnAlsa, AnUnknownDeviceIsRefusedWithTheListOfDevices) {
   const ScratchFolder folder;
   write_text(folder / "asound.conf", "</usr/share/alsa/alsa.conf>\npcm.quietcard { type null }\n");
   const AlsaConfiguration configuration(folder / "asound.conf");
@@ -169,7 +169,7 @@ struct Listener {
   }
 };
 
-TEST(PortAudioOnJack, HearsContactWithinOneBufferAndTwoMilliseconds) {
+TEST(PortAudioOnJack, SoundsAContactWithinOneBufferAndTwoMilliseconds) {
   const JackServer server;
   const auto output = open_soon();
   Listener listener;
@@ -190,7 +190,7 @@ TEST(PortAudioOnJack, HearsContactWithinOneBufferAndTwoMilliseconds) {
   EXPECT_EQ(output->stats().losses, 0u);
 }
 
-TEST(PortAudioOnJack, ThatStallsIsSaidAndWhenItReturnsSoundGoesOn) {
+TEST(PortAudioOnJack, AStallIsReportedAndSoundContinuesAfterwards) {
   JackServer server;
   const auto output = open_soon();
   Listener listener;
@@ -216,7 +216,7 @@ TEST(PortAudioOnJack, ThatStallsIsSaidAndWhenItReturnsSoundGoesOn) {
   output->stop();
 }
 
-TEST(PortAudioOnJack, ThatDiesNeitherStopsTheWorkNorKeepsTheProgramFromEnding) {
+TEST(PortAudioOnJack, ADeadSoundServerStopsNeitherTheSessionNorTheEndOfTheProgram) {
   JackServer server;
   auto output = open_soon();
   Listener listener;

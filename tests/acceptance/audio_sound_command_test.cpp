@@ -117,7 +117,7 @@ TEST_F(SoundCommand, TheReadmesPictureShowsTheTurbineAtItsSpeed) {
   EXPECT_NEAR(axis.frequency(axis.brightest_row(0.82, 0.97), 2000), free_Hz, 0.03 * free_Hz);
 }
 
-TEST_F(SoundCommand, FitsARecordingAndTheModelSoundsLikeIt) {
+TEST_F(SoundCommand, FitsARecordingAndTheModelHasItsSpectrum) {
   const auto fit = run("fit " + kMicromotor + " --out " + path("m.json") + " --json");
   ASSERT_EQ(fit.status, 0) << fit.err;
   const Json report = Json::parse(fit.out, "report");
@@ -134,13 +134,13 @@ TEST_F(SoundCommand, FitsARecordingAndTheModelSoundsLikeIt) {
   EXPECT_NEAR(compared["b"]["tone_variation"].items()[0].number(), recorded, 0.2 * recorded);
 }
 
-TEST_F(SoundCommand, ComparesTwoDifferentDrillsAsFarApartAndFailsTheLimit) {
+TEST_F(SoundCommand, TwoDifferentDrillsExceedTheLimitOfTheComparison) {
   const auto r = run("compare " + kMicromotor + " assets/sounds/drill_spinup_run_spindown.wav --at-most-db 1");
   EXPECT_EQ(r.status, 1);
   EXPECT_THAT(r.err, HasSubstr("more than 1 dB"));
 }
 
-TEST_F(SoundCommand, LetsThePitchFallUnderLoadAndTheLevelRise) {
+TEST_F(SoundCommand, UnderLoadThePitchFallsAndTheLevelRises) {
   write_text(folder_ / "c.csv",
              "t_s,spindle_krpm,force_N,contact_area_mm2,tissue\n"
              "0,68.4,0,0,air\n2,68.4,0,0,air\n2.01,54.72,1.5,0.8,enamel\n4,54.72,1.5,0.8,enamel\n");
@@ -156,7 +156,7 @@ TEST_F(SoundCommand, LetsThePitchFallUnderLoadAndTheLevelRise) {
   EXPECT_GT(power_of_samples(loaded), 1.5 * power_of_samples(free));
 }
 
-TEST_F(SoundCommand, GivesTheSameBytesForTheSameSeedAndOthersForAnother) {
+TEST_F(SoundCommand, EqualSeedsGiveEqualBytesAndDifferentSeedsDifferentBytes) {
   const std::string synth = "synth assets/sounds/air_turbine.json --seconds 1 --out ";
   ASSERT_EQ(run(synth + path("a.wav")).status, 0);
   ASSERT_EQ(run(synth + path("b.wav")).status, 0);
@@ -177,7 +177,7 @@ TEST_F(SoundCommand, KeepsTheSpectrumAtEveryRate) {
   }
 }
 
-TEST_F(SoundCommand, FitsByEveryMethodOrderCriterionAndRate) {
+TEST_F(SoundCommand, FitsWithEveryMethodOrderCriterionAndRate) {
   for (const char* how : {"--order 12 --method yule-walker --window hamming", "--order 40 --method modified-covariance",
                           "--order bic --max-order 80", "--rate 44100 --order 50", "--rate 96000 --order 50"}) {
     const auto r = run("fit " + kMicromotor + " --out " + path("m.json") + " " + how + " --spectrum " + path("s.csv"));
@@ -187,7 +187,7 @@ TEST_F(SoundCommand, FitsByEveryMethodOrderCriterionAndRate) {
   }
 }
 
-TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
+TEST_F(SoundCommand, BadInputExitsWithTwoAndAReasonAndLeavesNoFile) {
   write_wav(folder_ / "silence.wav", std::vector<double>(48000, 0.0), 48000);
   write_text(folder_ / "cut.wav", read_text(kMicromotor).substr(0, 30));
   write_text(folder_ / "bad.csv", "t_s,force_N\n0,nan\n");
@@ -222,7 +222,7 @@ TEST_F(SoundCommand, RefusesBadInputWithStatusTwoAReasonAndNothingLeftBehind) {
   }
 }
 
-TEST_F(SoundCommand, ExplainsItselfWithAnExample) {
+TEST_F(SoundCommand, HelpContainsAnExample) {
   for (const char* command : {"", "fit", "synth", "compare"}) {
     const auto r = run(std::string(command) + " --help");
     EXPECT_EQ(r.status, 0);
@@ -230,7 +230,7 @@ TEST_F(SoundCommand, ExplainsItselfWithAnExample) {
   }
 }
 
-TEST_F(SoundCommand, VoicesTheTicksOfAServo) {
+TEST_F(SoundCommand, SynthesizesSoundFromServoTicks) {
   std::string ticks =
       "t_s,hand_x_mm,hand_y_mm,hand_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,force_x_N,force_y_N,force_z_N,"
       "torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,depth_mm,normal_x,normal_y,normal_z,contact_area_mm2,"

@@ -37,7 +37,7 @@ class BenchCommands : public testing::Test {
 
 // ---- rig plan
 
-TEST_F(BenchCommands, ThePlanSaysWhereEverythingGoesAndHowLargeTheWorkspaceIs) {
+TEST_F(BenchCommands, ThePlanStatesThePositionOfEveryPartAndTheSizeOfTheWorkspace) {
   const Ran ran =
       run("rig plan --screen-mm 531 299 --mirror-deg 0 --picture-deg 20 --gaze-deg 52 --eye-mm 520 "
           "--glass-mm 150 --arm touch --json");
@@ -57,7 +57,7 @@ TEST_F(BenchCommands, ThePlanSaysWhereEverythingGoesAndHowLargeTheWorkspaceIs) {
   EXPECT_GT(size.x * size.y * size.z, 0.9 * 160 * 70 * 120);
 }
 
-TEST_F(BenchCommands, TheDrawingIsOnePageAsSvgOrPdf) {
+TEST_F(BenchCommands, TheDrawingIsOnePageOfSvgOrPdf) {
   ASSERT_EQ(run("rig plan --out " + folder / "bench.svg").status, 0);
   ASSERT_EQ(run("rig plan --out " + folder / "bench.pdf").status, 0);
   const std::string svg = read_text(folder / "bench.svg"), pdf = read_text(folder / "bench.pdf");
@@ -71,7 +71,7 @@ TEST_F(BenchCommands, TheDrawingIsOnePageAsSvgOrPdf) {
   refused("rig plan --out " + folder / "bench.doc", "a drawing (.svg) or a document (.pdf)");
 }
 
-TEST_F(BenchCommands, TheRigOfAPlanIsOneThatTheProgramDraws) {
+TEST_F(BenchCommands, TheRigWrittenByAPlanCanBeRendered) {
   const std::string file = folder / "bench.json";
   ASSERT_EQ(run("rig plan --work-mm 10 20 30 --rig " + file).status, 0);
   const display::DisplayRig rig = display::load_rig(file);
@@ -83,7 +83,7 @@ TEST_F(BenchCommands, TheRigOfAPlanIsOneThatTheProgramDraws) {
   EXPECT_LT(glm::length(rig.X_WH.p - dvec3(0.01, 0.02, 0.03)), 2e-6);
 }
 
-TEST_F(BenchCommands, ABenchThatDoesNotFitIsRefusedWithItsReasonAndDrawn) {
+TEST_F(BenchCommands, ABenchThatDoesNotFitIsRefusedWithAReasonButDrawn) {
   refused("rig plan --mirror-deg 25 --picture-deg 40 --gaze-deg 50 --rig " + folder / "no.json" + " --out " +
               folder / "no.svg",
           "this bench does not fit: the panel stands between the eyes and the glass", 1);
@@ -91,7 +91,7 @@ TEST_F(BenchCommands, ABenchThatDoesNotFitIsRefusedWithItsReasonAndDrawn) {
   EXPECT_TRUE(std::filesystem::exists(folder / "no.svg"));
 }
 
-TEST_F(BenchCommands, APlanOfImpossibleMeasuresIsRefused) {
+TEST_F(BenchCommands, ImpossibleDimensionsAreRefused) {
   refused("rig plan --screen-mm 5 300", "--screen-mm: found 5 300, expected width and height of 50 to 3000");
   refused("rig plan --arm-box-mm 100 100 0",
           "--arm-box-mm: found 100 100 0, expected width, depth and height of 10 to 3000");

@@ -84,7 +84,7 @@ class GuidedBench : public testing::Test {
   Captures known;
 };
 
-TEST_F(GuidedBench, AScriptedHandWithAPedalSolvesWhatTheSameTouchesInAFileSolve) {
+TEST_F(GuidedBench, TouchesByHandAndPedalGiveTheSameResultAsTheSameTouchesFromAFile) {
   std::vector<dvec3> touches;
   const BenchState expected = by_file(touches);
   const Ran ran = guide(fmt::format("--hand script:{} --fast </dev/null", script(touches)));
@@ -100,7 +100,7 @@ TEST_F(GuidedBench, AScriptedHandWithAPedalSolvesWhatTheSameTouchesInAFileSolve)
   EXPECT_THAT(ran.out, HasSubstr("predicted error")) << "residuals come with each touch";
 }
 
-TEST_F(GuidedBench, AHandThatEndsEarlyLeavesItsTouchesAndTheNextGoesOn) {
+TEST_F(GuidedBench, AnInterruptedCaptureKeepsItsTouchesAndCanBeContinued) {
   std::vector<dvec3> touches;
   const BenchState expected = by_file(touches);
   const Ran first =
@@ -111,11 +111,11 @@ TEST_F(GuidedBench, AHandThatEndsEarlyLeavesItsTouchesAndTheNextGoesOn) {
   const Ran second =
       guide(fmt::format("--hand script:{} --fast </dev/null", script({touches.begin() + 70, touches.end()})));
   EXPECT_EQ(second.status, 0) << second.err;
-  EXPECT_THAT(second.err, HasSubstr("going on after 70 touches"));
+  EXPECT_THAT(second.err, HasSubstr("continuing after 70 touches"));
   EXPECT_LT(glm::length(RigFile::load(folder.path() / "rig.json").bench().rig.X_WH.p - expected.rig.X_WH.p), 1e-9);
 }
 
-TEST_F(GuidedBench, APressWhileTheTipMovesIsRefusedAndSaid) {
+TEST_F(GuidedBench, APressWhileTheTipMovesIsRefusedWithAMessage) {
   const std::vector<dvec3> touches{dvec3(0.01, 0, 0), dvec3(0.04, 0, 0), dvec3(0.01, 0, 0.03)};
   const Ran ran = guide(fmt::format("--hand script:{} --fast </dev/null", script(touches, true)));
   EXPECT_EQ(ran.status, 1);
@@ -124,7 +124,7 @@ TEST_F(GuidedBench, APressWhileTheTipMovesIsRefusedAndSaid) {
   EXPECT_THAT(ran.out, HasSubstr("not taken: the tip moved"));
 }
 
-TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
+TEST_F(GuidedBench, EnterTakesATouchAndUUndoesIt) {
   // The hand rests in one place. The keyboard asks until a second touch is taken, takes the last one back, and stops.
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,10,20,30,1,0,0,0,0\n60,10,20,30,1,0,0,0,0\n");
   folder.write("keys.sh",
@@ -132,14 +132,14 @@ TEST_F(GuidedBench, EnterTakesATouchAndUTakesItBackWhileTheHandRuns) {
   const std::string keys = fmt::format("sh {} |", folder / "keys.sh");
   const Ran ran = guide(fmt::format("--hand script:{}", folder / "hand.csv"), keys);
   EXPECT_EQ(ran.status, 0) << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr("the last touch is forgotten"));
+  EXPECT_THAT(ran.out, HasSubstr("the last touch is undone"));
   const std::size_t taken = ran.out.find("touch 3:") == std::string::npos ? 2 : 3;
   ASSERT_EQ(kept(), taken - 1);
   const auto captures = read_captures(RigFile::load(folder.path() / "rig.json").captures_folder());
   EXPECT_LT(glm::length(captures.registration[0].touch.p_H - dvec3(0.01, 0.02, 0.03)), 1e-12);
 }
 
-TEST_F(GuidedBench, TheArmStepRefusesAHandThatTellsNoJointAngles) {
+TEST_F(GuidedBench, TheArmStepRefusesAHandWithoutJointAngles) {
   const Ran ran = folder.run(fmt::format("calibrate guide arm --rig {} --fast --no-window --hand script:{} </dev/null",
                                          folder / "rig.json", script(std::vector<dvec3>(2, dvec3(0.01, 0.02, 0.03)))));
   EXPECT_EQ(ran.status, 2);
@@ -161,7 +161,7 @@ TEST_F(GuidedBench, DriftMarksAreTouchedOnceAndComparedAtEverySession) {
   EXPECT_THAT(later.out, HasSubstr("calibrate again"));
 }
 
-TEST_F(GuidedBench, WithoutAStepTheDoneAreSkippedAndAStepCanBe) {
+TEST_F(GuidedBench, CompletedStepsAreSkippedAndAnyStepCanBeSkipped) {
   // Arm, screen, mirror and eyes were solved; register is skipped by hand, and verify is where it stops.
   const Ran ran =
       folder.run(fmt::format("calibrate guide --rig {} --no-window", folder / "rig.json"), "printf 's\\nq\\n' |");
@@ -173,7 +173,7 @@ TEST_F(GuidedBench, WithoutAStepTheDoneAreSkippedAndAStepCanBe) {
   EXPECT_THAT(ran.out, testing::Not(HasSubstr("== drift")));
 }
 
-TEST_F(GuidedBench, ATouchThatDoesNotFitIsRingedWhereItLiesUntilTheNext) {
+TEST_F(GuidedBench, AnOutlierTouchIsMarkedOnScreenUntilTheNextTouch) {
   RigFile rig = RigFile::load(folder.path() / "rig.json");
   GuidedCapture guide(rig.bench(), rig.captures_folder());
   guide.begin(Step::kRegister);
@@ -200,7 +200,7 @@ TEST_F(GuidedBench, ATouchThatDoesNotFitIsRingedWhereItLiesUntilTheNext) {
   EXPECT_FALSE(guide.prompt().astray.has_value());
 }
 
-TEST_F(GuidedBench, TheUsersOffsetIsGivenWithTheEyesWhereAskedFor) {
+TEST_F(GuidedBench, TheEyesStepReportsTheUsersOffsetOnRequest) {
   std::vector<dvec3> touches;
   (void)by_file(touches);
   const Ran ran = folder.run(fmt::format("calibrate eyes --rig {} --user-offset", folder / "file.json"));
@@ -209,7 +209,7 @@ TEST_F(GuidedBench, TheUsersOffsetIsGivenWithTheEyesWhereAskedFor) {
   EXPECT_THAT(test::read_text(folder / "file.json"), HasSubstr("user_offset_mm"));
 }
 
-TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {
+TEST_F(GuidedBench, EveryTouchHasASoundCueAndAPromptPicture) {
   const std::vector<dvec3> touches(5, dvec3(0.01, 0.02, 0.03));
   const Ran ran = guide(fmt::format("--hand script:{} --fast --audio wav:{} --picture {} </dev/null", script(touches),
                                     folder / "cues.wav", folder / "prompt.png"));
@@ -220,7 +220,7 @@ TEST_F(GuidedBench, EveryTouchHasItsCueAndItsPicture) {
   EXPECT_TRUE(std::any_of(wav.begin() + 64, wav.end(), [](char c) { return c != 0; }));
 }
 
-TEST_F(GuidedBench, TwoStreamsOfOneMotionAreRecordedLiveAndTheirDelayKept) {
+TEST_F(GuidedBench, TheDelayOfTwoLiveStreamsIsMeasuredAndStored) {
   const auto hand = [&](const char* name, double lag) {
     std::string csv = "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n";
     for (int i = 0; i <= 3000; ++i) {

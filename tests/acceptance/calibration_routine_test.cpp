@@ -9,7 +9,7 @@
 namespace typodont::calibration {
 namespace {
 
-TEST(Routine, LeavesFiveHundredthsOfAMillimetreAtTwoTenthsOfNoise) {
+TEST(Routine, LeavesAnErrorOfAtMost50MicrometresWith200MicrometresOfTouchNoise) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SimulationOptions options;
     options.seed = seed;
@@ -69,7 +69,7 @@ TEST(Routine, TheEyesCanBeSolvedAgainAfterTheBaseWasRegisteredToThem) {
   }
 }
 
-TEST(Arm, InjectedErrorsComeBackWithinTheirReportedUncertainty) {
+TEST(Arm, InjectedErrorsAreRecoveredWithinTheReportedUncertainty) {
   double squares = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
@@ -94,7 +94,7 @@ TEST(Arm, InjectedErrorsComeBackWithinTheirReportedUncertainty) {
   EXPECT_NEAR(squares / count, 1, 0.5);
 }
 
-TEST(Arm, CapturesOfAnotherKindOfArmAreNotTakenOver) {
+TEST(Arm, CapturesOfADifferentArmAreRejected) {
   // A plate that was taken for one of another pitch: no arm within reach of the drawings explains it.
   BenchSimulator simulator({});
   BenchState bench = simulator.drawings();
@@ -109,7 +109,7 @@ TEST(Arm, CapturesOfAnotherKindOfArmAreNotTakenOver) {
   EXPECT_EQ(bench.arm.upper, drawn);
 }
 
-TEST(Arm, SocketsAloneDoNotTellTheScaleOfTheArm) {
+TEST(Arm, SocketsAloneDoNotDetermineTheScaleOfTheArm) {
   SimulationOptions options;
   BenchSimulator simulator(options);
   BenchState bench = simulator.drawings();

@@ -50,7 +50,7 @@ const char* const kNoOthers =
     "-DCMAKE_DISABLE_FIND_PACKAGE_glfw3=ON -DCMAKE_DISABLE_FIND_PACKAGE_OpenXR=ON "
     "-DCMAKE_DISABLE_FIND_PACKAGE_GTest=ON -DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON";
 
-TEST_F(Installed, AProgramThatLinksHapticsAloneFeelsAndDrillsABallAsGeometrySays) {
+TEST_F(Installed, AProgramThatLinksOnlyHapticsComputesForceAndRemovalOnABallCorrectly) {
   const test::Ran configured = configure("consumer", "haptics", kNoOthers);
   ASSERT_EQ(configured.status, 0) << configured.err;
   const test::Ran made = make("consumer", "consumer");
@@ -74,7 +74,7 @@ TEST_F(Installed, AProgramThatLinksHapticsAloneFeelsAndDrillsABallAsGeometrySays
   EXPECT_LT(values["drilled_N"].found, 0.5 * values["pressed_N"].found) << "the bur sinks in";
 }
 
-TEST_F(Installed, EveryHeaderPassesAUsersWarningsAndEveryObjectGoesIntoASharedLibrary) {
+TEST_F(Installed, EveryHeaderCompilesWithoutWarningsAndTheLibrariesLinkIntoASharedLibrary) {
   const std::string strict = "-DCMAKE_CXX_FLAGS='-Wall -Wextra -Werror' -DCMAKE_SHARED_LINKER_FLAGS=-Wl,-z,text";
   const test::Ran configured = configure("everything", "haptics;devices;import;audio;calibration", strict);
   ASSERT_EQ(configured.status, 0) << configured.err;
@@ -82,7 +82,7 @@ TEST_F(Installed, EveryHeaderPassesAUsersWarningsAndEveryObjectGoesIntoASharedLi
   EXPECT_EQ(made.status, 0) << made.out;
 }
 
-TEST_F(Installed, NothingOfThisTreesOwnFlagsReachesAUser) {
+TEST_F(Installed, NoCompilerFlagOfThisTreeIsExported) {
   const std::string targets = test::read_text(fs::path(prefix()) / TYPODONT_PACKAGE / "TypodontTargets.cmake");
   ASSERT_NE(targets.find("Typodont::haptics"), std::string::npos);
   for (const char* ours : {"-W", "-f", "-D", "INTERFACE_COMPILE_OPTIONS", TYPODONT_SOURCE}) {
@@ -90,13 +90,13 @@ TEST_F(Installed, NothingOfThisTreesOwnFlagsReachesAUser) {
   }
 }
 
-TEST_F(Installed, AComponentThatIsNotThereIsNamed) {
+TEST_F(Installed, AMissingComponentIsReportedByName) {
   const test::Ran configured = configure("unknown", "haptics;bindings");
   EXPECT_NE(configured.status, 0);
   EXPECT_NE(configured.err.find("bindings"), std::string::npos) << configured.err;
 }
 
-TEST(HapticsAlone, ConfigureWithoutAnyPackageOfTheOtherParts) {
+TEST(HapticsAlone, ConfiguresWithoutThePackagesOfTheOtherModules) {
   const test::ProgramFolder folder(TYPODONT_CMAKE);
   const test::Ran ran =
       folder.run(fmt::format("-G Ninja -S . -B {} -DTYPODONT_LIBRARIES=haptics {}", folder / "build", kNoOthers));

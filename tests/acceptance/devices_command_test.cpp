@@ -17,7 +17,7 @@ namespace typodont::test {
 namespace {
 
 /// Vendors' libraries as their owners install them: in the loader's path, with a name in the vendor's set-up.
-TEST(Devices, BehindVendorsLibrariesAreListedWithModelSerialLimitAndPermission) {
+TEST(Devices, DevicesOfVendorLibrariesAreListedWithModelSerialForceLimitAndPermission) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   std::filesystem::create_directories(folder.path() / "vendor/config");
   folder.write("vendor/config/Default Device.config", "");
@@ -40,7 +40,7 @@ TEST(Devices, BehindVendorsLibrariesAreListedWithModelSerialLimitAndPermission) 
   EXPECT_EQ(found["openhaptics:Default Device"].second, 3.3);
 }
 
-TEST(Devices, ASessionAtANodeWithoutRightsSaysWhoMayNotAndTheCommandThatMendsIt) {
+TEST(Devices, AMissingPermissionIsReportedWithTheCommandThatGrantsIt) {
   int board, line;
   char node[128];
   ASSERT_EQ(::openpty(&board, &line, node, nullptr, nullptr), 0);

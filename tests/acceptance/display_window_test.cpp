@@ -116,7 +116,7 @@ TEST_F(Window, ShowsTheComposedPictureAndSurvivesResizing) {
   EXPECT_EQ(window->size(), glm::ivec2(320, 200));
 }
 
-TEST_F(Window, GivenOnlyWhatChangedItShowsTheRestAsItWas) {
+TEST_F(Window, APartialUpdateKeepsTheRestOfThePicture) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(show(true));
   EXPECT_TRUE(shown_in_parts);
@@ -125,7 +125,7 @@ TEST_F(Window, GivenOnlyWhatChangedItShowsTheRestAsItWas) {
   EXPECT_TRUE(shown_as_drawn({600, 450}, true)) << "all of it, where nothing was kept";
 }
 
-TEST_F(Window, SurvivesAStormOfSizes) {
+TEST_F(Window, SurvivesManyResizesInARow) {
   std::mt19937 random(7);
   for (int i = 0; i < 60; ++i) {
     window->resize({1 + static_cast<int>(random() % 700), 1 + static_cast<int>(random() % 500)});
@@ -145,7 +145,7 @@ TEST_F(Window, ShowsAgainAfterItWasHidden) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
 }
 
-TEST_F(Window, AsksTheDesktopForNothingWhileThatIsSilent) {
+TEST_F(Window, SendsNoRequestsWhileTheDesktopSendsNoEvents) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
   Desktop::xdotool("mousemove 200 150");
   window->wait(kNanosPerSecond);
@@ -164,7 +164,7 @@ TEST_F(Window, AsksTheDesktopForNothingWhileThatIsSilent) {
   EXPECT_EQ(window->requests(), before);
 }
 
-TEST_F(Window, WaitsForTheDesktopAndNoLongerThanItIsSilent) {
+TEST_F(Window, WaitsOnlyUntilTheNextEventOfTheDesktop) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
   constexpr Nanos kLong = 600 * kNanosPerSecond;
   std::thread mouse([] { Desktop::xdotool("mousemove 20 30 sleep 0.2 mousemove 120 130"); });
@@ -174,7 +174,7 @@ TEST_F(Window, WaitsForTheDesktopAndNoLongerThanItIsSilent) {
   EXPECT_LT(now() - began, kLong) << "a wait would have lasted that long";
 }
 
-TEST_F(Window, ALostSurfaceIsMadeAnewWithinAFrame) {
+TEST_F(Window, ALostSurfaceIsRecreatedWithinOneFrame) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
   for (int i = 0; i < 3; ++i) {
     window->lose_surface();
@@ -184,14 +184,14 @@ TEST_F(Window, ALostSurfaceIsMadeAnewWithinAFrame) {
   EXPECT_TRUE(shown_as_drawn({400, 300}));
 }
 
-TEST_F(Window, ALostDeviceIsSaidByName) {
+TEST_F(Window, ALostDeviceIsReportedByName) {
   EXPECT_TRUE(show());
   device.lose();
   EXPECT_THROW(show(), gpu::DeviceLost);
   EXPECT_NO_THROW(ring.wait_idle(device)) << "what was submitted before is still waited for";
 }
 
-TEST_F(Window, AStereoSurfaceIsRefusedByNameWhereTheDesktopHasNone) {
+TEST_F(Window, AStereoSurfaceIsRefusedByNameIfTheDesktopHasNone) {
   try {
     display::make_window(device, {.size = {100, 100}, .stereo_surface = true});
   } catch (const Error& e) {
@@ -201,7 +201,7 @@ TEST_F(Window, AStereoSurfaceIsRefusedByNameWhereTheDesktopHasNone) {
   // A desktop with two layers takes it: nothing to refuse.
 }
 
-TEST_F(Window, AMonitorThatIsNotThereIsNamed) {
+TEST_F(Window, AnUnknownMonitorIsReported) {
   EXPECT_EQ(display::monitors().size(), 1u);
   EXPECT_THROW(display::make_window(device, {.output = 3}), Error);
 }
@@ -212,7 +212,7 @@ TEST_F(Window, FullScreenFillsTheChosenMonitor) {
   EXPECT_EQ(window->size(), glm::ivec2(800, 600));
 }
 
-TEST_F(Window, AClickBetweenTwoLooksIsAPressInTheSecond) {
+TEST_F(Window, AClickBetweenTwoPollsIsReportedByTheSecondPoll) {
   ASSERT_TRUE(show());
   Desktop::xdotool("search --name Typodont windowfocus mousemove --window %1 100 100");
   // Whenever it arrives: down and up lie between two polls, or at least its down does.

@@ -38,7 +38,7 @@ Ran run(const std::string& arguments) {
   return {WEXITSTATUS(status), text_of(scratch("out")), text_of(scratch("err"))};
 }
 
-TEST(ImportCommand, MakesTheMolarAnatomicallyRight) {
+TEST(ImportCommand, TheImportedMolarHasTheRightAnatomy) {
   const auto out = scratch("molar.vdb");
   const Ran ran = run(fmt::format("assets/teeth/molar.nhdr --preset tooth --out {} --preview {} --json", out.string(),
                                   scratch("slices").string()));
@@ -92,7 +92,7 @@ TEST(ImportCommand, MakesTheMolarAnatomicallyRight) {
   EXPECT_LT(shallow_pulp, 20U) << "pulp lies inside the dentin";
 }
 
-TEST(ImportCommand, KeepsTheHardnessThatTheGreysGiveInTheVolume) {
+TEST(ImportCommand, StoresTheHardnessFromGreyValuesInTheVolume) {
   const auto out = scratch("graded.vdb");
   const Ran ran =
       run(fmt::format("assets/teeth/molar.nhdr --hardness-greys 400,830 --voxel-mm 0.3 --out {} --json", out.string()));
@@ -108,7 +108,7 @@ TEST(ImportCommand, KeepsTheHardnessThatTheGreysGiveInTheVolume) {
   EXPECT_EQ(mean["enamel"].number(), 1);
 }
 
-TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndItsLabelsWrittenAndThePatientIsNamedNowhere) {
+TEST(ImportCommand, OneOfSeveralSeriesIsImportedWithItsLabelsAndWithoutThePatientsName) {
   test::Phantom tooth;
   tooth.size = {30, 26, 28};
   tooth.spacing = dvec3(0.25);
@@ -140,7 +140,7 @@ TEST(ImportCommand, OneOfSeveralSeriesIsChosenAndItsLabelsWrittenAndThePatientIs
   }
 }
 
-TEST(ImportCommand, AMeshIsBroughtInAndOptionsOfScansAreRefusedForIt) {
+TEST(ImportCommand, AMeshIsImportedAndScanOptionsAreRefusedForIt) {
   std::string cube =
       "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nelement face "
       "6\nproperty list uchar int vertex_indices\nend_header\n";
@@ -157,7 +157,7 @@ TEST(ImportCommand, AMeshIsBroughtInAndOptionsOfScansAreRefusedForIt) {
   }
 }
 
-TEST(ImportCommand, BadInputIsExitTwoAndNothingIsWritten) {
+TEST(ImportCommand, BadInputExitsWithTwoAndWritesNothing) {
   const std::string out = scratch("never.vdb").string();
   const auto expect_refused = [&](const std::string& arguments, const std::string& message) {
     const Ran ran = run(arguments);

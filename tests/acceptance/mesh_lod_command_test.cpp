@@ -69,7 +69,7 @@ class MeshLodCommand : public ::testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(MeshLodCommand, TheLevelFollowsTheHandsSpeedAndStandsInTheTable) {
+TEST_F(MeshLodCommand, TheLevelFollowsTheSpeedOfTheHandAndIsWrittenToTheTable) {
   write_block();
   // Along the surface at 10, 60 and 200 mm/s.
   folder.write("hand.csv",
@@ -145,7 +145,7 @@ TEST_F(MeshLodCommand, ASessionThatCutsReplaysBitForBit) {
   }
 }
 
-TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
+TEST_F(MeshLodCommand, AMeshIsAlsoTissueForTheOtherModels) {
   write_block();
   folder.write("hand.csv",
                "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0.1,0.1,1.5,1,0,0,0,0\n0.4,0.1,0.1,0.4,1,0,0,0,0\n"
@@ -163,7 +163,7 @@ TEST_F(MeshLodCommand, AMeshIsTissueForTheOtherModelsToo) {
   EXPECT_GT(force[2], 0);
 }
 
-TEST_F(MeshLodCommand, BadMeshesAreExactErrorsAndOneThatCrossesItselfIsTaken) {
+TEST_F(MeshLodCommand, BadMeshesAreRefusedWithAReasonAndASelfIntersectingMeshIsAccepted) {
   folder.write("hand.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,1,1,0,0,0,0\n0.1,0,0,1,1,0,0,0,0\n");
   const auto run = [&](const std::string& bytes, const std::string& name) {
     folder.write(name, bytes);

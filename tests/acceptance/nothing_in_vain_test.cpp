@@ -55,7 +55,7 @@ class Work : public testing::Test {
   std::string said;
 };
 
-TEST_F(Work, AnIdleHandCutsNothingDrawsNothingAndAllocatesNothing) {
+TEST_F(Work, AnIdleHandCausesNoCutNoFrameAndNoAllocation) {
   hand(210, 0, 0);
   const Json brief = run(scene("\"haptics\""), 1.5), lasting = run(scene("\"haptics\""), 4.5);
   EXPECT_GT(lasting["ticks"].number(), 2 * brief["ticks"].number());
@@ -69,7 +69,7 @@ TEST_F(Work, AnIdleHandCutsNothingDrawsNothingAndAllocatesNothing) {
   EXPECT_LT(lasting["bytes_written"].number(), brief["bytes_written"].number() + 4096);
 }
 
-TEST_F(Work, AnIdleSceneTakesLessThanAHundredthOfACoreBeyondTheDevicesLoop) {
+TEST_F(Work, AnIdleSceneUsesLessThanOnePercentOfACoreBeyondTheDeviceLoop) {
   hand(210, 0, 0);
   const auto beyond_the_loop = [&](double seconds) {
     const Json work = run(scene("\"haptics\""), seconds);
@@ -81,14 +81,14 @@ TEST_F(Work, AnIdleSceneTakesLessThanAHundredthOfACoreBeyondTheDevicesLoop) {
   EXPECT_LT(share, 0.01);
 }
 
-TEST_F(Work, MotionInTheAirIsLookedAtButCutsNothing) {
+TEST_F(Work, MotionInTheAirIsQueriedButCutsNothing) {
   hand(208, 8, 1);
   const Json work = run(scene("\"haptics\""), 3);
   EXPECT_GT(work["patches"].integer(), 2) << "the field goes with the tool";
   EXPECT_EQ(work["voxels_cut"].integer(), 0);
 }
 
-TEST_F(Work, AToolThatDoesNotCutIsFeltAndLeavesTheTissueAlone) {
+TEST_F(Work, ANonCuttingToolIsFeltAndDoesNotChangeTheTissue) {
   hand(200.8, 2, 1);
   const Json probe = run(scene("\"haptics\"", false), 2);
   EXPECT_EQ(probe["voxels_cut"].integer(), 0);
@@ -97,13 +97,13 @@ TEST_F(Work, AToolThatDoesNotCutIsFeltAndLeavesTheTissueAlone) {
   EXPECT_GT(drill["voxels_cut"].integer(), 0);
 }
 
-TEST_F(Work, OfTheContactModelsOnlyTheChosenOneIsMadeAndLooksForTissue) {
+TEST_F(Work, OnlyTheChosenContactModelIsBuiltAndQueried) {
   hand(200.8, 2, 0);
   const std::map<std::string, std::string> looks{
       {"packing", "sphere_looks"}, {"mesh_lod", "triangle_looks"}, {"vertex", "vertex_looks"}};
   const auto session = [&](const std::string& model) { return run(scene("\"haptics\"") + " --model " + model, 0.5); };
   const Json plain = session("offset");
-  EXPECT_GT(plain["queries"].integer(), 100) << "looks into the field";
+  EXPECT_GT(plain["queries"].integer(), 100) << "queries of the field";
   for (const char* model : {"offset", "packing", "mesh_lod", "vertex"}) {
     const Json work = std::string(model) == "offset" ? plain : session(model);
     for (const std::string& other : work["models"].keys()) {
@@ -117,7 +117,7 @@ TEST_F(Work, OfTheContactModelsOnlyTheChosenOneIsMadeAndLooksForTissue) {
   }
 }
 
-TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {
+TEST_F(Work, SoundIsSynthesizedOnlyIfRequestedAndARecordingAddsOneThread) {
   hand(210, 0, 0);
   const std::string a_file = "--audio wav:" + (folder / "s.wav");
   const Json silent = run(scene("\"haptics\""), 1, a_file),
@@ -129,10 +129,10 @@ TEST_F(Work, SoundIsMadeOnlyWhereItIsNamedAndARecordingTakesOneThreadMore) {
   EXPECT_GT(heard["samples"].number(), 20'000);
 }
 
-TEST_F(Work, IsToldInWordsWithTheReasonsForWhatIsOff) {
+TEST_F(Work, ActivePartsAreListedWithTheReasonForEveryInactiveOne) {
   hand(210, 0, 0);
   run(scene("\"haptics\""), 1, "--explain");
-  for (const char* words : {"looks into the field", "voxels re-distanced", "bricks meshed", "libraries loaded",
+  for (const char* words : {"queries of the field", "voxels re-distanced", "bricks meshed", "libraries loaded",
                             "of a core beyond the device's loop", "recording: off",
                             "sound: off, the scene does not name it", "debris: off"}) {
     EXPECT_NE(said.find(words), std::string::npos) << words << "\n" << said;
@@ -162,7 +162,7 @@ std::string rig_at(double x_mm, double half_mm = 20, const char* layout = "mono"
                      layout, x_mm);
 }
 
-TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndAsksTheDesktopForNothing) {
+TEST_F(Work, AWindowWithoutMotionIsNotRedrawnAndSendsNoRequests) {
   hand(208, 0, 0, 60);
   const test::Desktop desktop;
   const auto session = [&](double seconds) {
@@ -185,7 +185,7 @@ TEST_F(Work, AWindowInWhichNothingMovesIsNotDrawnAgainAndAsksTheDesktopForNothin
   EXPECT_LT(more("allocations"), 40 * more("turns")) << "a line of writing is put together, nothing more";
 }
 
-TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCutAndTheirMassIsWhatWasCut) {
+TEST_F(Work, ParticlesAreSimulatedOnlyAfterACutInASceneWithDebrisAndHaveTheMassOfTheCut) {
   const test::Desktop desktop;
   const auto session = [&](const char* parts, double height_mm) {
     hand(height_mm, 2, 1);
@@ -206,7 +206,7 @@ TEST_F(Work, ParticlesAreSteppedOnlyWhereTheSceneHasDebrisAndAfterSomethingWasCu
               born, 1e-5 * born);
 }
 
-TEST_F(Work, AToothOutOfSightIsCutButNotMeshedAndNotDrawnUnlessAMirrorShowsIt) {
+TEST_F(Work, AnInvisibleToothIsCutButNotMeshedOrDrawn) {
   hand(200.8, 2, 1);
   const test::Desktop desktop;
   const auto session = [&](const std::string& scene_file, double screen_mm) {
@@ -237,7 +237,7 @@ TEST_F(Work, AToothOutOfSightIsCutButNotMeshedAndNotDrawnUnlessAMirrorShowsIt) {
   EXPECT_GT(reflected["triangles_drawn"].integer(), 0);
 }
 
-TEST_F(Work, TeethThatNobodyTouchesAreMeshedOnceHoweverMuchIsCutBesideThem) {
+TEST_F(Work, NeighbourTeethAreMeshedOnlyOnce) {
   const test::Desktop desktop;
   // From so far that all is drawn as coarsely as it ever is: nothing is made finer on the way.
   const std::string rig = folder.write("rig.json", rig_at(25, 200));
@@ -276,7 +276,7 @@ TEST_F(Work, AMonoPictureIsDrawnOnce) {
   EXPECT_LE(mono["frame"]["commands"].integer(), stereo["frame"]["commands"].integer());
 }
 
-TEST_F(Work, AWindowThatIsMinimisedDrawsNoFrameAndIsDrawnAgainWhenItIsBack) {
+TEST_F(Work, AMinimisedWindowDrawsNoFrameUntilItIsRestored) {
   hand(208, 8, 1, 120);  // to and fro before the eyes: every frame differs from the last
   folder.write("rig.json", R"({"display": "window", "screen": {"corners_mm": {"lower_left": [5, -15, 200],
     "lower_right": [45, -15, 200], "upper_left": [5, 15, 200]}, "pixels": [320, 240], "layout": "mono"},

@@ -24,7 +24,7 @@ class PackCommand : public ::testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(PackCommand, WritesThePackingThatItsSummaryDescribes) {
+TEST_F(PackCommand, TheSummaryAgreesWithTheWrittenPacking) {
   const auto ran = folder.run("pack " + scene() + " --spheres 1500 --seed 3 --json --out " + folder / "p.h5" +
                               " --preview " + folder / "p.png");
   ASSERT_EQ(ran.status, 0) << ran.err;
@@ -61,7 +61,7 @@ TEST_F(PackCommand, ClosedMeshesArePackedAndOpenOnesRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder / "o.h5"));
 }
 
-TEST_F(PackCommand, BadNumbersAndPlacesAreRefusedAndLeaveNothing) {
+TEST_F(PackCommand, BadNumbersAndPathsAreRefusedAndLeaveNoFile) {
   const std::string s = scene();
   for (const char* number : {"0", "-5", "1000000000"}) {
     const auto ran = folder.run("pack " + s + " --spheres " + number + " --out " + folder / "x.h5");
@@ -75,7 +75,7 @@ TEST_F(PackCommand, BadNumbersAndPlacesAreRefusedAndLeaveNothing) {
   }
 }
 
-TEST_F(PackCommand, AToolOfTwoHundredSpheresFromAMeshTouchesAndCutsAndAnOpenOneIsRefused) {
+TEST_F(PackCommand, AToolOf200SpheresFromAMeshTouchesAndCutsAndAnOpenMeshIsRefused) {
   // A wedge, its edge down.
   const std::string wedge =
       "v -1 0 -1\nv 1 0 -1\nv -1 -0.7 1\nv 1 -0.7 1\nv -1 0.7 1\nv 1 0.7 1\n"
@@ -123,7 +123,7 @@ class FitMaterial : public ::testing::Test {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
 };
 
-TEST_F(FitMaterial, ARecordedFeedGivesDensitiesThatTheSceneTakesAndAPlot) {
+TEST_F(FitMaterial, ARecordedForceCurveGivesDensitiesForTheSceneAndAPlot) {
   const std::string block = scene("scene.json", "[8, 8, 4]");
   // The recorded block is twice as hard as the scene says.
   const std::string hard = scene("hard.json", "[8, 8, 4]", R"(, "density": {"cancellous_bone": 0.1})");
@@ -157,7 +157,7 @@ TEST_F(FitMaterial, ARecordedFeedGivesDensitiesThatTheSceneTakesAndAPlot) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x.csv"));
 }
 
-TEST_F(FitMaterial, ACurveWithoutContactAndAStepThatDivergesAreRefusedWithTheReasonAndLeaveNothing) {
+TEST_F(FitMaterial, ACurveWithoutContactAndADivergingStepAreRefusedWithAReasonAndLeaveNoFile) {
   const std::string block = scene("scene.json", "[8, 8, 4]");
   const auto free =
       folder.run("fit-material " + ticks(block, 5.5) + " --scene " + block + " --out " + folder / "m.json");
@@ -182,7 +182,7 @@ TEST_F(PackCommand, ThePackingOfAnotherSceneIsRefusedByTheServoWithBothHashes) {
   EXPECT_FALSE(std::filesystem::exists(folder / "t.csv"));
 }
 
-TEST_F(PackCommand, TheViewOfTheSpheresShowsThemAllAndOfAnotherModelIsRefused) {
+TEST_F(PackCommand, TheViewOfTheSpheresShowsAllSpheresAndIsRefusedForOtherModels) {
   const std::string look = " --view spheres --size 320x240 --out " + folder / "look";
   const auto refused = folder.run("render " + scene() + look);
   EXPECT_EQ(refused.status, 2);

@@ -102,7 +102,7 @@ void expect_kooima(const Json& eye, const dvec3& pe, const dvec3& pa, const dvec
   EXPECT_EQ(eye["flip"].boolean(), mirrored);
 }
 
-TEST_F(RenderCommand, MatricesAreTheFormulas) {
+TEST_F(RenderCommand, MatricesAgreeWithTheFormulas) {
   const Json frame = render(desk("side_by_side"));
   const dvec3 pa(-30, -22.5, 0), pb(30, -22.5, 0), pc(-30, 22.5, 0);
   expect_kooima(frame["left"], {5 - 32, 10, 400}, pa, pb, pc, false);
@@ -110,13 +110,13 @@ TEST_F(RenderCommand, MatricesAreTheFormulas) {
   EXPECT_EQ(frame["validation_messages"].integer(), 0);
 }
 
-TEST_F(RenderCommand, InAMirrorTheScreenIsReflectedAndTheWindingTurned) {
+TEST_F(RenderCommand, AMirrorReflectsTheScreenAndReversesTheWinding) {
   const Json frame = render(kMirror);
   expect_kooima(frame["left"], {-32, 400, 20}, {30, 0, 30}, {-30, 0, 30}, {30, 0, -15}, true);
   expect_kooima(frame["right"], {32, 400, 20}, {30, 0, 30}, {-30, 0, 30}, {30, 0, -15}, true);
 }
 
-TEST_F(RenderCommand, TheBallIsWhereTheMatricesSay) {
+TEST_F(RenderCommand, TheBallIsDrawnWhereTheMatricesProjectIt) {
   for (const std::string& rig : {desk("row_interleaved"), std::string(kMirror)}) {
     const Json frame = render(rig, "--size 800x600");
     for (const char* name : {"left", "right"}) {
@@ -135,7 +135,7 @@ TEST_F(RenderCommand, TheBallIsWhereTheMatricesSay) {
   }
 }
 
-TEST_F(RenderCommand, AFrameIsDrawnOnceAndAnUnchangedOneNot) {
+TEST_F(RenderCommand, AFrameIsDrawnOnceAndNotAgainUntilItChanges) {
   const Json frame = render(desk("side_by_side"));
   EXPECT_TRUE(frame["frame"]["drawn"].boolean());
   EXPECT_GT(frame["frame"]["bricks"]["drawn"].integer(), 0);
@@ -149,7 +149,7 @@ TEST_F(RenderCommand, AFrameIsDrawnOnceAndAnUnchangedOneNot) {
   EXPECT_NEAR(timing["frames_per_second"].number() * timing["frame_ms"].number(), 1e3, 1e-6);
 }
 
-TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {
+TEST_F(RenderCommand, EveryLayoutWritesItsScreenPictureAndMonoHasOneView) {
   const std::pair<const char*, glm::ivec2> layouts[] = {{"mono", {200, 150}},
                                                         {"side_by_side", {400, 150}},
                                                         {"top_bottom", {200, 300}},
@@ -165,7 +165,7 @@ TEST_F(RenderCommand, EveryLayoutHasItsScreenAndMonoOneView) {
   }
 }
 
-TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndSayWhatTheyNeed) {
+TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndNameMissingInput) {
   for (const char* view : {"--view section", "--view section --plane 0,0,-1,-2", "--view xray"}) {
     const Json frame = render(desk("mono"), view);
     EXPECT_TRUE(frame["frame"]["drawn"].boolean()) << view;
@@ -180,7 +180,7 @@ TEST_F(RenderCommand, ViewsForTeachingAreDrawnAndSayWhatTheyNeed) {
   EXPECT_EQ(refused("--view inside").status, 2);
 }
 
-TEST_F(RenderCommand, BadInputIsExitTwoAndLeavesNothing) {
+TEST_F(RenderCommand, BadInputExitsWithTwoAndLeavesNoFile) {
   const auto refuse = [&](const std::string& arguments, const testing::Matcher<std::string>& message) {
     const Ran ran = folder.run(fmt::format("render {0}/scene.json --out {0}/none {1}", f, arguments));
     EXPECT_EQ(ran.status, 2) << arguments << ran.err;

@@ -65,7 +65,7 @@ class ReportInABrowser : public testing::Test {
   std::string page_;
 };
 
-TEST_F(ReportInABrowser, DrawsTheResultWithItsScriptAndComplainsOfNothing) {
+TEST_F(ReportInABrowser, TheScriptDrawsTheResultWithoutConsoleErrors) {
   const typodont::test::Ran ran = browse("--dump-dom");
   ASSERT_EQ(ran.status, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("data-drawn=\"difference\""));
@@ -104,7 +104,7 @@ ResultModel box(const glm::vec3& half, TissueAt tissue_at) {
   return model;
 }
 
-TEST_F(ReportInABrowser, ACutSolidShowsOnItsFaceTheTissuesThatLieThere) {
+TEST_F(ReportInABrowser, TheCutFaceShowsTheTissuesInside) {
   options_.result = box(glm::vec3(2e-3f), [](const dvec3& p) { return p.x < 0 ? Tissue::kDentin : Tissue::kPulp; });
   options_.ideal.reset();
   options_.preparation.reset();
@@ -125,7 +125,7 @@ TEST_F(ReportInABrowser, ACutSolidShowsOnItsFaceTheTissuesThatLieThere) {
   EXPECT_GT(c[0], 0.4 * dentin[0]) << "dark: " << seen;
 }
 
-TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVertical) {
+TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVerticalAxis) {
   options_.result = box({0.1e-3f, 0.1e-3f, 3e-3f}, [](const dvec3&) { return Tissue::kEnamel; });
   options_.ideal.reset();
   options_.preparation.reset();
@@ -147,7 +147,7 @@ TEST_F(ReportInABrowser, AHorizontalDragTurnsAboutTheVertical) {
   EXPECT_EQ(turned, 1) << seen;
 }
 
-TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
+TEST_F(ReportInABrowser, IsReadableInLightAndDarkModeAndOnPaper) {
   ASSERT_EQ(browse(fmt::format("--screenshot={}", browser_ / "light.png")).status, 0);
   ASSERT_EQ(
       browse(fmt::format("--blink-settings=preferredColorScheme=0 --screenshot={}", browser_ / "dark.png")).status, 0);
@@ -160,7 +160,7 @@ TEST_F(ReportInABrowser, IsThereOnLightAndDarkScreensAndOnPaper) {
   EXPECT_TRUE(typodont::test::read_text(browser_ / "page.pdf").starts_with("%PDF"));
 }
 
-TEST_F(ReportInABrowser, IsThereForScreenReadersKeyboardsWeakEyesTelephonesAndPaper) {
+TEST_F(ReportInABrowser, IsUsableWithScreenReaderKeyboardLargeTextPhoneAndPaper) {
   for (const Language language : {Language::kEnglish, Language::kGerman, Language::kChinese}) {
     const SessionReader session(browser_ / "s.h5");
     options_.language = language;

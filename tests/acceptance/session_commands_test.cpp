@@ -62,7 +62,7 @@ TEST(ReportCommand, MakesAPageAndPrintsTheScore) {
   EXPECT_THAT(text_of(folder / "r.html"), HasSubstr("<html lang=\"de\">"));
 }
 
-TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
+TEST(ReportCommand, BadInputExitsWithTwoAndFoundAndExpectedAndWritesNoPage) {
   TemporaryFolder folder;
   std::ofstream(folder / "garbage.h5") << "not a session";
   record(folder / "s.h5");
@@ -85,7 +85,7 @@ TEST(ReportCommand, BadInputIsExitTwoWithFileFoundAndExpectedAndNoPage) {
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
 }
 
-TEST(ReportCommand, OfAFolderIsTheLearningCurveAndLeavesOutWhatIsNoSession) {
+TEST(ReportCommand, AFolderGivesTheLearningCurveOfItsSessions) {
   TemporaryFolder folder;
   std::filesystem::create_directories(folder / "sessions");
   std::filesystem::create_directories(folder / "empty");
@@ -104,7 +104,7 @@ TEST(ReportCommand, OfAFolderIsTheLearningCurveAndLeavesOutWhatIsNoSession) {
   EXPECT_THAT(none.err, HasSubstr("found a folder without sessions, expected sessions (.h5)"));
 }
 
-TEST(DoctorCommand, SaysOfEachPartWhatThereIsAndHowToMendIt) {
+TEST(DoctorCommand, ReportsTheStateOfEachPartAndARemedy) {
   TemporaryFolder folder;
   const Ran ran = run(folder, TYPODONT_PROGRAM " doctor --json");
   EXPECT_EQ(ran.err, "");
@@ -123,7 +123,7 @@ TEST(DoctorCommand, SaysOfEachPartWhatThereIsAndHowToMendIt) {
                                           "display", "ffmpeg", "disk"}));
 }
 
-TEST(DoctorCommand, AMachineWithoutVulkanDriversCannotRunAndIsToldWhatToInstall) {
+TEST(DoctorCommand, WithoutAVulkanDriverTheProgramCannotRunAndTheDriverPackageIsNamed) {
   TemporaryFolder folder;
   const Ran ran =
       run(folder, "VK_ICD_FILENAMES=/nowhere.json VK_DRIVER_FILES=/nowhere.json " TYPODONT_PROGRAM " doctor");
@@ -133,7 +133,7 @@ TEST(DoctorCommand, AMachineWithoutVulkanDriversCannotRunAndIsToldWhatToInstall)
   EXPECT_THAT(ran.err, HasSubstr("error: Typodont cannot run on this machine"));
 }
 
-TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndSeesWhereItIsBroken) {
+TEST(DoctorCommand, ReadsTheActiveOpenXrRuntimeAndReportsItsDefects) {
   TemporaryFolder folder;
   std::ofstream(folder / "good.json")
       << R"({"file_format_version": "1.0.0", "runtime": {"library_path": "./runtime.so"}})";
@@ -177,7 +177,7 @@ void write_tone(const std::filesystem::path& file, std::uint32_t samples) {
     u16(static_cast<std::uint16_t>(static_cast<std::int16_t>(8000 * std::sin(0.1 * i))));
 }
 
-TEST(Film, OfFramesAndSoundIsWhatWentIn) {
+TEST(Film, ContainsTheFramesAndTheSoundThatWereGiven) {
   TemporaryFolder folder;
   write_tone(folder / "s.wav", 48000);
   {
@@ -216,7 +216,7 @@ TEST(Film, OfFramesAndSoundIsWhatWentIn) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path), {}), 2);
 }
 
-TEST(Film, WhoseSoundCannotBeReadIsSilentAndSaysSo) {
+TEST(Film, AnUnreadableSoundGivesASilentFilmAndAMessage) {
   TemporaryFolder folder;
   std::ofstream(folder / "s.wav") << "not a sound";
   FilmWriter film(folder / "f.mp4", {64, 48, 25});

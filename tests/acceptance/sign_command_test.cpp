@@ -54,7 +54,7 @@ TEST_F(SignCommand, ASignedSessionIsVerifiedByReplayAndReport) {
   EXPECT_EQ(run("replay {}/s.h5 --check --key {}/school.key").status, 0);
 }
 
-TEST_F(SignCommand, AForgedSessionOrAnotherKeyIsRefusedBeforeTheFileIsLookedInto) {
+TEST_F(SignCommand, AForgedSessionOrAWrongKeyIsRefusedBeforeTheFileIsParsed) {
   ASSERT_EQ(run("sign --key {}/school.key {}/s.h5").status, 0);
   ASSERT_EQ(run("sign --new-key {}/students.key").status, 0);
   refused("replay {}/s.h5 --check --key {}/students.key", 1, "the signature is of another key");
@@ -66,7 +66,7 @@ TEST_F(SignCommand, AForgedSessionOrAnotherKeyIsRefusedBeforeTheFileIsLookedInto
   EXPECT_FALSE(std::filesystem::exists(folder / "r.html"));
 }
 
-TEST_F(SignCommand, MistakesAreNamed) {
+TEST_F(SignCommand, UsageErrorsAreNamed) {
   refused("sign {}/s.h5", 2, "expected --key FILE SESSION.h5");
   refused("sign --new-key {}/school.key", 2, "expected a new file for the key");
   refused("sign --key {}/scene.json {}/s.h5", 2, "scene.json");

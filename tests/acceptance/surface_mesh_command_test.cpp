@@ -75,7 +75,7 @@ class MeshCommand : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(MeshCommand, SphereIsClosedWithinItsToleranceAndOfFewTriangles) {
+TEST_F(MeshCommand, ASphereIsClosedWithinToleranceAndHasFewTriangles) {
   const std::string file = scene(R"({"sphere": {"center_mm": [0.03, -0.02, 0.04], "radius_mm": 3}})");
   for (const double tolerance : {0.002, 0.01, 0.02}) {
     const Result result = run(file + " --out " + path("s.ply") + " --tolerance-mm " + std::to_string(tolerance));
@@ -120,7 +120,7 @@ TEST_F(MeshCommand, OtherFormatsHoldTheSameTriangles) {
   EXPECT_EQ(faces, triangles);
 }
 
-TEST_F(MeshCommand, RefusesBadInputByNameAndLeavesNothing) {
+TEST_F(MeshCommand, BadInputIsRefusedByNameAndLeavesNoFile) {
   const std::string file = scene(R"({"sphere": {"center_mm": [0,0,0], "radius_mm": 2}})");
   Result result = run(file + " --out " + path("s.gltf"));
   EXPECT_EQ(result.status, 2);

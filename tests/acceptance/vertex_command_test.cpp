@@ -36,7 +36,7 @@ std::string sheet(const dvec3& middle = dvec3(0)) {
   return text + "endsolid scan\n";
 }
 
-TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedToTheBit) {
+TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedBitForBit) {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   // Onto the highest cusp, into it, and along.
   folder.write("hand.csv",
@@ -54,7 +54,7 @@ TEST(VertexCommand, TheShippedOpenArchIsCarvedAndReplayedToTheBit) {
   EXPECT_EQ(replayed.status, 0) << replayed.out << replayed.err;
 }
 
-TEST(VertexCommand, AnOpenStlIsCarvedRecordedAndReplayedToTheBit) {
+TEST(VertexCommand, AnOpenStlIsCarvedRecordedAndReplayedBitForBit) {
   test::ProgramFolder folder{TYPODONT_PROGRAM};
   folder.write("scan.stl", sheet());
   const std::string scene = folder.write(
@@ -126,7 +126,7 @@ bool same(const Shown& a, const Shown& b) {
   return true;
 }
 
-TEST_F(CarvedScan, IsSeenAsItsOwnMeshAtEveryMomentForwardAndBack) {
+TEST_F(CarvedScan, PlayingForwardAndBackwardShowsTheMeshOfEachMoment) {
   SessionPlayer player(folder.path() / "s.h5");
   std::map<double, Shown> first;  // by the moment, each from a player of its own
   for (const double t : {0.1, 0.5, 1.0, 1.75}) {
@@ -146,7 +146,7 @@ TEST_F(CarvedScan, IsSeenAsItsOwnMeshAtEveryMomentForwardAndBack) {
   }
 }
 
-TEST_F(CarvedScan, IsRenderedAtAMomentAndSavedAsTheMeshItIs) {
+TEST_F(CarvedScan, IsRenderedAtAGivenTimeAndSavedAsItsMesh) {
   const auto triangles_at = [&](const char* options, const std::string& out) {
     const auto ran = folder.run("render " + folder / "s.h5" + " --rig closeup --size 160x120 --quality bare " +
                                 options + " --json --out " + (folder / out));
@@ -165,7 +165,7 @@ TEST_F(CarvedScan, IsRenderedAtAMomentAndSavedAsTheMeshItIs) {
   EXPECT_GE(static_cast<double>((bytes - 84) / 50), after) << "what the picture cuts off is there";
 }
 
-TEST(TissueView, OfAFieldShowsTheSameWhetherACarverOrAVolumeIsAsked) {
+TEST(TissueView, ShowsTheSameSurfaceFromACarverAndFromAVolume) {
   const Scene scene = parse_scene(Json::parse(R"({"name": "block", "tissue": {"voxel_mm": 0.2, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [4, 4, 4]}}}]}, "tool": "round_012"})",
                                               "b"),

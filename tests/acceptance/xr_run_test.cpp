@@ -47,7 +47,7 @@ struct HeadsetRun : testing::Test {
   }
 };
 
-TEST_F(HeadsetRun, AControllerDrillsIsFeltAndRecordedUntilTheUserLeaves) {
+TEST_F(HeadsetRun, AControllerDrillsWithHapticFeedbackAndIsRecordedUntilTheUserLeaves) {
   // The user leaves once the drill has been felt for a while, however long a busy machine takes for that.
   xr.script(kHeadset + R"(, "events": [{"frame": 360, "vibrations": 40, "event": "exit"}])");
   const std::string file = program / "session.h5";
@@ -87,7 +87,7 @@ TEST_F(HeadsetRun, AControllerDrillsIsFeltAndRecordedUntilTheUserLeaves) {
   EXPECT_THAT(read_text(program / "report.html"), HasSubstr("Frames in the headset"));
 }
 
-TEST_F(HeadsetRun, AHandOutOfSightStopsDrillingAndComesBackWithoutAJump) {
+TEST_F(HeadsetRun, ALostControllerStopsDrillingAndReturnsWithoutAJump) {
   // The trigger is pressed twice before the hand is lost, for a session that begins late (see kHeadset).
   xr.script(R"("view_size": [96, 64], "paced": true, "period_ms": 25,
     "profile": "/interaction_profiles/valve/index_controller",
@@ -123,7 +123,7 @@ TEST_F(HeadsetRun, AHandOutOfSightStopsDrillingAndComesBackWithoutAJump) {
   EXPECT_LT(longest, 1e-3);  // 10 mm in 0.4 s
 }
 
-TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
+TEST_F(HeadsetRun, TheKhronosValidationLayerReportsNothingInASession) {
   // Another judge than our own runtime: the package openxr-layer-corevalidation.
   xr.script(kHeadset + R"(, "mask": [[-2, -2], [-0.7, -2], [-0.7, 2]], "blend_modes": ["opaque", "alpha"],
     "events": [{"frame": 15, "event": "stop", "count": 3}, {"frame": 30, "event": "mask"}, {"frame": 32, "event": "recenter"},
@@ -141,7 +141,7 @@ TEST_F(HeadsetRun, KhronossValidationLayerFindsNothingInAWholeSession) {
   EXPECT_EQ(xr.violations(), "");
 }
 
-TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
+TEST_F(HeadsetRun, AButtonSelectsTheNextTool) {
   program.write("scene.json", R"({"name": "tray", "tools": ["round_012", "cylinder_010"],
     "tissue": {"voxel_mm": 0.2, "band_mm": 1.0,
                "solids": [{"tissue": "dentin", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [6, 6, 6]}}}]},
@@ -160,7 +160,7 @@ TEST_F(HeadsetRun, AButtonTakesUpTheNextToolOfTheTray) {
   EXPECT_EQ(ticks.back().tool, 1u);
 }
 
-TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpace) {
+TEST_F(HeadsetRun, TouchesAtTheControllersTipRegisterTheArmToTheHeadset) {
   // The arm's base lies somewhere in the workbench, and turned and shifted somewhere else in the headset's space.
   const Pose X_WH{{0.01, -0.02, 0.05}, {1, 0, 0, 0}},
       X_DH{{0.2, 1.1, -0.4}, glm::normalize(dquat(0.9, -0.3, 0.2, 0.1))};
@@ -200,7 +200,7 @@ TEST_F(HeadsetRun, TouchesOfTheArmAtTheControllersTipRegisterItToTheHeadsetsSpac
   EXPECT_EQ(run("--touches " + pairs).status, 2) << "a controller is the hand";
 }
 
-TEST_F(HeadsetRun, TouchesThatCannotBeKeptAreRefusedBeforeTheSessionBegins) {
+TEST_F(HeadsetRun, AnUnwritableFileForTouchesIsRefusedBeforeTheSession) {
   xr.script(R"("view_size": [48, 32], "paced": true, "period_ms": 25, "events": [{"frame": 40, "event": "exit"}])");
   const std::string arm =
       program.write("arm.csv", "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,9,1,0,0,0,0\n60,0,0,9,1,0,0,0,0\n");
@@ -213,7 +213,7 @@ TEST_F(HeadsetRun, TouchesThatCannotBeKeptAreRefusedBeforeTheSessionBegins) {
   EXPECT_FALSE(std::filesystem::exists(tissue));
 }
 
-TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
+TEST_F(HeadsetRun, AHangingRuntimeFailsTheRunAndTheRecordingIsSaved) {
   for (const char* call : {"xrWaitFrame", "xrEndFrame"}) {
     xr.script(kHeadset +
               fmt::format(R"(, "events": [{{"frame": 30, "event": "stall", "call": "{}", "seconds": 100}}])", call));
@@ -228,7 +228,7 @@ TEST_F(HeadsetRun, ARuntimeThatHangsEndsInASavedRecordingAndFails) {
   }
 }
 
-TEST_F(HeadsetRun, ARuntimeThatGoesAwayEndsInASavedRecordingAndFails) {
+TEST_F(HeadsetRun, ALostRuntimeFailsTheRunAndTheRecordingIsSaved) {
   for (const char* event : {"session_lost", "loss_pending", "instance_lost", "instance_loss_pending"}) {
     xr.script(kHeadset + fmt::format(R"(, "events": [{{"frame": 30, "event": "{}"}}])", event));
     const std::string file = program / (std::string(event) + ".h5");
@@ -240,7 +240,7 @@ TEST_F(HeadsetRun, ARuntimeThatGoesAwayEndsInASavedRecordingAndFails) {
   }
 }
 
-TEST_F(HeadsetRun, WithoutARuntimeAHeadsetOrAnyoneInItOneLineSaysSo) {
+TEST_F(HeadsetRun, AMissingRuntimeHeadsetOrUserIsReportedInOneLine) {
   const auto refused = [&](const std::string& what, const std::string& before = "timeout 60") {
     const Ran ran = run("", before);
     EXPECT_EQ(ran.status, 2) << what;

@@ -30,15 +30,15 @@ class Bench : public ::testing::Test {
   static inline std::vector<BenchRow> rows_;
 };
 
-TEST_F(Bench, BlockFilterOfOrder300IsWithinTwiceTheMultiplyAddFloor) {
+TEST_F(Bench, BlockFilterOfOrder300TakesAtMostTwiceTheTimeOfItsMultiplyAdds) {
   EXPECT_LT(row("filter block float", "order 300").ratio, 2.0);
 }
 
-TEST_F(Bench, BlockFilterOfOrder300IsAtLeastTwiceAsFastAsThePlainLoop) {
+TEST_F(Bench, BlockFilterOfOrder300IsAtLeastTwiceAsFastAsASimpleLoop) {
   EXPECT_GT(row("filter direct float", "order 300").ratio, 2.0);
 }
 
-TEST_F(Bench, FloatAndDoubleAgreeFarBelowHearing) {
+TEST_F(Bench, FloatAndDoubleDifferInaudibly) {
   for (const char* order : {"order 16", "order 300", "order 600"}) {
     EXPECT_LT(row("filter block float", order).error, 1e-4) << order;
     EXPECT_LT(row("filter block double", order).error, 1e-11) << order;
@@ -54,7 +54,7 @@ TEST_F(Bench, DistanceToTheRecordingFallsWithTheOrderAndIsUnderOneDecibelAt300) 
   EXPECT_LT(distance("order 300"), 1.0);
 }
 
-TEST_F(Bench, SilenceCostsLessThanATenthOfIdlingAndWorkLessThanOnePercentOfACore) {
+TEST_F(Bench, SilenceCostsLessThanATenthOfIdlingAndDrillingLessThanOnePercentOfACore) {
   EXPECT_LT(row("synth", "off").time_ns, 0.1 * row("synth", "idle at free speed").time_ns);
   EXPECT_LT(row("synth", "working in enamel").ratio, 0.01);
 }

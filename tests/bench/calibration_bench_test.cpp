@@ -7,7 +7,7 @@
 namespace typodont::calibration {
 namespace {
 
-TEST(CalibrationBench, OursIsNeverSlowerAtEqualErrorThanEigenOrOpenCv) {
+TEST(CalibrationBench, TypodontIsNeverSlowerThanEigenOrOpenCvAtEqualError) {
   const auto rows = bench_rows();
   for (const BenchRow& row : rows) {
     fmt::print("{:60} {:6} {:10.5f} {:22} {:12.2f} us\n", row.name, row.size, row.error, row.error_unit,

@@ -7,7 +7,7 @@
 namespace typodont::debris {
 namespace {
 
-TEST(DebrisBench, HundredThousandParticlesCostAtMostTwiceTheMemoryFloor) {
+TEST(DebrisBench, AHundredThousandParticlesTakeAtMostTwiceTheTimeOfTheirMemoryAccess) {
   // The best of three: a busy machine can only make it slower.
   std::vector<BenchRow> rows = bench_debris({});
   for (int i = 0; i < 2; ++i) {

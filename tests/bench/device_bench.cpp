@@ -7,7 +7,7 @@
 namespace typodont::haptics {
 namespace {
 
-TEST(DeviceBench, AnArmsTickTakesLessThanATwentiethOfAMillisecondAndVelocityIsQuieterThanADifference) {
+TEST(DeviceBench, AnArmsTickTakesLessThan50MicrosecondsAndVelocityHasLessNoiseThanADifference) {
   const std::vector<BenchRow> rows = bench_devices({.ticks = 50'000, .assets = "assets"});
   double estimate = 0;
   int arms = 0, motions = 0;

@@ -31,23 +31,23 @@ TEST(HapticsBench, EveryRowHasATime) {
   for (const auto& r : rows()) EXPECT_GT(r.time_ns, 0) << r.name;
 }
 
-TEST(HapticsBench, TheProxyPointsTruerThanVoxelProbingByFourOrdersOfMagnitude) {
+TEST(HapticsBench, TheProxysDirectionErrorIsFourOrdersOfMagnitudeBelowVoxelPenalty) {
   EXPECT_LT(row("slide on a sphere, median", "voxel 0.1 mm").error,
             1e-4 * row("slide on a sphere, voxel penalty", "voxel 0.1 mm").error);
 }
 
-TEST(HapticsBench, CubicInterpolationPointsAThousandTimesTruerThanTrilinear) {
+TEST(HapticsBench, CubicInterpolationHasAThousandthOfTheDirectionErrorOfTrilinear) {
   EXPECT_LT(row("direction, cubic", "voxel 0.1 mm").error, 1e-3 * row("direction, trilinear", "voxel 0.1 mm").error);
 }
 
-TEST(HapticsBench, TheEnergySpentAccountsForTheVolumeTheCarverLost) {
+TEST(HapticsBench, TheSpentEnergyEqualsTheEnergyOfTheRemovedVolume) {
   for (const char* knob : {"round 1.2 mm, voxel 0.1 mm", "round 4 mm, voxel 0.1 mm", "flame 1.2 x 4 mm, voxel 0.1 mm",
                            "cylinder 1 x 4 mm, voxel 0.1 mm"}) {
     EXPECT_LT(row("drilling tick, median", knob).error, 1e-6);
   }
 }
 
-TEST(HapticsBench, ASweepErrsNoMoreThanTheDifferenceOfWholeLevelSets) {
+TEST(HapticsBench, ASweepHasNoMoreErrorThanALevelSetDifference) {
   EXPECT_LT(row("removal, sweep", "voxel 0.1 mm").error, row("removal, OpenVDB csgDifference", "voxel 0.1 mm").error);
 }
 

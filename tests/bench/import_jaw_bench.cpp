@@ -32,7 +32,7 @@ const Level kLevels[] = {
     {"motion 0.6 mm", {.motion = 0.6}},
 };
 
-TEST(ImportJawBench, TeethBoneAndCanalAreToldAtEveryLevel) {
+TEST(ImportJawBench, TeethBoneAndCanalAreSegmentedAtEveryNoiseLevel) {
   fmt::print("{:<28}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>12}{:>12}\n", "volumes wrong by %", "enamel", "dentin", "pulp",
              "cortical", "cancell.", "metal", "canal, mm", "border, mm");
   for (const Level& level : kLevels) {

@@ -19,7 +19,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-TEST(Trial, AClassICavityWithTheMouseAlone) {
+TEST(Trial, AClassICavityIsDrilledWithTheMouseAlone) {
   const std::string file = (assets_folder() / "scenes/class-1-cavity.json").string();
   const MouseSession planned = drill_with_mouse(
       read_scene(file), display::load_rig(assets_folder() / "rigs/window.json"), wheel_step_of("0.05"), 170);

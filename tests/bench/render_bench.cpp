@@ -18,7 +18,7 @@
 namespace typodont::test {
 namespace {
 
-TEST(Bench, StereoFrameOfTheMolar) {
+TEST(Bench, StereoFrameOfTheMolarIsDrawnInTime) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");

@@ -29,7 +29,7 @@ int rows_below(const std::string& name, double most) {
   return found;
 }
 
-TEST(SurfaceBench, SphereNeedsFewTrianglesForItsError) {
+TEST(SurfaceBench, ASphereNeedsFewTrianglesForItsError) {
   int found = 0;
   for (const BenchRow& row : rows()) {
     if (row.name != "sphere") continue;
@@ -39,11 +39,11 @@ TEST(SurfaceBench, SphereNeedsFewTrianglesForItsError) {
   EXPECT_GT(found, 3);
 }
 
-TEST(SurfaceBench, DrillingFrameOnTheMolarIsFiftyTimesFasterThanMeshingItWhole) {
+TEST(SurfaceBench, ADrillingFrameOnTheMolarIsFiftyTimesFasterThanMeshingTheWholeMolar) {
   EXPECT_EQ(rows_below("molar at 0.05 mm, drilling frame, triangles", 1.0 / 50), 2);
 }
 
-TEST(SurfaceBench, WholeExtractionIsThreeTimesFasterAtEqualError) {
+TEST(SurfaceBench, MeshingAWholeVolumeIsThreeTimesFasterThanVolumeToMeshAtEqualError) {
   EXPECT_EQ(rows_below("ball at equal error, whole, triangles", 1.0 / 3), 1);
 }
 

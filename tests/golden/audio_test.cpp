@@ -14,7 +14,7 @@ namespace {
 using namespace typodont::test;
 
 // The noise is integer arithmetic, square roots and polynomials: the same bits on every machine.
-TEST(GoldenNoise, OfSeedOneIsTheSameOnEveryMachine) {
+TEST(GoldenNoise, NoiseOfSeedOneIsTheSameOnEveryMachine) {
   const auto x = white(64, 1);
   std::uint64_t hash = 1469598103934665603u;  // FNV-1a over the bits
   for (const double v : x) {
@@ -29,7 +29,7 @@ TEST(GoldenNoise, OfSeedOneIsTheSameOnEveryMachine) {
 
 // Levels in eight bands of a stretch of free running and one of work in enamel, dB re full scale. The models come from
 // Fourier transforms whose last bits differ between processors: half a decibel is far below what an ear tells.
-TEST(GoldenVoice, OfTheMicromotorKeepsItsBandLevels) {
+TEST(GoldenVoice, TheMicromotorKeepsItsBandLevels) {
   const auto models = load_sound_models("assets/sounds/micromotor.json");
   DrillSynth synth(models, 48000, 1);
   SoundState free, work;

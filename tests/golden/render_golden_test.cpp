@@ -37,13 +37,13 @@ struct Golden : testing::Test {
   }
 };
 
-TEST_F(Golden, ToothWithCavityAndBur) {
+TEST_F(Golden, AToothWithCavityAndBurLooksAsApproved) {
   stage.draw(drilling(desk(0.022, 0.0176, 0.35)));
   EXPECT_TRUE(matches_golden(stage.eye(0), "tooth_left", kTolerance, kPixels, message)) << message;
   EXPECT_TRUE(matches_golden(stage.eye(1), "tooth_right", kTolerance, kPixels, message)) << message;
 }
 
-TEST_F(Golden, SpinningBurWithDebrisAndWriting) {
+TEST_F(Golden, ASpinningBurWithDebrisAndTextLooksAsApproved) {
   render::Frame frame = drilling(desk(0.022, 0.0176, 0.35));
   frame.tool.spindle = 31416;
   std::vector<render::Particle> particles;
@@ -60,7 +60,7 @@ TEST_F(Golden, SpinningBurWithDebrisAndWriting) {
   EXPECT_TRUE(matches_golden(left_half(frame), "drilling_left", kTolerance, kPixels, message)) << message;
 }
 
-TEST_F(Golden, SeenInAMirrorTheToothStaysItselfAndWritingReadsUpright) {
+TEST_F(Golden, TheToothInAMirrorLooksAsApprovedAndTextIsReadable) {
   display::DisplayRig rig = desk(0.022, 0.0176, 0.35);
   const display::Mirror mirror{glm::normalize(dvec3(0, 1, 0)), 0.1};
   const dvec3 up = rig.screen.upper_left - rig.screen.lower_left;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kTolerance = 6, kPixels = 120;
 
-TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
+TEST(GoldenScene, TheMolarWithNeighboursMouthMirrorSectionAndXrayLooksAsApproved) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   display::DisplayRig rig = display::load_rig(assets_folder() / "rigs/closeup.json");
@@ -60,7 +60,7 @@ TEST(GoldenScene, MolarAmongItsNeighboursInTheMouthMirrorCutOpenAndAsGlass) {
   EXPECT_EQ(stage.validation_messages(), 0);
 }
 
-TEST(HalfMirror, ShowsTheSceneLitAsThePictureBehindItWouldBe) {
+TEST(HalfMirror, ShowsTheSceneAsBrightAsWithoutTheMirror) {
   const Scene scene = read_scene(assets_folder() / "scenes/molar-caries.json");
   haptics::TissueVolume volume = load_tissue(scene);
   const Surroundings around = make_surroundings(scene.surroundings);

@@ -38,7 +38,7 @@ std::vector<ServoTick> recorded(const std::filesystem::path& file) {
   return ticks;
 }
 
-TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyFiltersThatEveryHdf5LibraryHas) {
+TEST(SessionFromTheLibrarysOwnTool, HasEveryTickAndNeedsOnlyStandardHdf5Filters) {
   TemporaryFolder folder;
   const auto ticks = recorded(folder / "s.h5");
   const std::string file = (folder / "s.h5").string();

@@ -51,7 +51,7 @@ std::uint64_t force_bits(std::span<const ServoTick> ticks) {
   return sum;
 }
 
-TEST(SessionFromPython, HoldsTheSameNumbersAsTheCsvAndEveryBitOfTheHand) {
+TEST(SessionFromPython, HasTheSameNumbersAsTheCsvAndEveryBitOfTheHand) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(1300, 61);
   {
@@ -80,7 +80,7 @@ TEST(SessionFromPython, HoldsTheSameNumbersAsTheCsvAndEveryBitOfTheHand) {
   EXPECT_THAT(out, testing::EndsWith("exit 0"));
 }
 
-TEST(SessionFromPython, OpensAfterACrashAsAGrowingFileAndOnceRepairedAsAnOrdinaryOne) {
+TEST(SessionFromPython, OpensAfterACrashAndAfterARepair) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(1024, 64);
   const pid_t pid = fork();
@@ -100,7 +100,7 @@ TEST(SessionFromPython, OpensAfterACrashAsAGrowingFileAndOnceRepairedAsAnOrdinar
   EXPECT_THAT(output_of(read), HasSubstr(expected));
 }
 
-TEST(SessionFromPython, OfAFileOfTheFirstReleaseTheFiveLossesItCountsAreRead) {
+TEST(SessionFromPython, ReadsTheFiveLossCountersOfAFileOfTheFirstRelease) {
   TemporaryFolder folder;
   { ASSERT_TRUE(SessionWriter(folder / "s.h5", some_header()).finish({})); }
   const std::string older =

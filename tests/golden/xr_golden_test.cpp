@@ -83,13 +83,13 @@ struct XrGolden : testing::Test {
   }
 };
 
-TEST_F(XrGolden, ToothInAHeadsetWithCantedAsymmetricViews) {
+TEST_F(XrGolden, AToothInAHeadsetWithCantedAsymmetricViewsLooksAsApproved) {
   const Shot shot = shoot();
   EXPECT_TRUE(matches_golden(shot.left, "xr_left", kTolerance, kPixels, message)) << message;
   EXPECT_TRUE(matches_golden(shot.right, "xr_right", kTolerance, kPixels, message)) << message;
 }
 
-TEST_F(XrGolden, TheCompositorGetsWhatTheOffscreenRendererDrawsForTheSameViews) {
+TEST_F(XrGolden, TheCompositorGetsTheSamePictureAsTheOffscreenRenderer) {
   const Shot shot = shoot();
   Stage stage({320, 256}, quality);
   draw_offscreen(shot, stage);
@@ -99,7 +99,7 @@ TEST_F(XrGolden, TheCompositorGetsWhatTheOffscreenRendererDrawsForTheSameViews) 
   }
 }
 
-TEST_F(XrGolden, AMouthMirrorReflectsInTheHeadsetAsItDoesOffscreenAndTheDepthIsStillThePicturesOwn) {
+TEST_F(XrGolden, AMouthMirrorLooksAsOffscreenAndDoesNotChangeTheDepth) {
   const Shot without = shoot();
   mirror = {{dvec3(6e-3, 4e-3, 3e-3), rotation_between({0, 0, 1}, glm::normalize(dvec3(-0.5, -0.8, 0.4)))}, 12e-3, 0};
   const Shot shot = shoot();
@@ -117,14 +117,14 @@ TEST_F(XrGolden, AMouthMirrorReflectsInTheHeadsetAsItDoesOffscreenAndTheDepthIsS
     }
 }
 
-TEST_F(XrGolden, ThePictureIsTheSameInEveryFormatThatARuntimeOffers) {
+TEST_F(XrGolden, ThePictureIsTheSameInEverySwapchainFormat) {
   const Shot first = shoot();
   const Shot swapped = shoot(R"("formats": ["D16_UNORM", "B8G8R8A8_UNORM", "B8G8R8A8_SRGB"], "images": 2)");
   EXPECT_EQ(compare(first.left, swapped.left, 1).pixels, 0);
   EXPECT_TRUE(swapped.depth_left.empty()) << "no D32 was offered, so no depth is handed over";
 }
 
-TEST_F(XrGolden, DepthHandedOverIsTheDistanceOfWhatIsSeen) {
+TEST_F(XrGolden, TheSubmittedDepthIsTheDistanceOfTheVisibleSurface) {
   mesh = {ball(1, {0, 0, 0}, 4e-3f, Tissue::kEnamel, 64)};
   for (const int step : {0, 2}) {  // with and without several samples a pixel
     quality = render::kQualityLadder[static_cast<std::size_t>(step)];
@@ -163,7 +163,7 @@ TEST_F(XrGolden, NothingIsDrawnBehindTheLensesRim) {
   EXPECT_GT(hidden, 500);
 }
 
-TEST_F(XrGolden, WhereTheRoomShowsTheBackgroundIsClearAndTheToothIsSolid) {
+TEST_F(XrGolden, InPassThroughTheBackgroundIsTransparentAndTheToothOpaque) {
   rig.hmd.passthrough = true;
   const Shot shot = shoot(R"("blend_modes": ["opaque", "alpha"])");
   EXPECT_EQ(shot.left.at(2, 2)[3], 0);
@@ -176,7 +176,7 @@ TEST_F(XrGolden, WhereTheRoomShowsTheBackgroundIsClearAndTheToothIsSolid) {
   EXPECT_GT(xr.count("passthrough projection+depth+alpha opaque"), 0);
 }
 
-TEST_F(XrGolden, ALostToolIsSievedAndTheToothIsNot) {
+TEST_F(XrGolden, ALostToolIsDrawnAsAPatternAndTheToothSolid) {
   const Shot whole = shoot(), half = shoot("", 0.5);
   const Difference d = compare(whole.left, half.left, 30);
   EXPECT_GT(d.pixels, 60);

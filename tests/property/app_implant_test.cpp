@@ -93,7 +93,7 @@ TEST(ImplantScenes, BoneHasAShellANerveInItsCanalAndGreyValuesOfItsClass) {
   EXPECT_NEAR(sum / n * load_bone_grey().cancellous, 1050, 100) << "class II";
 }
 
-TEST(ImplantScenes, WrongInputIsAnsweredWithItsPlace) {
+TEST(ImplantScenes, WrongInputIsRefusedWithItsPlace) {
   auto json = json_of("implant-molar");
   json["tools"][3] = "pilot_99";
   EXPECT_NE(error_of(json).find("pilot_99"), std::string::npos);
@@ -149,7 +149,7 @@ class OtherSet {
   fs::path folder_ = fs::temp_directory_path() / fmt::format("typodont_other_set_{}", getpid());
 };
 
-TEST(ImplantScenes, AnotherMakersSetIsAFolderOfFiles) {
+TEST(ImplantScenes, AnotherManufacturersSetIsAFolderOfFiles) {
   const OtherSet set(60);
   auto json = json_of("implant-molar");
   json["tool_set"] = set.folder();
@@ -218,7 +218,7 @@ void expect_to_plan(const Done& done, std::size_t phases, double depth, double d
 }
 
 /// Coarse bone, quick threads, few ticks, so that it takes seconds; in ./run stress as it ships, at all sites.
-TEST(ImplantExpert, DoesAllPhasesToThePlan) {
+TEST(ImplantExpert, CompletesAllPhasesAsPlanned) {
   if (test::campaign(1) > 1) {
     expect_to_plan(expert_in(json_of("implant-premolar"), 1000), 16, 12e-3, 4.2e-3);
     expect_to_plan(expert_in(json_of("implant-molar"), 1000), 16, 12e-3, 4.2e-3);

@@ -40,7 +40,7 @@ TEST(EveryFit, HasReflectionCoefficientsInsideTheUnitInterval) {
   }
 }
 
-TEST(EveryFit, OfAModelsOwnSoundFindsTheModelAgain) {
+TEST(EveryFit, RecoversTheModelFromItsOwnSound) {
   std::mt19937 random(2);
   for (int trial = 0; trial < 20; ++trial) {
     const std::size_t order = 1 + random() % 12;
@@ -52,7 +52,7 @@ TEST(EveryFit, OfAModelsOwnSoundFindsTheModelAgain) {
   }
 }
 
-TEST(EveryFit, IsUnchangedByTheRecordingsLevel) {
+TEST(EveryFit, IsIndependentOfTheLevelOfTheRecording) {
   std::mt19937 random(3);
   for (int trial = 0; trial < 10; ++trial) {
     auto x = random_sound(random, 2000);
@@ -64,7 +64,7 @@ TEST(EveryFit, IsUnchangedByTheRecordingsLevel) {
   }
 }
 
-TEST(EveryBlend, OfTwoStableModelsReflectionCoefficientsIsStable) {
+TEST(EveryBlend, OfTheReflectionCoefficientsOfTwoStableModelsIsStable) {
   std::mt19937 random(4);
   int unstable_by_predictor = 0;
   for (int trial = 0; trial < 200; ++trial) {
@@ -93,7 +93,7 @@ TEST(EveryBlend, OfTwoStableModelsReflectionCoefficientsIsStable) {
   EXPECT_GT(unstable_by_predictor, 150);  // why the predictor's own coefficients are never blended
 }
 
-TEST(EveryPath, OfTheLatticesCoefficientsNeverMakesEnergy) {
+TEST(EveryPath, OfTheLatticeCoefficientsCreatesNoEnergy) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> k(-1, 1);
   for (int trial = 0; trial < 20; ++trial) {
@@ -113,7 +113,7 @@ TEST(EveryPath, OfTheLatticesCoefficientsNeverMakesEnergy) {
   }
 }
 
-TEST(EveryOrderAndForm, OfOneModelGivesTheSameSound) {
+TEST(EveryOrderAndForm, GivesTheSameSoundForOneModel) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 40; ++trial) {
     const std::size_t order = 1 + random() % 400;
@@ -128,7 +128,7 @@ TEST(EveryOrderAndForm, OfOneModelGivesTheSameSound) {
   }
 }
 
-TEST(EveryTrack, GivesTheSameBitsInAnyBuffers) {
+TEST(EveryTrack, GivesTheSameBitsForAnyBufferSizes) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> u(0, 1);
   for (int trial = 0; trial < 12; ++trial) {

@@ -61,7 +61,7 @@ struct Studio {
   }
 };
 
-TEST(CameraLaws, ExactPicturesGivePanelMirrorAndLensBack) {
+TEST(CameraLaws, ExactCornersRecoverPanelMirrorAndLens) {
   const Studio studio(1, 0, 0);
   const CameraResult result = solve_camera(studio.sightings, 1920, 1080, studio.drawn);
   ASSERT_EQ(result.not_determined, "");
@@ -74,7 +74,7 @@ TEST(CameraLaws, ExactPicturesGivePanelMirrorAndLensBack) {
   EXPECT_LT(result.rms_px, 1e-5);
 }
 
-TEST(CameraLaws, ErrorsAreAsLargeAsReported) {
+TEST(CameraLaws, ErrorsAgreeWithTheReportedUncertainty) {
   double squares = 0;
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -102,7 +102,7 @@ TEST(CameraLaws, WrongCornersDoNotMoveThePanel) {
   EXPECT_GE(result.outliers, static_cast<int>(studio.sightings.size() / 25) - 2);
 }
 
-TEST(CameraLaws, WhatIsMissingIsNamed) {
+TEST(CameraLaws, MissingSightingsAreReported) {
   Studio studio(3, 0.1, 2e-4);
   std::vector<Sighting> untied = studio.sightings;
   std::erase_if(untied, [](const Sighting& s) { return s.on == SeenOn::kTouchedPoint; });

@@ -84,20 +84,20 @@ double at_the_bound(int runs = 16) {
   return 1 + 3 / std::sqrt(2.0 * runs);
 }
 
-TEST(DelayLaws, SineDrillAndHandMotionReachTheirBound) {
+TEST(DelayLaws, TheErrorForSineDrillingAndHandMotionReachesTheTheoreticalBound) {
   EXPECT_LT(efficiency(sine, {}), at_the_bound());
   EXPECT_LT(efficiency(drill, {}), at_the_bound());
   EXPECT_LT(efficiency(hand, {}), at_the_bound());
 }
 
-TEST(DelayLaws, NoiseOnOneStreamOnlyReachesItsBound) {
+TEST(DelayLaws, TheErrorWithNoiseOnOneStreamReachesTheTheoreticalBound) {
   Recording s;
   s.noise_a = 0;
   EXPECT_LT(efficiency(sine, s), at_the_bound());
   EXPECT_LT(efficiency(hand, s), at_the_bound());
 }
 
-TEST(DelayLaws, StreamsOfDifferentRatesReachTheirBound) {
+TEST(DelayLaws, TheErrorForStreamsOfDifferentRatesReachesTheTheoreticalBound) {
   Recording s;
   s.rate_a = 1000, s.rate_b = 120, s.seconds = 6;
   EXPECT_LT(efficiency(hand, s, 12), at_the_bound(12));
@@ -106,7 +106,7 @@ TEST(DelayLaws, StreamsOfDifferentRatesReachTheirBound) {
   EXPECT_LT(efficiency(hand, s, 12), at_the_bound(12));
 }
 
-TEST(DelayLaws, FastSamplingOfSlowMotionReachesItsBound) {
+TEST(DelayLaws, TheErrorForFastSamplingOfSlowMotionReachesTheTheoreticalBound) {
   Recording s;
   s.rate_a = s.rate_b = 1000, s.seconds = 3;
   EXPECT_LT(efficiency(hand, s, 8), at_the_bound(8));
@@ -130,7 +130,7 @@ TEST(DelayLaws, PositiveMeansThatBLags) {
   EXPECT_NEAR(estimate_delay(r.b, r.a).delay, -0.150, 1e-3);
 }
 
-TEST(DelayLaws, AnotherFrameDoesNotDisturb) {
+TEST(DelayLaws, StreamsInDifferentFramesGiveTheSameDelay) {
   Recording s;
   s.X_BA = {{0.3, -0.2, 0.1}, glm::normalize(dquat(0.5, 0.3, -0.7, 0.2))};
   const Recorded r = record(hand, s, 4);
@@ -141,7 +141,7 @@ TEST(DelayLaws, AnotherFrameDoesNotDisturb) {
   EXPECT_LT(d.sigma, 1e-4);
 }
 
-TEST(DelayLaws, ConstantVelocityIsReported) {
+TEST(DelayLaws, ConstantVelocityIsReportedAsUndetermined) {
   for (const double noise : {0.0, 2e-4}) {
     Recording s;
     s.noise_a = s.noise_b = noise;
@@ -153,7 +153,7 @@ TEST(DelayLaws, ConstantVelocityIsReported) {
   }
 }
 
-TEST(DelayLaws, AHandAtRestIsNamedAsNoMotion) {
+TEST(DelayLaws, AHandAtRestIsReportedAsNoMotion) {
   for (const double noise : {0.0, 1e-5, 2e-4}) {
     for (const double seconds : {0.5, 10.0, 60.0}) {
       Recording s;
@@ -177,7 +177,7 @@ TEST(DelayLaws, AHandAtRestIsNamedAsNoMotion) {
   EXPECT_EQ(estimate_delay(r.a, r.b).reason.find("no motion"), std::string::npos);
 }
 
-TEST(DelayLaws, PeriodicMotionIsReportedWithEveryCandidate) {
+TEST(DelayLaws, PeriodicMotionIsReportedWithAllPossibleDelays) {
   for (const double hertz : {1.0, 2.0, 5.0}) {
     for (const double noise : {0.0, 2e-4}) {
       Recording s;
@@ -199,7 +199,7 @@ TEST(DelayLaws, AperiodicMotionIsNotCalledAmbiguous) {
   }
 }
 
-TEST(DelayLaws, LostAndFrozenSamplesAndGlitchesAreSurvived) {
+TEST(DelayLaws, LostFrozenAndOutlierSamplesDoNotDisturbTheDelay) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Recorded r = record(hand, {}, seed);
     Noise random(seed + 50);
@@ -222,7 +222,7 @@ TEST(DelayLaws, LostAndFrozenSamplesAndGlitchesAreSurvived) {
   }
 }
 
-TEST(DelayLaws, AClockThatRunsApartIsMeasured) {
+TEST(DelayLaws, ClockSkewIsMeasured) {
   for (const double seconds : {30.0, 120.0}) {
     Recording s;
     s.skew = 1e-4, s.seconds = seconds;

@@ -62,7 +62,7 @@ double mahalanobis(const Pose& found, const Pose& truth, const std::array<double
   return e.dot(C.ldlt().solve(e));
 }
 
-TEST(HandEye, ExactPosesGiveBackBothTransforms) {
+TEST(HandEye, ExactPosesRecoverBothTransforms) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     for (const std::size_t count : {3u, 5u, 12u, 60u}) {
       const Bench bench(seed, count);
@@ -75,7 +75,7 @@ TEST(HandEye, ExactPosesGiveBackBothTransforms) {
   }
 }
 
-TEST(HandEye, ExactMotionsGiveBackTheTransform) {
+TEST(HandEye, ExactMotionsRecoverTheTransform) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     for (const std::size_t count : {2u, 4u, 40u}) {
       const Bench bench(seed, count + 1);
@@ -93,7 +93,7 @@ TEST(HandEye, ExactMotionsGiveBackTheTransform) {
   }
 }
 
-TEST(HandEye, TheStatedCovarianceIsTheScatterOfTheResults) {
+TEST(HandEye, TheReportedCovarianceIsTheScatterOfTheResults) {
   // Many rows: the noise has 21 numbers, with the lever of the arm's rotation in them. Few: two numbers.
   for (const std::size_t count : {12u, 40u}) {
     double x2 = 0, z2 = 0;
@@ -117,7 +117,7 @@ TEST(HandEye, TheStatedCovarianceIsTheScatterOfTheResults) {
   }
 }
 
-TEST(HandEye, NoiseOfArmAndTrackerIsReportedAsItIs) {
+TEST(HandEye, TheReportedNoiseIsThatOfArmAndTracker) {
   double turn2 = 0, shift2 = 0;
   const NoiseLevels noise{0, 0, 0.2 * kDegree, 3e-4};  // of the tracker alone: no lever
   const int runs = 60;
@@ -131,7 +131,7 @@ TEST(HandEye, NoiseOfArmAndTrackerIsReportedAsItIs) {
   EXPECT_NEAR(std::sqrt(shift2), 3e-4, 0.15e-4);
 }
 
-TEST(HandEye, TheRefinementIsAsGoodAsTheNoiseAllowsAndBetterThanTheClosedForm) {
+TEST(HandEye, TheRefinementReachesTheNoiseBoundAndIsBetterThanTheClosedForm) {
   // An arm whose rotation noise acts at the end of a lever of 8 cm: the 6×6 noise takes it apart.
   double error2 = 0, predicted2 = 0;
   for (std::uint64_t seed = 1; seed <= 80; ++seed) {
@@ -145,7 +145,7 @@ TEST(HandEye, TheRefinementIsAsGoodAsTheNoiseAllowsAndBetterThanTheClosedForm) {
   EXPECT_NEAR(std::sqrt(error2 / predicted2), 1, 0.15);
 }
 
-TEST(HandEye, UpToFortyPercentOfWrongRowsCostLittle) {
+TEST(HandEye, UpToFortyPercentOutliersChangeTheResultLittle) {
   for (const double fraction : {0.0, 0.1, 0.25, 0.4}) {
     double found2 = 0, oracle2 = 0;
     std::size_t good_dropped = 0, good = 0;
@@ -181,7 +181,7 @@ TEST(HandEye, UpToFortyPercentOfWrongRowsCostLittle) {
   }
 }
 
-TEST(HandEye, MotionThatDeterminesNothingIsRefusedWithItsReason) {
+TEST(HandEye, DegenerateMotionIsRefusedWithAReason) {
   Noise random(9);
   const dvec3 axis = glm::normalize(dvec3(1, 2, -1));
   for (const NoiseLevels& noise : {NoiseLevels{}, kUsual}) {
@@ -200,7 +200,7 @@ TEST(HandEye, MotionThatDeterminesNothingIsRefusedWithItsReason) {
   }
 }
 
-TEST(HandEye, OneWrongRowDoesNotHideThatAllTurnsAreAboutOneAxis) {
+TEST(HandEye, AnOutlierDoesNotHideThatAllRotationsShareOneAxis) {
   Noise random(10);
   Bench bench(52, 0);
   for (int i = 0; i < 20; ++i) {
@@ -210,7 +210,7 @@ TEST(HandEye, OneWrongRowDoesNotHideThatAllTurnsAreAboutOneAxis) {
   EXPECT_NE(solve_hand_eye(bench.A, bench.B).not_determined, "");
 }
 
-TEST(HandEye, APoseTurnedRoundIsRecognised) {
+TEST(HandEye, InvertedPosesAreRecognised) {
   Bench bench(60, 25, kUsual);
   for (Pose& pose : bench.B) pose = inverse(pose);
   EXPECT_NE(solve_hand_eye(bench.A, bench.B).not_determined.find("they do fit with every pose b inverted"),
@@ -218,7 +218,7 @@ TEST(HandEye, APoseTurnedRoundIsRecognised) {
       << solve_hand_eye(bench.A, bench.B).not_determined;
 }
 
-TEST(HandEye, UnrelatedPosesAreNeverTrusted) {
+TEST(HandEye, UnrelatedPosesAreAlwaysRejected) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     Noise random(seed);
     for (const std::size_t count : {4u, 8u, 30u}) {

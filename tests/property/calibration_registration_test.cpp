@@ -85,7 +85,7 @@ TEST(RegistrationLaws, PredictedTargetErrorIsWithinTwoPercentOfSimulation) {
   EXPECT_NEAR(std::sqrt(box_predicted / box_seen), 1, 0.02);
 }
 
-TEST(RegistrationLaws, ConfidenceEllipsoidsCoverAsOftenAsTheySay) {
+TEST(RegistrationLaws, ConfidenceEllipsoidsHaveTheirStatedCoverage) {
   const Scene scene(5, 40);
   Noise random(6);
   const int runs = 3000;
@@ -142,7 +142,7 @@ TEST(RegistrationLaws, ScatteredOutliersUpToSeventyPercentAreFoundExactly) {
   }
 }
 
-TEST(RegistrationLaws, ARivalMotionIsNeverPassedOverInSilence) {
+TEST(RegistrationLaws, ASecondConsistentMotionIsAlwaysReported) {
   for (const double share : {0.3, 0.5, 0.7}) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const Scene scene(300 + seed, 50);
@@ -162,7 +162,7 @@ TEST(RegistrationLaws, ARivalMotionIsNeverPassedOverInSilence) {
   }
 }
 
-TEST(RegistrationLaws, EvenThreePairsAgainstSevenRaiseDoubt) {
+TEST(RegistrationLaws, ASecondMotionOfThreePairsAgainstSevenIsReported) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Scene scene(800 + seed, 10);
     Noise random(900 + seed);
@@ -172,7 +172,7 @@ TEST(RegistrationLaws, EvenThreePairsAgainstSevenRaiseDoubt) {
   }
 }
 
-TEST(RegistrationLaws, ToldTheNoiseOutliersAreFoundAsExactlyAndRivalsToo) {
+TEST(RegistrationLaws, WithAGivenNoiseOutliersAndSecondMotionsAreFoundToo) {
   RegistrationOptions options;
   options.known_sigma = kSigma;
   for (const std::size_t count : {16u, 40u, 200u}) {
@@ -220,7 +220,7 @@ struct TwoMotions {
   }
 };
 
-TEST(RegistrationLaws, ConsistentWrongPairsTenNoisesAwayAreFoundExactlyOrReported) {
+TEST(RegistrationLaws, ConsistentOutliersTenSigmaAwayAreFoundExactlyOrReported) {
   int runs = 0, inexact = 0;
   double error2 = 0, oracle2 = 0;
   RegistrationOptions told, plain;
@@ -254,7 +254,7 @@ TEST(RegistrationLaws, ConsistentWrongPairsTenNoisesAwayAreFoundExactlyOrReporte
   EXPECT_LT(std::sqrt(error2), 1.1 * std::sqrt(oracle2));
 }
 
-TEST(RegistrationLaws, RivalsWithinTheNoiseAreReportedWhereTheyCanBeSeen) {
+TEST(RegistrationLaws, SecondMotionsNearTheNoiseLevelAreReportedIfDetectable) {
   // Half of the pairs five noises off: a fit through the middle explains them, a little too noisy.
   RegistrationOptions told;
   told.known_sigma = kSigma;
@@ -269,7 +269,7 @@ TEST(RegistrationLaws, RivalsWithinTheNoiseAreReportedWhereTheyCanBeSeen) {
   EXPECT_EQ(known, runs);
 }
 
-TEST(RegistrationLaws, GoodPairsAreNeverCalledTwoMotions) {
+TEST(RegistrationLaws, GoodPairsAreNeverReportedAsTwoMotions) {
   RegistrationOptions told;
   told.known_sigma = kSigma;
   int doubted = 0, runs = 0;
@@ -285,7 +285,7 @@ TEST(RegistrationLaws, GoodPairsAreNeverCalledTwoMotions) {
   EXPECT_LE(doubted, runs / 100);
 }
 
-TEST(RegistrationLaws, CoarseStepsThatHappenToCoincideAreNoMotionOfTheirOwn) {
+TEST(RegistrationLaws, CoincidencesOfQuantisedPointsAreNotReportedAsASecondMotion) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Scene scene(5000 + seed, 24);
     std::vector<dvec3> H, D;
@@ -297,7 +297,7 @@ TEST(RegistrationLaws, CoarseStepsThatHappenToCoincideAreNoMotionOfTheirOwn) {
   }
 }
 
-TEST(RegistrationLaws, AMirrorImageOrAnotherScaleIsNamedInsteadOfFitted) {
+TEST(RegistrationLaws, AMirrorImageOrAnotherScaleIsReportedAndNotFitted) {
   for (const std::size_t count : {4u, 5u, 8u, 30u}) {
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
       const Scene scene(1300 + seed, count);
@@ -319,7 +319,7 @@ TEST(RegistrationLaws, AMirrorImageOrAnotherScaleIsNamedInsteadOfFitted) {
   }
 }
 
-TEST(RegistrationLaws, RobustErrorIsThatOfAnOracle) {
+TEST(RegistrationLaws, TheRobustErrorEqualsThatOfAFitThatKnowsTheOutliers) {
   double robust2 = 0, oracle2 = 0;
   RegistrationOptions plain;
   plain.reject_outliers = false;
@@ -417,7 +417,7 @@ struct Contaminated {
   }
 };
 
-TEST(RegistrationLaws, EightWrongPairsOfFiftyCostNoGoodOnesAndNoAccuracy) {
+TEST(RegistrationLaws, EightOutliersOfFiftyLoseNoInlierAndNoAccuracy) {
   RegistrationOptions told;
   told.known_sigma = kSigma;
   for (const Wrong kind : kWrongs) {
@@ -438,7 +438,7 @@ TEST(RegistrationLaws, EightWrongPairsOfFiftyCostNoGoodOnesAndNoAccuracy) {
   }
 }
 
-TEST(RegistrationLaws, UpToFortyFivePercentOfWrongPairsCostLittleMoreThanTheirAbsence) {
+TEST(RegistrationLaws, UpTo45PercentOutliersCostLittleMoreThanTheirAbsence) {
   RegistrationOptions told;
   told.known_sigma = kSigma;
   for (const Wrong kind : kWrongs) {
@@ -466,7 +466,7 @@ TEST(RegistrationLaws, UpToFortyFivePercentOfWrongPairsCostLittleMoreThanTheirAb
   }
 }
 
-TEST(RegistrationLaws, FewerThanHalfOfThePairsCannotMoveTheMotionHoweverFarAndHoweverAlike) {
+TEST(RegistrationLaws, FewerThanHalfOfThePairsCannotBreakTheFitHoweverFarOrConsistent) {
   for (const std::size_t count : {12u, 25u, 60u}) {
     for (const double distance : {0.02, 1.0, 100.0}) {
       for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -485,7 +485,7 @@ TEST(RegistrationLaws, FewerThanHalfOfThePairsCannotMoveTheMotionHoweverFarAndHo
   }
 }
 
-TEST(RegistrationLaws, ConfidenceEllipsoidsHoldAfterOutliersWereSetAside) {
+TEST(RegistrationLaws, ConfidenceEllipsoidsHaveTheirCoverageAfterOutlierRemoval) {
   int inside = 0, trusted = 0;
   for (const Wrong kind : {Wrong::kScattered, Wrong::kNear, Wrong::kHeavyTail, Wrong::kSwapped}) {
     for (std::uint64_t seed = 1; seed <= 150; ++seed) {

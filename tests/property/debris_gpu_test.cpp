@@ -87,7 +87,7 @@ struct Both {
   }
 };
 
-TEST(DebrisOnTheGpu, FliesWhereTheProcessorHasItFly) {
+TEST(DebrisOnTheGpu, ParticlesFlyAsOnTheCpu) {
   Both both;
   for (std::uint64_t i = 1; i <= 20; ++i) both.cut(i);
   // Before anything has bounced the two laws differ in how often drag is looked at: a tenth at most, here far less.
@@ -99,7 +99,7 @@ TEST(DebrisOnTheGpu, FliesWhereTheProcessorHasItFly) {
   EXPECT_EQ(both.stage.device.validation_messages(), 0);
 }
 
-TEST(DebrisOnTheGpu, ComesToRestOnTheTissueInTheSamePlaces) {
+TEST(DebrisOnTheGpu, ParticlesComeToRestWhereTheyDoOnTheCpu) {
   Both both;
   for (std::uint64_t i = 1; i <= 60; ++i) {
     both.cut(i);
@@ -129,7 +129,7 @@ TEST(DebrisOnTheGpu, ComesToRestOnTheTissueInTheSamePlaces) {
   EXPECT_LT(glm::length(mean_gpu - mean_host), 0.05 * spread);
 }
 
-TEST(DebrisOnTheGpu, ItsMassIsWhatWasCutAndItVanishesInTheEnd) {
+TEST(DebrisOnTheGpu, ItsMassIsTheMassOfTheCutAndDecaysToZero) {
   Both both;
   for (std::uint64_t i = 1; i <= 10; ++i) both.cut(i);
   both.step_both();
@@ -141,7 +141,7 @@ TEST(DebrisOnTheGpu, ItsMassIsWhatWasCutAndItVanishesInTheEnd) {
   EXPECT_EQ(both.cloud.alive(), 0u);
 }
 
-TEST(DebrisOnTheGpu, ANozzleDrawsItIn) {
+TEST(DebrisOnTheGpu, ASuctionNozzleDrawsItIn) {
   Both both;
   const debris::Suction suction{{0.004, 0, 0.009}, 5e-3, 4e-3};
   both.cloud.suck(suction.p_W, suction.flow, suction.radius);
@@ -181,7 +181,7 @@ TEST(DebrisOnTheGpu, NoChipIsCarriedPastTheNozzleInOneLongStep) {
   EXPECT_NEAR(gone, gone_host, 0.02 * static_cast<double>(after.size())) << gone_host << " on the processor";
 }
 
-TEST(DebrisOnTheGpu, NoneAliveIsNoWorkAndNoPipeline) {
+TEST(DebrisOnTheGpu, WithoutParticlesThereIsNoWorkAndNoPipeline) {
   Both both;
   for (int i = 0; i < 5; ++i) both.step_both();
   EXPECT_EQ(both.cloud.pipelines(), 0);
@@ -190,7 +190,7 @@ TEST(DebrisOnTheGpu, NoneAliveIsNoWorkAndNoPipeline) {
   EXPECT_TRUE(both.cloud.runs().empty());
 }
 
-TEST(DebrisOnTheGpu, IsDrawnAndMovesThePicture) {
+TEST(DebrisOnTheGpu, IsDrawnAndRedrawnWhenItMoves) {
   Both both;
   both.stage.renderer->resize({160, 128});
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));

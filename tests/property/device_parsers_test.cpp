@@ -45,7 +45,7 @@ class Garbage {
   std::mt19937 random_;
 };
 
-TEST(Parsers, ArmReportsOfAnyBytesAreReadOrRefused) {
+TEST(Parsers, ArmReportsOfRandomBytesAreReadOrRefused) {
   Garbage garbage(1);
   for (int i = 0; i < 20'000; ++i) {
     const Bytes bytes = garbage.bytes(200);
@@ -83,7 +83,7 @@ TEST(Parsers, SpaceMouseAxesStayWithinOne) {
   }
 }
 
-TEST(Parsers, AnyDescriptorGivesFieldsThatAnyReportCanBeReadWith) {
+TEST(Parsers, AnyReportCanBeReadWithTheFieldsOfAnyDescriptor) {
   Garbage garbage(4);
   for (int i = 0; i < 5000; ++i) {
     Bytes descriptor = garbage.bytes(120);
@@ -103,7 +103,7 @@ TEST(Parsers, AnyDescriptorGivesFieldsThatAnyReportCanBeReadWith) {
   }
 }
 
-TEST(Parsers, HaplyStatesAreFiniteWhateverTheServiceSays) {
+TEST(Parsers, HaplyStatesAreFiniteForAnyMessage) {
   Garbage garbage(5);
   const std::string good = test::HaplyService().state_text();
   int read = 0;
@@ -142,7 +142,7 @@ class Player : public Link {
   bool play_ended_ = true;
 };
 
-TEST(Parsers, AWebSocketThatTalksNonsenseIsLostNotFeared) {
+TEST(Parsers, AWebSocketWithInvalidFramesIsALostDevice) {
   Garbage garbage(6);
   for (int i = 0; i < 300; ++i) {
     auto link = std::make_unique<Player>();

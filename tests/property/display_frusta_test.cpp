@@ -68,7 +68,7 @@ TEST(Frusta, NoVerticalParallaxWhenTheEyesLieAlongTheScreensRows) {
   }
 }
 
-TEST(Frusta, ThickGlassLeavesPointsInTheirRowsAndDrawsThemNearTheirOwnRays) {
+TEST(Frusta, ThickGlassKeepsTheRowOfAPointAndMovesItLittle) {
   Generator g;
   for (int i = 0; i < 500; ++i) {
     DisplayRig rig;
@@ -110,7 +110,7 @@ TEST(Frusta, ThickGlassLeavesPointsInTheirRowsAndDrawsThemNearTheirOwnRays) {
   }
 }
 
-TEST(Frusta, NearerThanTheScreenCrossesAndFartherUncrosses) {
+TEST(Frusta, PointsBeforeTheScreenHaveCrossedDisparityAndPointsBehindItUncrossed) {
   Generator g;
   for (int i = 0; i < 200; ++i) {
     const auto c = g.screen();
@@ -122,7 +122,7 @@ TEST(Frusta, NearerThanTheScreenCrossesAndFartherUncrosses) {
   }
 }
 
-TEST(Frusta, NearAndFarPlanesAreDepthZeroAndOne) {
+TEST(Frusta, NearAndFarPlanesHaveDepthZeroAndOne) {
   Generator g;
   for (int i = 0; i < 200; ++i) {
     const auto c = g.screen();
@@ -156,7 +156,7 @@ TEST(Frusta, RealEyeAndReflectedScreenEqualMirroredEyeAndMirroredWorld) {
   }
 }
 
-TEST(Frusta, LateralEyeErrorShiftsByItsShareOfTheDepth) {
+TEST(Frusta, ALateralEyeErrorShiftsAPointInProportionToItsDepth) {
   // Error e at offset z from the screen plane shifts what is drawn by about e·z/D.
   Generator g;
   for (int i = 0; i < 200; ++i) {
@@ -171,7 +171,7 @@ TEST(Frusta, LateralEyeErrorShiftsByItsShareOfTheDepth) {
   }
 }
 
-TEST(Magnified, ThePictureShowsEveryPointSoManyTimesAsFarFromTheCentre) {
+TEST(Magnified, EveryPointIsDrawnAtItsMagnifiedDistanceFromTheCentre) {
   Generator g;
   for (int i = 0; i < 500; ++i) {
     const auto c = g.screen();

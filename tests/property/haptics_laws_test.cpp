@@ -31,7 +31,7 @@ double motor_power(const ServoSettings& s, const ServoTick& tick) {
   return s.spindle.stall_torque * (1 - tick.spindle / s.spindle.free_speed) * tick.spindle;
 }
 
-TEST(Friction, AMillionCyclesUnderTheStickThresholdLeaveEveryBitAsItWas) {
+TEST(Friction, AMillionCyclesBelowTheStickThresholdCauseNoDrift) {
   const FrictionLaw law;
   FrictionState state;
   const dvec3 n(0, 0, 1);
@@ -65,7 +65,7 @@ TEST(Friction, StaysInsideCoulombsConeAndInTheTangentPlaneOnAnyPath) {
   }
 }
 
-TEST(Friction, PullsEquallyHardInEveryDirection) {
+TEST(Friction, IsIsotropic) {
   const FrictionLaw law;
   for (int k = 0; k < 24; ++k) {
     const dvec3 way(std::cos(k * kPi / 12), std::sin(k * kPi / 12), 0);
@@ -78,7 +78,7 @@ TEST(Friction, PullsEquallyHardInEveryDirection) {
   }
 }
 
-TEST(Tip, SinksWhenPushedHoldsOnWithdrawalAndNeverGivesEnergy) {
+TEST(Tip, SinksUnderForceSticksOnWithdrawalAndIsPassive) {
   const haptics::TipLaw law{0.3};
   haptics::TipState state{1e-9, dvec3(0), {0, 0, 1}};
   double energy = 0, deepest = 0, most = 0;
@@ -99,7 +99,7 @@ TEST(Tip, SinksWhenPushedHoldsOnWithdrawalAndNeverGivesEnergy) {
   EXPECT_GT(energy, 0);
 }
 
-TEST(Heads, DistanceGrowsByOneAlongItsNormalAndTheNearestPointLiesOnTheSurface) {
+TEST(Heads, TheDistanceHasUnitSlopeAlongItsNormalAndTheNearestPointIsOnTheSurface) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const HeadShape shape : test::shapes_but_the_ball()) {
@@ -120,7 +120,7 @@ TEST(Heads, DistanceGrowsByOneAlongItsNormalAndTheNearestPointLiesOnTheSurface) 
   }
 }
 
-TEST(Contact, OnATorusForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPercent) {
+TEST(Contact, OnATorusForceErrorsAreAtMostTwoHundredthsOfADegreeAndOfAPercent) {
   ServoSettings s;
   s.friction = false;
   s.tool.diameter = s.tool.length = 1.0_mm;
@@ -145,7 +145,7 @@ TEST(Contact, OnATorusForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPerc
   }
 }
 
-TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWorks) {
+TEST(Cutting, EveryHeadDrillsWithoutForceStepsAndGivesTheHandNoMoreThanTheSpindlesWork) {
   struct Head {
     HeadShape shape;
     double diameter, length;
@@ -182,7 +182,7 @@ TEST(Cutting, EveryHeadDrillsSmoothlyAndItsSpindleNeverFeedsTheHandMoreThanItWor
 
 // In a cut no wider than a few voxels, of a flame's tip or a sharp rim, interpolation leaves as much tissue as a tick's
 // energy buys: the head must not wait for it, nor step to and fro between two places that it has emptied.
-TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWhateverTheVoxelAndTheRate) {
+TEST(Cutting, EqualForceRemovesEqualVolumeForEveryHeadAndTiltAtAnyVoxelSizeAndRate) {
   struct Run {
     const char* what;
     HeadShape shape;
@@ -237,7 +237,7 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWithEveryHeadUprightTiltedOrSwungWh
 
 // A hand that swings ±1.8 mm rolls a weak bur over the rims of its own pits or sticks in them: whichever it does, and
 // while it comes free and lands again, what the motor's torque does is cut.
-TEST(Cutting, WhatTheMotorWorksIsCutHoweverTheHandSwingsOverTheRimsOfItsOwnCuts) {
+TEST(Cutting, RemovedVolumeEqualsTheMotorsWorkAlsoOverTheRimsOfCuts) {
   struct Run {
     const char* what;
     HeadShape shape;
@@ -296,7 +296,7 @@ ServoSettings ball(double diameter, double free_speed, double stall_torque, doub
 }
 
 // A ball that a hand draws on comes out over the rim of its hole again and again, up to a millimetre behind the hand.
-TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
+TEST(Cutting, ABurMovedOverTheRimOfItsHoleLandsAndCutsBeforeTheProxyReachesTheHand) {
   struct Run {
     double diameter, speed, push, free_speed, stall_torque, stiffness;  // stiffness: of the hand's lead
     const char* tissue;
@@ -339,7 +339,7 @@ TEST(Cutting, ABurThatIsDrawnOverTheRimOfItsHoleLandsAndCutsBeforeItCatchesUp) {
 }
 
 // Its bur no more holds it up there, and it meets the fissure's ground at the speed that it has gained.
-TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAStep) {
+TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAForceStep) {
   for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
     for (unsigned seed = 0; seed < 12; ++seed) {
       std::mt19937_64 dice(seed);
@@ -370,7 +370,7 @@ TEST(Cutting, AHandThatSlidesOffACuspLandsInTheFissureWithoutAStep) {
 }
 
 // It slides off a sphere's flank and falls on beside it; the force on the hand takes its time to end.
-TEST(Cutting, ABurThatHasLeftTheTissueRunsFreeWhileItsForceEnds) {
+TEST(Cutting, ABurThatLeavesTheTissueCutsNothingWhileItsForceFades) {
   const ServoSettings s = ball(1.0_mm, 200.0_krpm, 20e-3, 1000);
   HapticBench bench(R"({"voxel_mm": 0.1, "solids": [{"tissue": "enamel", "solid": {"sphere": {"radius_mm": 3}}}]})", s);
   dvec3 x(1.3_mm, 0, 3.3_mm), v(0), f(0);
@@ -392,7 +392,7 @@ TEST(Cutting, ABurThatHasLeftTheTissueRunsFreeWhileItsForceEnds) {
   EXPECT_GT(falling, 20);
 }
 
-TEST(Cutting, ABurDrawnThroughLayersThinnerThanTwoVoxelsRemovesTheSameVolumeAtEitherVoxel) {
+TEST(Cutting, RemovalInLayersThinnerThanTwoVoxelsDoesNotDependOnTheVoxelSize) {
   struct Run {
     HeadShape shape;
     double diameter, length, sunk, swing, speed, free_speed, stall_torque;
@@ -425,7 +425,7 @@ TEST(Cutting, ABurDrawnThroughLayersThinnerThanTwoVoxelsRemovesTheSameVolumeAtEi
 }
 
 // Its groove is a twentieth of a voxel deep: the tissue under the head is hardly more than a line.
-TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
+TEST(Cutting, ABallSlidOverARoundToothRemovesTheVolumeOfItsMotorsWork) {
   struct Run {
     double diameter, around, depth, speed, free_speed, stall_torque;
     const char* tissue;
@@ -454,7 +454,7 @@ TEST(Cutting, ABallThatIsSlidOverARoundToothCutsWhatItsMotorWorks) {
   }
 }
 
-TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAndTheRate) {
+TEST(Cutting, TheVolumeCutByASlidingBallDependsOnlyOnTheForceNotOnVoxelSizeAndRate) {
   double least = 1e300, most = 0;
   for (const auto& [voxel_mm, rate] : {std::pair(0.1, 1000.0), std::pair(0.05, 1000.0), std::pair(0.1, 4000.0)}) {
     for (const double depth : {0.25_mm, 0.5_mm, 1.0_mm}) {
@@ -476,7 +476,7 @@ TEST(Cutting, OfABallThatIsSlidTheVolumeGrowsWithThePushAloneWhateverTheVoxelAnd
 
 // A bur that has drilled as deep as its shank, wider than the hole, lets it: what it is pushed with then rests on the
 // shank.
-TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
+TEST(Cutting, AMotorDoesNoCuttingWorkWhileTheShankBlocksTheBur) {
   ServoSettings s;
   s.tool.diameter = s.tool.length = 0.7_mm;
   s.tool.neck_diameter = 0.4_mm;
@@ -505,7 +505,7 @@ TEST(Cutting, AMotorWhoseBurIsHeldByItsShankDoesNoWorkThatCutsNothing) {
 }
 
 // A tip thinner than a voxel breaks in by whole voxels, for which a motor of 10 mW works many ticks.
-TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
+TEST(Cutting, APointedHeadCutsNoMoreThanTheWorkOfAWeakMotor) {
   for (const auto& [shape, diameter, length] :
        {std::tuple(HeadShape::kFlame, 1.7_mm, 5.0_mm), std::tuple(HeadShape::kCone, 1.4_mm, 4.0_mm)}) {
     for (const double voxel_mm : {0.1, 0.06}) {
@@ -535,7 +535,7 @@ TEST(Cutting, APointedHeadCutsNoMoreThanAWeakMotorWorks) {
   }
 }
 
-TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAndTick) {
+TEST(Coupling, IsAnImplicitStepOfAMasslessToolAndStableAtAnyStiffnessAndRate) {
   // Zhao 2020, eq. 5, in one dimension: m Δv = h K (x_hand - x - h (v + Δv)), into a wall at 0 that nothing passes.
   const auto implicit_force = [](double m, double k, double h, double hand) {
     double x = 0.2_mm, v = 0;
@@ -585,7 +585,7 @@ TEST(Coupling, IsTheImplicitStepOfAToolWithoutMassAndStaysAtRestAtAnyStiffnessAn
   }
 }
 
-TEST(Servo, GivenThePosesThatItGaveOutItGivesTheSameForcesToTheBit) {
+TEST(Servo, TheRecordedPosesGiveTheSameForcesBitForBit) {
   // As a replay does with what was recorded. The hand's driver gives orientations that are of unit length but roughly.
   constexpr const char* kBlock =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
@@ -618,7 +618,7 @@ TEST(Servo, GivenThePosesThatItGaveOutItGivesTheSameForcesToTheBit) {
   EXPECT_GT(touched, 40 * 50);
 }
 
-TEST(Servo, WhileItIsHeldItGivesNoForceThatGrowsOrCountsAndAfterwardsTheForceComesBackWithoutAStep) {
+TEST(Servo, APauseFadesTheForceAndContinuingRestoresItWithoutAStep) {
   constexpr const char* kBlock =
       R"({"voxel_mm": 0.15, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [6, 6, 4]}}}]})";
   HapticBench bench(kBlock, {});
@@ -647,7 +647,7 @@ TEST(Servo, WhileItIsHeldItGivesNoForceThatGrowsOrCountsAndAfterwardsTheForceCom
   }
 }
 
-TEST(Tools, EveryToolOfTheCatalogueIsReadAndIsAHead) {
+TEST(Tools, EveryToolOfTheCatalogueIsReadableAndHasAHead) {
   int count = 0;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
     const Tool tool = haptics::read_tool(Json::load(entry.path()));

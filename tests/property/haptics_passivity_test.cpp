@@ -78,7 +78,7 @@ TEST(Passivity, TheLedgerNeverFallsBelowOneNanojouleForSmoothHandsAtAnyRateAndSt
   }
 }
 
-TEST(Passivity, ATorqueWhoseForceHasGoneIsPaidForToo) {
+TEST(Passivity, ATorqueWithoutForceIsLimitedByTheLedgerToo) {
   // A hand that turns on with the torque at 5 rad/s: what it is given in the next tick is in the ledger already.
   const dvec3 torque(2e-5, 0, 0), turned(5e-3, 0, 0);
   for (const double energy : {-1e-8, 0.0, 1e-8, 1e-7, 1e-6}) {
@@ -89,7 +89,7 @@ TEST(Passivity, ATorqueWhoseForceHasGoneIsPaidForToo) {
   }
 }
 
-TEST(Passivity, TheControllerLeavesASteadyPressureWholeAtAnyRateFrom250Hertz) {
+TEST(Passivity, TheControllerDoesNotReduceASteadyForceAtAnyRateFrom250Hertz) {
   for (const double rate : {250.0, 400.0, 500.0, 700.0, 1000.0, 4000.0, 10000.0}) {
     ServoSettings s;
     s.tool.diameter = s.tool.length = 1.0_mm;
@@ -108,7 +108,7 @@ TEST(Passivity, TheControllerLeavesASteadyPressureWholeAtAnyRateFrom250Hertz) {
   }
 }
 
-TEST(Passivity, TheLedgerHoldsForStraightStrokesWithSharpTurns) {
+TEST(Passivity, TheLedgerStaysAboveItsLimitForStraightStrokesWithSharpTurns) {
   for (const double rate : {250.0, 500.0, 1000.0, 4000.0}) {
     for (const double speed : {10e-3, 30e-3, 100e-3}) {
       for (const double depth : {0.5_mm, 2.0_mm}) {
@@ -123,7 +123,7 @@ TEST(Passivity, TheLedgerHoldsForStraightStrokesWithSharpTurns) {
   }
 }
 
-TEST(Passivity, TheLedgerHoldsWithJitterMissingTicksAndACoarseEncoder) {
+TEST(Passivity, TheLedgerStaysAboveItsLimitWithJitterMissingTicksAndACoarseEncoder) {
   for (const double rate : {500.0, 1000.0, 4000.0}) {
     for (const double stiffness : {1000.0, 5000.0}) {
       for (const double quantum : {0.0, 0.055_mm}) {
@@ -138,7 +138,7 @@ TEST(Passivity, TheLedgerHoldsWithJitterMissingTicksAndACoarseEncoder) {
   }
 }
 
-TEST(Passivity, TheLedgerHoldsForAHandThatStandsOneCountDeepAndComesOutAgain) {
+TEST(Passivity, TheLedgerStaysAboveItsLimitForAHandOneEncoderCountDeep) {
   for (const double rate : {333.0, 1000.0, 4000.0, 10000.0}) {
     for (const double stiffness : {500.0, 1500.0, 8000.0}) {
       const auto path = [&](int, double t) {
@@ -150,7 +150,7 @@ TEST(Passivity, TheLedgerHoldsForAHandThatStandsOneCountDeepAndComesOutAgain) {
   }
 }
 
-TEST(Passivity, TheLedgerHoldsForAHandThatComesStandsATwelfthOfASecondAndGoesAbruptly) {
+TEST(Passivity, TheLedgerStaysAboveItsLimitForAShortContactWithAbruptRelease) {
   for (const double rate : {1000.0, 4000.0}) {
     for (const double speed : {8e-3, 40e-3, 120e-3}) {
       for (const double deep : {0.11_mm, 0.3_mm, 1.1_mm}) {
@@ -204,7 +204,7 @@ RandomHand random_hand(unsigned seed) {
   return hand;
 }
 
-TEST(Passivity, TheLedgerHoldsForNinetyNineInAHundredScriptedHandsSmoothStraightAndInCounts) {
+TEST(Passivity, TheLedgerStaysAboveItsLimitFor99PercentOfScriptedHands) {
   int held = 0;
   constexpr int kHands = 300;
   for (unsigned seed = 1; seed <= kHands; ++seed) {
@@ -248,7 +248,7 @@ TEST(Passivity, TheSameSceneInAnyUnitsGivesTheSameForces) {
   }
 }
 
-TEST(Passivity, AfterAContactThatLeftADebtOfAnySizeTheNextIsFeltWhole) {
+TEST(Passivity, AnEnergyDebtOfOneContactDoesNotWeakenTheNext) {
   // The hand has gone into tissue while there was no patch to feel it in, so it has paid for nothing, and leaves again
   // at a pace that nobody foresaw: a debt as small as the force was.
   constexpr const char* kSlab =
@@ -278,7 +278,7 @@ TEST(Passivity, AfterAContactThatLeftADebtOfAnySizeTheNextIsFeltWhole) {
   EXPECT_GT(in_debt, 0) << "none left a debt that the credit does not cover";
 }
 
-TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
+TEST(Passivity, AHandThatDithersAtTheSurfaceGainsNoEnergy) {
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, 1);
   for (const double size : {2e-6, 20e-6, 55e-6}) {
@@ -295,7 +295,7 @@ TEST(Passivity, AHandThatDithersAtTheSurfaceGetsNothingOutOfIt) {
   }
 }
 
-TEST(Passivity, AnArmThatGivesNoTorqueGetsNoCreditForTurnsItNeverResisted) {
+TEST(Passivity, AnArmWithoutTorqueGetsNoEnergyCreditForRotations) {
   // A long head is turned into the wall about its middle, held still, and drawn out: all that was put in came by
   // turning.
   const auto drawn_out = [&](bool gives_torque) {
@@ -327,7 +327,7 @@ TEST(Passivity, AnArmThatGivesNoTorqueGetsNoCreditForTurnsItNeverResisted) {
       << "an arm that resisted the turn gives back through force what came by torque";
 }
 
-TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTimesDepth) {
+TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesPeriodTimesDepth) {
   for (const double rate : {500.0, 1000.0, 4000.0}) {
     const double v = 50e-3, depth = 2.0_mm, k = 1000;
     // The stroke meets the wall half way between two ticks, so that the mean over phases is met exactly.
@@ -342,7 +342,7 @@ TEST(Passivity, WithoutTheControllerAWallReturnsStiffnessTimesSpeedTimesTickTime
   }
 }
 
-TEST(Passivity, AStiffWallNeedsHalfStiffnessTimesTickOfDamping) {
+TEST(Passivity, AStiffWallNeedsADampingOfHalfStiffnessTimesPeriod) {
   // A mass of 0.15 kg with 5 N·s/m pushed against the wall: K = 2 b / T divides settling from growing (Colgate; Abbott
   // & Okamura 2005). Integrated exactly between ticks, as the theory assumes.
   const auto growth = [](double stiffness, bool controller) {

@@ -48,7 +48,7 @@ std::vector<LoosePiece> saw(Carver& carver, const dvec3& from_mm, const dvec3& t
   return pieces;
 }
 
-TEST(LoosePieces, ACapWhoseStemIsCutThroughIsTakenOutWhole) {
+TEST(LoosePieces, ACapWhoseStemIsCutThroughIsRemovedCompletely) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(kMushroom), {&bur, 1});
   EXPECT_TRUE(saw(carver, {-1.5, 0, 0}, {-0.2, 0, 0}).empty()) << "half the stem still holds it";
@@ -67,7 +67,7 @@ TEST(LoosePieces, ACapWhoseStemIsCutThroughIsTakenOutWhole) {
   EXPECT_GT(*std::min_element(distance.begin(), distance.end()), 0.4f) << "nothing that could be felt is left there";
 }
 
-TEST(LoosePieces, TheVolumeBeforeIsTheVolumeAfterWithWhatWasCutAndWhatFellOff) {
+TEST(LoosePieces, VolumeIsConserved) {
   ServoSettings settings;
   settings.tool = round_bur(1e-3);  // wider than the stem, wherever the push leads it
   settings.spindle.free_speed = 300 * kKrpm;
@@ -85,7 +85,7 @@ TEST(LoosePieces, TheVolumeBeforeIsTheVolumeAfterWithWhatWasCutAndWhatFellOff) {
   EXPECT_EQ(bodies(bench.carver.volume()), 1u);
 }
 
-TEST(LoosePieces, WhateverIsCutTheTissueStaysOneBody) {
+TEST(LoosePieces, TheTissueStaysOneBodyAfterAnyCut) {
   std::size_t found = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     std::mt19937_64 random(seed);
@@ -105,7 +105,7 @@ TEST(LoosePieces, WhateverIsCutTheTissueStaysOneBody) {
   EXPECT_GT(found, 20u);
 }
 
-TEST(LoosePieces, WhatWasApartBeforeIsNotLoose) {
+TEST(LoosePieces, BodiesThatWereSeparateFromTheStartAreNotLoose) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(R"({"voxel_mm": 0.1, "band_mm": 0.8, "solids": [{"tissue": "enamel", "solid": {"union": [
                   {"box": {"center_mm": [-1.1, 0, 0], "size_mm": [2, 2, 2]}}, {"box": {"center_mm": [1.6, 0, 0], "size_mm": [3, 2, 2]}}]}}]})"),
@@ -115,7 +115,7 @@ TEST(LoosePieces, WhatWasApartBeforeIsNotLoose) {
   EXPECT_EQ(bodies(carver.volume()), 2u);
 }
 
-TEST(LoosePieces, OneThatFellOffComesBackWithItsStrokeToTheLastBit) {
+TEST(LoosePieces, UndoRestoresALoosePieceBitForBit) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(kMushroom), {&bur, 1});
   const std::uint64_t whole = carver.volume().hash();
@@ -130,7 +130,7 @@ TEST(LoosePieces, OneThatFellOffComesBackWithItsStrokeToTheLastBit) {
   EXPECT_EQ(bodies(carver.volume()), 1u);
 }
 
-TEST(LoosePieces, ThePatchThatFollowsKnowsOfIt) {
+TEST(LoosePieces, TheNextPatchLacksTheLoosePiece) {
   const Tool bur = round_bur(0.8e-3);
   Carver carver(tissue(kMushroom), {&bur, 1});
   SurfacePatch patch;

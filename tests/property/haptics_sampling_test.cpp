@@ -41,7 +41,7 @@ std::string random_solid(std::mt19937& random, int depth) {
                      random_solid(random, depth - 1));
 }
 
-TEST(Sampling, EveryVoxelHasTheDistanceThatTheSolidsGiveItAndTheLabelOfAPlaceInIt) {
+TEST(Sampling, EveryVoxelHasTheDistanceToTheSolidsAndALabelFromInsideItself) {
   constexpr const char* kNames[] = {"enamel", "dentin", "pulp", "cortical_bone"};
   constexpr Tissue kTissues[] = {Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp, Tissue::kCorticalBone};
   std::mt19937 random(11);
@@ -105,7 +105,7 @@ TEST(Sampling, EveryVoxelHasTheDistanceThatTheSolidsGiveItAndTheLabelOfAPlaceInI
 
 // A label says which tissue a voxel is, not how much of it: read in the voxel's middle, borders would lie up to half a
 // voxel off.
-TEST(Sampling, UnderABurATissueIsAsThickAsItsSolidWhereverBetweenTheVoxelsItEnds) {
+TEST(Sampling, ALayersThicknessUnderABurDoesNotDependOnItsPositionInTheGrid) {
   using namespace literals;
   struct Border {
     const char* what;

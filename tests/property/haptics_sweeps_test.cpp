@@ -58,7 +58,7 @@ SurfacePatch block(const Tool& tool, double top) {
   return patch;
 }
 
-TEST(Sweeps, TicksRemoveWhatAThousandStepsOfTheSameWayDoSlowOnesButForThousandths) {
+TEST(Sweeps, SlowAndFastTicksRemoveTheVolumeOfAThousandSmallSteps) {
   double worst = 0, worst_slow = 0;
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -98,7 +98,7 @@ TEST(Sweeps, TicksRemoveWhatAThousandStepsOfTheSameWayDoSlowOnesButForThousandth
   std::printf("ticks: %.1e, slow ones %.1e\n", worst, worst_slow);
 }
 
-TEST(Sweeps, WhatIsKnownOfTheFrontChangesNoBitHoweverFarAHeadGoesOrTurnsInATick) {
+TEST(Sweeps, TheActiveFrontListsChangeNoBitOfACut) {
   for (const HeadShape shape : kNoBalls) {
     for (unsigned seed = 1; seed <= 12; ++seed) {
       Random random{std::mt19937_64(seed * 100 + static_cast<unsigned>(shape))};

@@ -52,7 +52,7 @@ TissueVolume block() {
   return TissueVolume(read_solids(Json::parse(std::string(kBlock), "block")));
 }
 
-TEST(Undo, ARedoWithNothingToBringAgainLeavesTheStrokeThatIsBeingMadeWhole) {
+TEST(Undo, ARedoWithoutAnUndoneStrokeDoesNotInterruptTheCurrentStroke) {
   const Tool bur = round_bur(1.2e-3);
   Carver carver(block(), {&bur, 1});
   const std::uint64_t untouched = carver.volume().hash();
@@ -71,7 +71,7 @@ TEST(Undo, ARedoWithNothingToBringAgainLeavesTheStrokeThatIsBeingMadeWhole) {
   EXPECT_EQ(carver.volume().hash(), untouched);
 }
 
-TEST(Undo, WhereTheOnlyStrokeChangedNothingAnUndoIsNoneAndWhatIsCutNextCanBeTakenBack) {
+TEST(Undo, AStrokeWithoutChangesIsNotUndoneAndTheNextOneIs) {
   const Tool bur = round_bur(1.2e-3);
   Carver carver(block(), {&bur, 1});
   const std::uint64_t untouched = carver.volume().hash();
@@ -89,7 +89,7 @@ TEST(Undo, WhereTheOnlyStrokeChangedNothingAnUndoIsNoneAndWhatIsCutNextCanBeTake
   EXPECT_EQ(carver.volume().hash(), untouched);
 }
 
-TEST(Undo, AsManyUndosAsStrokesGiveTheOriginalBackToTheLastBitAndRedosEveryStepBetween) {
+TEST(Undo, UndoOfAllStrokesRestoresTheOriginalAndRedoEveryState) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Tool bur = round_bur(1.2e-3);
     Carver carver(block(), {&bur, 1});
@@ -121,7 +121,7 @@ TEST(Undo, AsManyUndosAsStrokesGiveTheOriginalBackToTheLastBitAndRedosEveryStepB
   }
 }
 
-TEST(Undo, ANewStrokeForgetsWhatWasUndone) {
+TEST(Undo, ANewStrokeDiscardsTheUndoneStrokes) {
   const Tool bur = round_bur(1.2e-3);
   Carver carver(block(), {&bur, 1});
   Walks walks(7);
@@ -138,7 +138,7 @@ TEST(Undo, ANewStrokeForgetsWhatWasUndone) {
   EXPECT_EQ(carver.volume().strokes().undone, 1u);
 }
 
-TEST(Undo, RestingInThePausesBetweenStrokesChangesNeitherStrokesNorWhatUndoingBringsBack) {
+TEST(Undo, WorkInThePausesChangesNeitherStrokesNorUndo) {
   const Tool bur = round_bur(1.2e-3);
   Carver rested(block(), {&bur, 1}), other(block(), {&bur, 1});
   Walks walks(11), same_walks(11);
@@ -164,7 +164,7 @@ TEST(Undo, RestingInThePausesBetweenStrokesChangesNeitherStrokesNorWhatUndoingBr
   EXPECT_EQ(rested.volume().strokes().bytes, other.volume().strokes().bytes);
 }
 
-TEST(Undo, PaintIsTakenBackWithItsStroke) {
+TEST(Undo, PaintIsUndoneWithItsStroke) {
   TissueVolume volume = block();
   const std::uint64_t before = volume.hash();
   volume.begin_stroke();
@@ -177,7 +177,7 @@ TEST(Undo, PaintIsTakenBackWithItsStroke) {
   EXPECT_GT(volume.volumes()[static_cast<std::size_t>(Tissue::kCaries)], 1e-9);
 }
 
-TEST(Undo, MemoryGoesWithWhatAStrokeChangedNotWithTheTissue) {
+TEST(Undo, MemoryGrowsWithTheChangesOfAStrokeNotWithTheTissue) {
   const auto bytes_after = [](double block_mm, double length_mm) {
     const std::string json = fmt::format(
         R"({{"voxel_mm": 0.15, "band_mm": 1.2, "solids": [{{"tissue": "dentin", "solid": {{"box": {{"size_mm": [{0}, {0}, 5]}}}}}}]}})",
@@ -203,7 +203,7 @@ TEST(Undo, MemoryGoesWithWhatAStrokeChangedNotWithTheTissue) {
 }
 
 // The servo drills, takes back, drills on, in patches that arrive late: what it holds is what the carver holds.
-TEST(Undo, ThePatchUnderTheServoHoldsTheSameBitsAsTheVolumeWheneverItIsTakenBack) {
+TEST(Undo, TheServosPatchHasTheBitsOfTheVolumeAfterEveryUndo) {
   for (int late = 0; late <= 12; late += 4) {
     ServoSettings settings;
     settings.tool = round_bur(1.2e-3);

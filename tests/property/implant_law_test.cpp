@@ -60,7 +60,7 @@ TEST(ImplantLaw, AFlatEndPlungesWithUVROverAlphaN) {
   EXPECT_NEAR(-sum.torque.z, torque, 0.03 * torque);
 }
 
-TEST(ImplantLaw, ATurnTheOtherWayTurnsTheTangentialForceRound) {
+TEST(ImplantLaw, ReversedRotationReversesTheTangentialForce) {
   CuttingWrench there, back;
   for (const ToolVoxel& v : ball(1e-3).outer) {
     add_cutting(v, kU, {0, 0, -1}, kSpeed, kAlpha, there);
@@ -70,14 +70,14 @@ TEST(ImplantLaw, ATurnTheOtherWayTurnsTheTangentialForceRound) {
   EXPECT_DOUBLE_EQ(there.force.z, back.force.z);
 }
 
-TEST(ImplantLaw, TheToolOf42By12MillimetresHasTheVoxelsThatTheBenchCounts) {
+TEST(ImplantLaw, The42By12MillimetreToolHasTheBenchmarksVoxelCount) {
   const ToolVoxels voxels = make_tool_voxels(test::implant_tool("drill", 4.2, 12, test::drill_block(0, 1)), 0.06e-3, 2);
   // Two layers of flank and lower end: (pi d l + pi d²/4) · 2 / edge².
   EXPECT_NEAR(static_cast<double>(voxels.outer.size()), (kPi * 4.2 * 12 + kPi * 4.2 * 4.2 / 4) * 2 / 0.0036, 3000);
   EXPECT_GT(voxels.outer.size(), 85'000u);
 }
 
-TEST(ImplantCriteria, AllSixteenCombinationsDecideAsThePaperSays) {
+TEST(ImplantCriteria, AllSixteenCombinationsDecideAsInThePaper) {
   for (const bool can_begin : {false, true}) {
     for (int bits = 0; bits < 16; ++bits) {
       const BedCriteria c{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0};
@@ -99,7 +99,7 @@ TEST(ImplantCriteria, AllSixteenCombinationsDecideAsThePaperSays) {
   }
 }
 
-TEST(ImplantCoupling, AVanishingMassIsTheCouplingWithoutOne) {
+TEST(ImplantCoupling, TheLimitOfZeroMassIsTheMasslessCoupling) {
   constexpr double k = 3000, drag = 800, dt = 1e-3;
   AxialState light, none;
   double at_light = 0, at_none = 0, worst = 0;
@@ -112,7 +112,7 @@ TEST(ImplantCoupling, AVanishingMassIsTheCouplingWithoutOne) {
   EXPECT_LT(worst, 1e-6);
 }
 
-TEST(ImplantCoupling, ItSettlesForAnyStiffnessAndAnyTick) {
+TEST(ImplantCoupling, IsStableForAnyStiffnessAndAnyPeriod) {
   std::mt19937_64 random(28);
   const auto decade = [&](double lo, double hi) {
     return std::pow(10.0, std::uniform_real_distribution<double>(lo, hi)(random));
@@ -130,7 +130,7 @@ TEST(ImplantCoupling, ItSettlesForAnyStiffnessAndAnyTick) {
   }
 }
 
-TEST(ImplantCoupling, AnObstacleStopsTheAdvanceAndNeverTheWayOut) {
+TEST(ImplantCoupling, AnObstacleBlocksTheAdvanceButNeverTheRetreat) {
   EXPECT_EQ(allowed_step(1e-4, 0, 1e-4, true, false), 0);
   EXPECT_EQ(allowed_step(-1e-4, 0, 2e-4, true, false), -1e-4);
   EXPECT_EQ(allowed_step(5e-4, 1, 1e-4, false, false), 1e-4) << "no more than a step";

@@ -123,7 +123,7 @@ TEST(ImplantModel, AGaugeSlidesInAFinishedBedAndStopsAtItsBottom) {
   EXPECT_EQ(s.removed_mm3(), before);
 }
 
-TEST(ImplantModel, AWideningDrillTakesTheRingAndStopsAtTheOldBottom) {
+TEST(ImplantModel, AWideningDrillRemovesARingAndStopsAtTheOldBottom) {
   ImplantSession s;
   pilot(s, 6);
   s.withdraw();
@@ -151,7 +151,7 @@ TEST(ImplantModel, AfterA42DrillTheBedHasItsRadius) {
   EXPECT_LT(hole.greatest - hole.least, 0.05e-3);
 }
 
-TEST(ImplantModel, AGaugeThatIsTooWideStaysOutAtTenNewton) {
+TEST(ImplantModel, AGaugeThatIsTooWideDoesNotEnterAtTenNewton) {
   ImplantSession s;
   pilot(s, 6);
   s.withdraw();
@@ -162,7 +162,7 @@ TEST(ImplantModel, AGaugeThatIsTooWideStaysOutAtTenNewton) {
   EXPECT_EQ(s.tick.level, kHigh);
 }
 
-TEST(ImplantModel, BoneDenserThanTheDrillCanTakeStopsIt) {
+TEST(ImplantModel, BoneAboveTheDrillsGreatestGreyValueStopsTheDrill) {
   std::vector<Tool> tools = implant_tools();
   tools[kPilot] = implant_tool("pilot", 2.2, 10, drill_block(0, 1, 1000));  // cortical bone has 1650 HU
   ImplantSession s(bone_block(), implant_settings(R"("implant")", tools));
@@ -172,7 +172,7 @@ TEST(ImplantModel, BoneDenserThanTheDrillCanTakeStopsIt) {
   EXPECT_EQ(s.removed_mm3(), 0);
 }
 
-TEST(ImplantModel, InTenSecondsOfDrillingNoTickIsWithoutForce) {
+TEST(ImplantModel, TheForceNeverVanishesInTenSecondsOfDrilling) {
   std::vector<Tool> tools = implant_tools();
   ServoSettings settings = implant_settings(R"("implant")", tools);
   for (Material& m : settings.materials) m.specific_energy *= 5;
@@ -189,7 +189,7 @@ TEST(ImplantModel, InTenSecondsOfDrillingNoTickIsWithoutForce) {
   EXPECT_GT(s.depth(), 0.5e-3);
 }
 
-TEST(ImplantModel, WhereTheFarCortexEndsTheForceFallsBy90PercentWithin20Milliseconds) {
+TEST(ImplantModel, OnBreakingThroughTheFarCortexTheForceFallsBy90PercentWithin20Milliseconds) {
   ImplantSession s(bone_block(1, 0.5, 3));
   s.take(kPilot);
   s.land();
@@ -283,7 +283,7 @@ TEST(ImplantModel, TheStiffnessFeltInABedFollowsTheGreyValue) {
   EXPECT_NEAR(stiffness[1] / stiffness[0], 2.0, 0.02);
 }
 
-TEST(ImplantModel, UndoFillsTheBedAgainAndItIsNoLongerABed) {
+TEST(ImplantModel, UndoFillsTheBedAndItIsNoLongerABed) {
   ImplantSession s;
   pilot(s, 3);
   s.withdraw();
@@ -343,7 +343,7 @@ TEST(ImplantModel, NoTickAllocates) {
   EXPECT_EQ(tick.level, static_cast<std::uint32_t>(Motion::kDrilling));
 }
 
-TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPlace) {
+TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPosition) {
   const char* const model =
       R"({"implant": {"beds": [{"entry_mm": [30, 0, 0], "axis": [0, 0, -1], "depth_mm": 6, "diameter_mm": 2.2}]}})";
   try {
@@ -356,7 +356,7 @@ TEST(ImplantModel, ABedOutsideBoneIsRefusedWithItsPlace) {
   }
 }
 
-TEST(ImplantModel, ABedOfTheSceneIsOneFromTheFirstTick) {
+TEST(ImplantModel, ABedDefinedInTheSceneWorksFromTheFirstTick) {
   const char* const model =
       R"({"implant": {"beds": [{"entry_mm": [0, 0, 0], "axis": [0, 0, -1], "depth_mm": 4, "diameter_mm": 2.2}]}})";
   ImplantSession s(TissueVolume(read_solids(Json::parse(
@@ -375,7 +375,7 @@ TEST(ImplantModel, ABedOfTheSceneIsOneFromTheFirstTick) {
 
 /// Hands that enter and leave beds as no surgeon would: the force of a tick in which the state switches differs from
 /// that before by no more than the hand's own way is worth, and 0.02 N.
-TEST(ImplantModel, NoSwitchOfStateIsAStepOfForce) {
+TEST(ImplantModel, NoSwitchOfStateCausesAForceStep) {
   for (const std::uint64_t seed : {1, 2}) {
     ImplantSession s;
     pilot(s, 4);

@@ -142,7 +142,7 @@ TEST(ImportJaw, TheNerveCanalIsFoundWithinHalfAMillimetre) {
   EXPECT_GT(hi, 24);
 }
 
-TEST(ImportJaw, MetalIsToldFromEnamelAndItsStreaksLeaveTheTeethWithinFivePercent) {
+TEST(ImportJaw, MetalIsDistinguishedFromEnamelAndTeethWithStreaksAreWithinFivePercent) {
   JawArtefacts artefacts;
   artefacts.metal = true;
   artefacts.streaks = 200;
@@ -161,7 +161,7 @@ TEST(ImportJaw, RootsInSocketsWithoutABrightWallStayTeeth) {
   EXPECT_NEAR(relative_error(i, jaw.volumes(), Tissue::kDentin), 0, 0.1);
 }
 
-TEST(ImportJaw, VolumesAreWrongByNoMoreThanTwiceWhatTheReportSays) {
+TEST(ImportJaw, VolumeErrorsAreAtMostTwiceTheReportedUncertainty) {
   JawArtefacts artefacts;
   artefacts.blur = 0.3;
   artefacts.noise = 100;

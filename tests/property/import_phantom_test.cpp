@@ -72,21 +72,21 @@ Imported imported(const Phantom& p, const ImportOptions& options = {}, const std
   return import_tissue(write_nrrd(name, p, test::bytes_as<std::uint16_t>(p.scan())), options);
 }
 
-TEST(ImportPhantom, BlurredNoisyBallIsExactWithinATenthOfAVoxelAndTwoPercent) {
+TEST(ImportPhantom, ABlurredNoisyBallIsImportedWithinATenthOfAVoxelAndTwoPercent) {
   expect_layered_ball(imported(layered_ball(dvec3(0.15), 0.1, 12)), 0.15);
 }
 
-TEST(ImportPhantom, PartialVolumeAloneIsExactToo) {
+TEST(ImportPhantom, ABallWithPartialVolumeOnlyIsImportedAsAccurately) {
   expect_layered_ball(imported(layered_ball(dvec3(0.15), 0, 0)), 0.15);
 }
 
-TEST(ImportPhantom, AnisotropicScanIsResampled) {
+TEST(ImportPhantom, AnAnisotropicScanIsResampled) {
   const Imported i = imported(layered_ball({0.12, 0.12, 0.24}, 0.1, 10));
   EXPECT_NEAR(i.report.voxel, 0.12_mm, 1e-9);
   expect_layered_ball(i, 0.24);
 }
 
-TEST(ImportPhantom, VoxelOptionMakesFinerAndCoarserVolumesOfTheSameBody) {
+TEST(ImportPhantom, TheVoxelOptionGivesFinerAndCoarserVolumesOfTheSameBody) {
   ImportOptions options;
   options.voxel = 0.1e-3;
   const Imported fine = imported(layered_ball(dvec3(0.15), 0.1, 10), options);
@@ -97,7 +97,7 @@ TEST(ImportPhantom, VoxelOptionMakesFinerAndCoarserVolumesOfTheSameBody) {
   EXPECT_LT(worst_error(coarse.tissue, [](const dvec3& q) { return glm::length(q - kCentre) - kEnamel; }), 0.02_mm);
 }
 
-TEST(ImportPhantom, ThresholdsFollowTheHistogramWhateverTheGreys) {
+TEST(ImportPhantom, ThresholdsFollowTheHistogramForAnyGreyScale) {
   for (const Greys& g : {Greys{0, 300, 1000, 2000}, Greys{30, 30, 500, 2000}, Greys{1000, 1900, 2600, 4000}}) {
     SCOPED_TRACE(g.outside);
     const Imported i = imported(layered_ball(dvec3(0.15), 0.1, 0.01 * (g.enamel - g.outside), g));
@@ -116,7 +116,7 @@ TEST(ImportPhantom, GivenThresholdsOverrideTheHistogram) {
   EXPECT_EQ(volume(imported(layered_ball(dvec3(0.15), 0.1, 5), options), Tissue::kEnamel), 0);
 }
 
-TEST(ImportPhantom, HardnessIsLinearInTheGreyAndTheBlurredEdgeCountsForNothing) {
+TEST(ImportPhantom, HardnessIsLinearInTheGreyValueAndIgnoresTheBlurredEdge) {
   const Greys g;
   constexpr double kLesion = 700;  // grey of the dentin beyond x = 0.3 mm from the middle
   Phantom p = layered_ball(dvec3(0.15), 0.1, 4);
@@ -162,7 +162,7 @@ TEST(ImportPhantom, HardnessIsLinearInTheGreyAndTheBlurredEdgeCountsForNothing) 
   EXPECT_TRUE(imported(p, options).tissue.hardness.empty());
 }
 
-TEST(ImportPhantom, OneGreyIsDentinAndSaysSo) {
+TEST(ImportPhantom, AScanWithOneGreyValueIsLabelledDentinWithAMessage) {
   const Imported i = imported(layered_ball(dvec3(0.15), 0.1, 10, {100, 1000, 1000, 1000}));
   EXPECT_NEAR(volume(i, Tissue::kDentin) / ball(kEnamel), 1, 0.02);
   EXPECT_EQ(volume(i, Tissue::kEnamel) + volume(i, Tissue::kPulp), 0);
@@ -185,7 +185,7 @@ Phantom open_tooth() {
   return p;
 }
 
-TEST(ImportPhantom, CanalThatOpensAtTheApexIsPulpNotOutside) {
+TEST(ImportPhantom, ACanalOpenAtTheApexIsPulpAndNotOutside) {
   const Imported i = imported(open_tooth());
   EXPECT_EQ(i.report.pulp_parts, 1);
   EXPECT_NEAR(volume(i, Tissue::kPulp) / (kPi * 0.16 * 6), 1, 0.05);  // its mouth is dimpled by a voxel or two
@@ -197,7 +197,7 @@ TEST(ImportPhantom, CanalThatOpensAtTheApexIsPulpNotOutside) {
   }
 }
 
-TEST(ImportPhantom, EnamelStaysOnTheCrownWithoutASkinOfDentin) {
+TEST(ImportPhantom, EnamelLiesOnTheCrownWithoutAFalseDentinLayer) {
   const Imported i = imported(open_tooth());
   const DenseTissue& t = i.tissue;
   std::size_t crown = 0, dentin = 0;
@@ -221,7 +221,7 @@ TEST(ImportPhantom, EnamelStaysOnTheCrownWithoutASkinOfDentin) {
   EXPECT_NEAR(i.report.height, 10.0_mm, 0.02_mm);
 }
 
-TEST(ImportPhantom, AFissureIsOutsideNotPulp) {
+TEST(ImportPhantom, AFissureIsOutsideAndNotPulp) {
   Phantom p = layered_ball(dvec3(0.12), 0.05, 5);
   const auto ball_grey = p.grey;
   p.grey = [=](const dvec3& q) {  // a slit 0.5 mm wide and 0.8 mm deep in the enamel
@@ -234,7 +234,7 @@ TEST(ImportPhantom, AFissureIsOutsideNotPulp) {
   EXPECT_EQ(i.report.pulp_parts, 1);
 }
 
-TEST(ImportPhantom, SpecksAndOtherBodiesAreLeftOut) {
+TEST(ImportPhantom, SpecksAndOtherBodiesAreRemoved) {
   Phantom p = layered_ball(dvec3(0.15), 0.1, 10);
   const auto ball_grey = p.grey;
   p.grey = [=](const dvec3& q) {
@@ -299,7 +299,7 @@ Imported head(double offset, const ImportOptions& more = {}) {
 }
 const double kSkull = (ball(22.5) - ball(17)) * (1 + kOpening) / 2;
 
-TEST(ImportPhantom, ThresholdsInHounsfieldUnitsCutTheSkullOutOfAHead) {
+TEST(ImportPhantom, ThresholdsInHounsfieldUnitsSegmentTheSkullOfAHead) {
   const Phantom p = head_phantom(0);
   const std::vector<double> greys = p.scan();
   for (const auto& [surface, dense] : {std::pair{226.0, 1200.0}, {226.0, 850.0}, {300.0, 900.0}, {400.0, 1000.0}}) {
@@ -315,7 +315,7 @@ TEST(ImportPhantom, ThresholdsInHounsfieldUnitsCutTheSkullOutOfAHead) {
   }
 }
 
-TEST(ImportPhantom, HounsfieldUnitsAreFoundWhateverTheyAreStoredWith) {
+TEST(ImportPhantom, HounsfieldUnitsAreFoundForAnyStoredOffset) {
   const Imported plain = head(0);
   const double bone = volume(plain, Tissue::kCorticalBone) + volume(plain, Tissue::kCancellousBone);
   EXPECT_NEAR(bone / kSkull, 1, 0.1);
@@ -328,7 +328,7 @@ TEST(ImportPhantom, HounsfieldUnitsAreFoundWhateverTheyAreStoredWith) {
   }
 }
 
-TEST(ImportPhantom, AScaleThatIsNotKnownIsSaidAndCanBeGiven) {
+TEST(ImportPhantom, AnUnknownGreyScaleIsReportedAndCanBeGiven) {
   // A cone beam's greys: air and soft tissue are 600 apart.
   Phantom p;
   p.size = glm::ivec3(48);

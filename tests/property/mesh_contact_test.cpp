@@ -69,7 +69,7 @@ void add_sheet(TissueMesh& soup, const dvec3& corner, const dvec3& u, const dvec
   }
 }
 
-TEST(SurfacePoint, OnAPlaneLiesBelowTheHand) {
+TEST(SurfacePoint, OnAPlaneIsTheProjectionOfTheHand) {
   TissueMesh soup;
   add_sheet(soup, {-5e-3, -5e-3, 0}, {10e-3, 0, 0}, {0, 10e-3, 0}, 20);
   const TriangleGrid grid(welded(soup));
@@ -88,7 +88,7 @@ TEST(SurfacePoint, OnAPlaneLiesBelowTheHand) {
   }
 }
 
-TEST(SurfacePoint, InACreaseLiesOnIt) {
+TEST(SurfacePoint, InACreaseIsOnTheCreaseLine) {
   // Two planes at 100°, the crease along y.
   const double a = 50 * kPi / 180;
   const dvec3 left(-std::sin(a), 0, std::cos(a)), right(std::sin(a), 0, std::cos(a));
@@ -107,7 +107,7 @@ TEST(SurfacePoint, InACreaseLiesOnIt) {
   }
 }
 
-TEST(SurfacePoint, InACornerLiesInIt) {
+TEST(SurfacePoint, InACornerIsTheCornerPoint) {
   TissueMesh soup;
   add_sheet(soup, {0, 0, 0}, {4e-3, 0, 0}, {0, 4e-3, 0}, 11);
   add_sheet(soup, {0, 0, 0}, {0, 4e-3, 0}, {0, 0, 4e-3}, 11);
@@ -122,7 +122,7 @@ TEST(SurfacePoint, InACornerLiesInIt) {
   }
 }
 
-TEST(SurfacePoint, OfABallRollsOverAnEdgeAndACorner) {
+TEST(SurfacePoint, OfABallRollsOverAnEdgeAndACornerContinuously) {
   // A block: top at z = 0, edge along y at x = 0, tissue at x < 0, z < 0.
   TissueMesh soup;
   add_sheet(soup, {-4e-3, -4e-3, 0}, {4e-3, 0, 0}, {0, 4e-3, 0}, 9);
@@ -236,7 +236,7 @@ double least_distance(const TriangleGrid& grid, const dvec3& p) {
 }
 
 // 100,000 meshes in ./run stress 100.
-TEST(SurfacePoint, NeverLeaksIntoABadMesh) {
+TEST(SurfacePoint, NeverPassesThroughADefectiveMesh) {
   std::mt19937 random(20090417);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int n = 0; n < test::campaign(1000); ++n) {
@@ -263,7 +263,7 @@ TEST(SurfacePoint, NeverLeaksIntoABadMesh) {
   }
 }
 
-TEST(SurfacePoint, IsWhereEveryFaceLookedAtPutsIt) {
+TEST(SurfacePoint, AgreesWithASearchOfAllFaces) {
   // The grid finds the faces that matter: all others looked at one by one give the same nearest point.
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -287,7 +287,7 @@ TEST(SurfacePoint, IsWhereEveryFaceLookedAtPutsIt) {
   }
 }
 
-TEST(SurfacePoint, InsideIsToldByTheWindingNumber) {
+TEST(SurfacePoint, InsideIsDecidedByTheWindingNumber) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int n = 0; n < 100; ++n) {
@@ -326,7 +326,7 @@ std::size_t border_edges(const TissueMesh& mesh) {
   return static_cast<std::size_t>(std::ranges::count_if(edges, [](const auto& e) { return e.second == 1; }));
 }
 
-TEST(MeshLevels, OfTheArchHaveThePapersNumbersOfVertices) {
+TEST(MeshLevels, OfTheArchHaveTheVertexCountsOfThePaper) {
   const Levels& levels = paper_levels();
   ASSERT_EQ(levels.vertices.size(), 3U);
   const double wanted[] = {33140, 13306, 7443};
@@ -363,7 +363,7 @@ TEST(MeshLevels, KeepOpenBordersAndTissueBorders) {
   }
 }
 
-TEST(MeshLevels, SubdivisionLeavesTheSurfaceWhereItIs) {
+TEST(MeshLevels, SubdivisionDoesNotMoveTheSurface) {
   const TissueMesh fine = subdivided(arch());
   EXPECT_EQ(vertex_count(fine), 13288U + 39778U);
   EXPECT_EQ(fine.triangles.size(), 4 * arch().triangles.size());
@@ -372,7 +372,7 @@ TEST(MeshLevels, SubdivisionLeavesTheSurfaceWhereItIs) {
     EXPECT_LT(coarse_grid.nearest(fine.vertices[i], 1e-3).distance, 1e-12);
 }
 
-TEST(LevelBySpeed, SwitchesTwiceACycleWhereTheSpeedSwingsAboutALimit) {
+TEST(LevelBySpeed, SwitchesTwiceACycleIfTheSpeedOscillatesAboutALimit) {
   LevelBySpeed level({30e-3, 120e-3}, 0.1);
   int switches = 0;
   std::size_t last = 0;
@@ -386,7 +386,7 @@ TEST(LevelBySpeed, SwitchesTwiceACycleWhereTheSpeedSwingsAboutALimit) {
   EXPECT_GE(switches, 18);
 }
 
-TEST(LevelBySpeed, GoesStraightToTheLevelThatTheSpeedAsksFor) {
+TEST(LevelBySpeed, SwitchesDirectlyToTheLevelOfTheSpeed) {
   LevelBySpeed level({30e-3, 120e-3}, 0.1);
   EXPECT_EQ(level.step(200e-6, 1e-3, 3), 2U);
   level.reset();

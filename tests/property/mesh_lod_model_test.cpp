@@ -83,7 +83,7 @@ struct MeshBench : test::HapticBench {
   MeshBench(TissueVolume tissue, const ServoSettings& s) : HapticBench(std::move(tissue), s, s.materials) {}
 };
 
-TEST(MeshLodModel, OnABallTheForceIsTheSpringsAndPointsOutAndOutsideThereIsNone) {
+TEST(MeshLodModel, OnABallTheForceIsTheSpringForceAlongTheNormalAndZeroOutside) {
   MeshBench run(ball(), settings());
   const double reach = kBall + 0.125_mm;
   for (int i = 0; i < 1500; ++i) {
@@ -121,7 +121,7 @@ TEST(MeshLodModel, FrictionStaysInCoulombsCone) {
   EXPECT_GT(most, 0.15);
 }
 
-TEST(MeshLodModel, FromSoftToHardAWallHoldsWithTheHardTissuesStiffness) {
+TEST(MeshLodModel, FromSoftToHardTissueTheBoundaryHasTheHardTissuesStiffness) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
   for (int i = 0; i < 300; ++i) run.tick({{-1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   int checked = 0;
@@ -138,7 +138,7 @@ TEST(MeshLodModel, FromSoftToHardAWallHoldsWithTheHardTissuesStiffness) {
   EXPECT_GT(checked, 30);
 }
 
-TEST(MeshLodModel, FromHardToSoftThereIsNoWall) {
+TEST(MeshLodModel, FromHardToSoftTissueTheBoundaryIsNotFelt) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
   for (int i = 0; i < 300; ++i) run.tick({{1e-3, 0.2e-3, 0.1e-3 - 1e-6 * i}});
   for (double x = 1e-3; x > -1e-3; x -= 5e-6) {
@@ -167,7 +167,7 @@ TEST(MeshLodModel, TheStripOfDentinIsFoundBetweenPulpAndEnamel) {
   EXPECT_LT(most_step, 0.02);
 }
 
-TEST(MeshLodModel, StiffnessFallsFromOutsideToInsideLikeStepsOfAStair) {
+TEST(MeshLodModel, StiffnessFallsInStepsFromOutsideToInside) {
   MeshBench run(section(), settings(R"({"mesh_lod": {"levels": [70]}})", 0.1_mm));
   const auto press = [&](double x) {
     for (int i = 0; i < 100; ++i) run.tick({{x, 0.2e-3, 0.1e-3}});
@@ -236,7 +236,7 @@ TEST(DampingFit, RecoversTheDamperOfASyntheticPushWithinOnePerCent) {
   EXPECT_LT(fit.rms, 0.02);
 }
 
-TEST(DampingFit, ACurveThatDoesNotTellIsAnExactError) {
+TEST(DampingFit, ACurveThatDoesNotDetermineTheDampingIsRefusedWithAReason) {
   std::vector<PushSample> samples;
   EXPECT_THROW(fit_damping(samples), Error);
   for (int i = 0; i < 100; ++i) samples.push_back({1e-3 * i, 1e-3, 1});
@@ -245,7 +245,7 @@ TEST(DampingFit, ACurveThatDoesNotTellIsAnExactError) {
 
 // --- The slew filter (7)
 
-TEST(SlewFilter, GeneratesEnergyAsPrinted) {
+TEST(SlewFilter, AsPublishedItGeneratesEnergy) {
   // Into a wall of 1 N/mm and out again at 100 mm/s, 2 mm deep, 0.02 N a tick.
   double force = 0, absorbed = 0, until_surface = 0, until_zero = 0;
   const ForceFilterLaw law;
@@ -266,7 +266,7 @@ TEST(SlewFilter, GeneratesEnergyAsPrinted) {
   EXPECT_NEAR(1e3 * until_zero, 1.80, 0.01);
 }
 
-TEST(SlewFilter, BehindTheGuardTakesNoEnergyFromNothing) {
+TEST(SlewFilter, BehindThePassivityControllerItGeneratesNoEnergy) {
   for (const bool guarded : {true, false}) {
     ServoSettings s = settings();
     s.filter = ForceFilter::kSlew;
@@ -311,7 +311,7 @@ void at_random_places(int count, Use&& use) {
   }
 }
 
-TEST(MeshLodModel, AMappedSwitchIsNotFeltAndAnUnmappedOneIsAStep) {
+TEST(MeshLodModel, ALevelSwitchWithMappingIsNotFeltAndOneWithoutIsAForceStep) {
   const ServoSettings s = settings();
   Parameters mapped, unmapped;
   unmapped.maps = false;
@@ -383,7 +383,7 @@ double cap(double r, double z) {
   return kPi * h * h * (r - h / 3);
 }
 
-TEST(MeshLodModel, ABurSinksWhereItIsPressedAndWhatGoesIsWhatItSwept) {
+TEST(MeshLodModel, ABurSinksWhereItIsPressedAndRemovesItsSweptVolume) {
   MeshBench run(volume(kBlock), drill());
   double most_step = 0, least_energy = 0;
   dvec3 before(0);
@@ -465,7 +465,7 @@ TEST(MeshLodModel, ACutMeshStaysClosedAndUndoBringsItBackToTheBit) {
   EXPECT_EQ(mesh.hash(), cut);
 }
 
-TEST(MeshLodModel, EqualHandsCutEqualMeshes) {
+TEST(MeshLodModel, EqualHandsGiveEqualMeshes) {
   std::uint64_t hash[2];
   dvec3 force[2];
   for (int pass = 0; pass < 2; ++pass) {
@@ -497,7 +497,7 @@ void PrintTo(const HeadCase& head, std::ostream* out) {
 }
 class MeshLodHeads : public testing::TestWithParam<HeadCase> {};
 
-TEST_P(MeshLodHeads, CutsWhereItIsPressedAndWhatGoesIsCountedWithoutAStepOfTheForce) {
+TEST_P(MeshLodHeads, EveryHeadCutsWhereItIsPressedCountsItsVolumeAndHasNoForceStep) {
   const HeadCase& head = GetParam();
   MeshBench run(volume(kBlock), drill(head.shape, head.diameter, head.length));
   const dquat R = head.lies ? glm::angleAxis(kPi / 2, dvec3(0, 1, 0)) : dquat(1, 0, 0, 0);
@@ -528,7 +528,7 @@ TEST_P(MeshLodHeads, CutsWhereItIsPressedAndWhatGoesIsCountedWithoutAStepOfTheFo
 }
 
 // More of them in ./run stress.
-TEST_P(MeshLodHeads, RandomHandsLeaveTheMeshClosedAndTheProxyNeverLeaps) {
+TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
   const HeadCase& head = GetParam();
   for (int seed = 1; seed <= test::campaign(1); ++seed) {
     std::mt19937 random(static_cast<unsigned>(seed));
@@ -571,7 +571,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, MeshLodHeads,
                                          HeadCase{"lying_flame", HeadShape::kFlame, 1.0_mm, 3.0_mm, true}),
                          [](const auto& each) { return std::string(each.param.name); });
 
-TEST(MeshLodModel, AHeadThatStandsStillRestsOnTheWallsOfItsOwnCutWithItsWholeLength) {
+TEST(MeshLodModel, AStoppedHeadTouchesTheWallsOfItsOwnCutAlongItsWholeLength) {
   MeshBench run(volume(kBlock), drill(HeadShape::kCylinder, 1.0_mm, 3.0_mm));
   const dquat lying = glm::angleAxis(kPi / 2, dvec3(0, 1, 0));
   for (int i = 0; i < 3000; ++i) run.tick({{0, 0, 0.55_mm - std::min(i, 400) * 1e-6}, lying}, 1);
@@ -587,7 +587,7 @@ TEST(MeshLodModel, AHeadThatStandsStillRestsOnTheWallsOfItsOwnCutWithItsWholeLen
   EXPECT_NEAR(run.last.X_WG.p.z, 0.5_mm, 0.01_mm);
 }
 
-TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAgainAndNoSwitchIsAStep) {
+TEST(MeshLodModel, AfterACutTheLevelFollowsTheSpeedAndNoSwitchCausesAForceStep) {
   ServoSettings s = drill();
   haptics::Tool probe = s.tool;
   probe.cuts = false;
@@ -658,7 +658,7 @@ TEST(MeshLodModel, AWholeHeadNeverAllocatesInATick) {
   EXPECT_GT(run.last.cuts, 100U);
 }
 
-TEST(SurfacePoint, AWallBetweenTissuesHoldsAProbeAndNoBurThatCuts) {
+TEST(SurfacePoint, ATissueBoundaryStopsAProbeButNotACuttingBur) {
   const TissueVolume tissue = section();
   const TriangleGrid grid(*tissue.mesh());
   Stiffness stiffness{};
@@ -675,7 +675,7 @@ TEST(SurfacePoint, AWallBetweenTissuesHoldsAProbeAndNoBurThatCuts) {
   }
 }
 
-TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
+TEST(MeshLodModel, AHandThatJumpsThroughThinTissueLeavesTheProxyInFront) {
   for (const bool whole_head : {false, true}) {
     TissueVolume tissue = volume(R"({"voxel_mm": 0.2, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})");
@@ -689,7 +689,7 @@ TEST(MeshLodModel, AHandThatLeapsThroughThinTissueStaysInFront) {
   }
 }
 
-TEST(MeshLodModel, BadParametersAndToolsAreExactErrors) {
+TEST(MeshLodModel, BadParametersAndToolsAreRefusedWithAReason) {
   using testing::HasSubstr;
   for (const auto& [json, part] :
        std::vector<std::pair<const char*, const char*>>{{R"({"mesh_lod": {"level": [10]}})", "level"},

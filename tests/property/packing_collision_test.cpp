@@ -35,7 +35,7 @@ long double exact_root(const dvec3& D, const dvec3& m, double R) {
   return t <= 1 ? t : static_cast<long double>(kNever);
 }
 
-TEST(SpherePair, OfAMillionRandomPairsTheTimeOfContactIsTheRootWithinATrillionth) {
+TEST(SpherePair, TheContactTimeOfAMillionRandomPairsIsAccurateToATrillionth) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> size(1e-5, 1e-3);
   int hits = 0;
@@ -72,7 +72,7 @@ TEST(SpherePair, AtTheTimeOfContactTheSpheresTouch) {
   }
 }
 
-TEST(SpherePair, OverlappingSpheresTouchAtOnceWhenTheyApproachAndNeverWhenTheyPart) {
+TEST(SpherePair, OverlappingSpheresTouchImmediatelyWhenApproachingAndNeverWhenSeparating) {
   const dvec3 D(1e-3, 0, 0);
   EXPECT_EQ(contact_time(D, {1e-4, 0, 0}, 1.1e-3), 0);
   EXPECT_EQ(contact_time(D, {-1e-4, 0, 0}, 1.1e-3), kNever);
@@ -81,7 +81,7 @@ TEST(SpherePair, OverlappingSpheresTouchAtOnceWhenTheyApproachAndNeverWhenTheyPa
   EXPECT_EQ(contact_time({0, 0, 0}, {1e-4, 0, 0}, 1.1e-3), kNever);
 }
 
-TEST(SpherePair, TheLensHasTheVolumeOfThePaper) {
+TEST(SpherePair, TheIntersectionHasTheVolumeOfThePapersFormula) {
   EXPECT_NEAR(lens_volume(1, 0.5, 1.2), 0.0842339530, 5e-11);
   EXPECT_EQ(lens_volume(1, 0.5, 1.5), 0);
   EXPECT_EQ(lens_volume(1, 0.5, 2), 0);
@@ -90,7 +90,7 @@ TEST(SpherePair, TheLensHasTheVolumeOfThePaper) {
   EXPECT_NEAR(lens_volume(1, 0.5, 0.5000001), 4.0 / 3 * kPi * 0.125, 1e-9);  // no step where one lies in the other
 }
 
-TEST(SpherePair, TheLensIsTheIntegralOverItsDiscs) {
+TEST(SpherePair, TheIntersectionVolumeIsTheIntegralOverItsDiscs) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> u(0.2, 1);
   for (int i = 0; i < 200; ++i) {
@@ -139,7 +139,7 @@ TEST(SphereTree, FindsTheSameFirstContactAsBruteForceBitForBit) {
   }
 }
 
-TEST(SphereTree, StaysEqualToBruteForceWhileSpheresShrinkMoveVanishAndComeBack) {
+TEST(SphereTree, AgreesWithBruteForceWhileSpheresShrinkMoveVanishAndReturn) {
   std::mt19937_64 random(5);
   const Cloud c = cloud(random, 3000);
   SphereTree tree(c.center, c.radius);
@@ -165,7 +165,7 @@ TEST(SphereTree, StaysEqualToBruteForceWhileSpheresShrinkMoveVanishAndComeBack) 
   }
 }
 
-TEST(SphereTree, SpheresNearASegmentAreAllThereAndNoOthers) {
+TEST(SphereTree, FindsExactlyTheSpheresNearASegment) {
   std::mt19937_64 random(6);
   const Cloud c = cloud(random, 2000);
   const SphereTree tree(c.center, c.radius);

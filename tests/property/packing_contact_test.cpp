@@ -38,7 +38,7 @@ dvec3 random_in(std::mt19937_64& random, double half) {
   return {x, y, z};
 }
 
-TEST(SphereProxy, InTheOpenItIsTheHandBitForBitAndThereIsNoForce) {
+TEST(SphereProxy, InFreeSpaceItEqualsTheHandAndThereIsNoForce) {
   const SphereTree tree = plane();
   SphereProxy proxy(ball_tool(), {});
   proxy.place(at(0, 0, 5.0_mm));
@@ -48,7 +48,7 @@ TEST(SphereProxy, InTheOpenItIsTheHandBitForBitAndThereIsNoForce) {
   EXPECT_FALSE(proxy.touches());
 }
 
-TEST(SphereProxy, OnAPlaneWithoutFrictionItStandsAboveTheHandAndTheForceIsTheSprings) {
+TEST(SphereProxy, OnAFrictionlessPlaneItIsAboveTheHandAndTheForceIsTheSpringForce) {
   const SphereTree tree = plane();
   SphereProxy proxy(ball_tool(), {.stiffness = 1000, .damping = 0, .static_friction = 0, .dynamic_friction = 0});
   proxy.place(at(0, 0, 2.0_mm));
@@ -61,7 +61,7 @@ TEST(SphereProxy, OnAPlaneWithoutFrictionItStandsAboveTheHandAndTheForceIsTheSpr
   }
 }
 
-TEST(SphereProxy, InACornerOfSpheresItRestsOnThreeAndTheNormalPointsOut) {
+TEST(SphereProxy, InACornerItRestsOnThreeSpheresAndTheNormalPointsOut) {
   std::vector<dvec3> center;
   std::vector<double> radius;
   for (int k = 0; k < 6; ++k) {
@@ -112,7 +112,7 @@ TEST(SphereProxy, ItNeverOverlapsASphereHoweverTheHandMoves) {
   }
 }
 
-TEST(SphereProxy, OfTenThousandHandsAtUpTo20MillimetresATickNoneComesThroughAThinSheet) {
+TEST(SphereProxy, NoneOfTenThousandHandsPassesAThinSheetAtUpTo20MillimetresATick) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> u(0, 1);
   int through = 0, met = 0;
@@ -163,7 +163,7 @@ TEST(SphereProxy, ItSlipsWhenTheTangentialForceExceedsTheStaticFrictionWithinOne
   }
 }
 
-TEST(SphereProxy, WhereItSticksItDoesNotCreep) {
+TEST(SphereProxy, DoesNotCreepWhileItSticks) {
   const SphereTree tree = plane();
   SphereProxy proxy(ball_tool(), {.static_friction = 0.5, .dynamic_friction = 0.3});
   proxy.place(at(0, 0, 1.0_mm));
@@ -174,7 +174,7 @@ TEST(SphereProxy, WhereItSticksItDoesNotCreep) {
   EXPECT_EQ(proxy.pose().p, where);
 }
 
-TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverToATrillionth) {
+TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverWithinATrillionth) {
   std::mt19937_64 random(3);
   const SphereTree tree = plane();
   Tool cylinder;
@@ -192,7 +192,7 @@ TEST(SphereProxy, TheTorqueIsTheForceTimesItsLeverToATrillionth) {
 }
 
 /// The head is stopped by what it cuts, and the shank touches tissue aslant to the way at the same time.
-TEST(SphereProxy, ACutGoesOnAlongWhatTheShankTouchesWhileTheHeadIsStopped) {
+TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> share(0, 1);
   for (int i = 0; i < 200; ++i) {

@@ -55,7 +55,7 @@ struct Machine {
   }
 };
 
-TEST(MaterialFit, HiddenDensitiesComeOutOfANoisyCurveOf200NewtonsWithAMeanSquareErrorBelow0p9) {
+TEST(MaterialFit, HiddenDensitiesAreRecoveredFromANoisyCurveOf200Newtons) {
   Machine machine;
   const auto density = [](double z) { return 1.2 + 0.5 * std::sin(z / 1.5e-3); };  // over depth: layers
   std::vector<FeedSample> samples = machine.way(16.0_mm);

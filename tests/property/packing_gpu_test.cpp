@@ -44,7 +44,7 @@ std::unique_ptr<SpherePasses> on_any_device(std::size_t spheres) {
   return passes;
 }
 
-TEST(PackingOnAGpu, TheThreePassesHaveTheBitsOfTheProcessor) {
+TEST(PackingOnAGpu, TheThreePassesGiveTheBitsOfTheCpu) {
   for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
     const SpherePacking packing = packed(5000);
     SphereTissue cut(packing, removal);
@@ -146,7 +146,7 @@ void expect_same(const Drilled& a, const Drilled& b) {
   EXPECT_EQ(a.left, b.left);
 }
 
-TEST(PackingOnAGpu, AServoOnItFeelsAndCutsTheSameBitsAsOnTheProcessorAlsoAfterAnUndo) {
+TEST(PackingOnAGpu, ForcesAndCutsAreTheBitsOfTheCpuAlsoAfterAnUndo) {
   const Drilled processor = drill({});
   ASSERT_GT(processor.ticks.back().cuts, 100u);
   int left = 1'000'000;
@@ -154,7 +154,7 @@ TEST(PackingOnAGpu, AServoOnItFeelsAndCutsTheSameBitsAsOnTheProcessorAlsoAfterAn
   EXPECT_LT(left, 1'000'000 - 500) << "calls of the passes";
 }
 
-TEST(PackingOnAGpu, WhereItFailsTheProcessorGoesOnWithTheSameBits) {
+TEST(PackingOnAGpu, AfterAGpuFailureTheCpuContinuesWithTheSameBits) {
   const Drilled processor = drill({});
   for (const int calls : {0, 1, 60, 61, 62, 63}) {
     int left = calls;
@@ -163,7 +163,7 @@ TEST(PackingOnAGpu, WhereItFailsTheProcessorGoesOnWithTheSameBits) {
   }
 }
 
-TEST(PackingOnAGpu, TheValidationLayerHasNothingToSay) {
+TEST(PackingOnAGpu, TheValidationLayerReportsNothing) {
   gpu::DeviceOptions options;
   options.validation = true, options.doubles = true;
   const gpu::Device device = gpu::Device::create(options);
@@ -179,13 +179,13 @@ TEST(PackingOnAGpu, TheValidationLayerHasNothingToSay) {
   EXPECT_EQ(device.validation_messages(), 0);
 }
 
-TEST(PackingOnAGpu, OneIsChosenOnlyWhereItIsFasterAndHasTheSameBits) {
+TEST(PackingOnAGpu, AGpuIsChosenOnlyIfItIsFasterAndGivesTheSameBits) {
   EXPECT_TRUE((PassTimes{2e-3, 1e-3, true}.gpu_is_better()));
   EXPECT_FALSE((PassTimes{1e-3, 2e-3, true}.gpu_is_better()));
   EXPECT_FALSE((PassTimes{2e-3, 1e-3, false}.gpu_is_better()));
 }
 
-TEST(PackingOnAGpu, AProcessorThatPlaysAGpuIsNeverChosen) {
+TEST(PackingOnAGpu, ASoftwareGpuIsNeverChosen) {
   const auto devices = gpu::list_devices();
   ASSERT_FALSE(devices.empty());
   EXPECT_EQ(make_vulkan_sphere_passes(100, false) == nullptr, devices.front().processor);

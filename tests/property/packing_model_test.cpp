@@ -63,7 +63,7 @@ dvec3 pressing(int tick, double deep, double turn = 0) {
   return (kBall + kHead + 0.3_mm - down * (0.3_mm + deep)) * dvec3(std::sin(angle), 0, std::cos(angle));
 }
 
-TEST(PackingModel, OnABallTheForcePointsOutAndIsTheSprings) {
+TEST(PackingModel, OnABallTheForceIsTheSpringForceAlongTheNormal) {
   Session run(settings(kPacking, false));
   double worst = 0;
   for (int i = 0; i < 1200; ++i) {
@@ -84,7 +84,7 @@ TEST(PackingModel, FarFromTheTissueThereIsNoForce) {
   EXPECT_EQ(run.last.faults, 0u);
 }
 
-TEST(PackingModel, ATurningBurSinksWhereTheHandPressesItAndRemovesWhatASweepOfItsWayHolds) {
+TEST(PackingModel, ATurningBurSinksUnderForceAndRemovesItsSweptVolume) {
   Session run(settings(R"({"packing": {"spheres": 12000, "speed_mm_per_s": 1}})"));
   for (int i = 0; i < 1500; ++i) run.step(pressing(i, 0.8_mm), 1);
   // The lens of head and ball down to where the head came.
@@ -93,7 +93,7 @@ TEST(PackingModel, ATurningBurSinksWhereTheHandPressesItAndRemovesWhatASweepOfIt
   EXPECT_NEAR(removed(run.last) / packing::lens_volume(kBall, kHead, kBall + kHead - sunk), 1, 0.1);
 }
 
-TEST(PackingModel, TheSamePushRemovesAsMuchAsWithTheOffsetModel) {
+TEST(PackingModel, EqualForceRemovesTheVolumeThatTheOffsetModelRemoves) {
   for (const double newton : {0.3, 0.8}) {
     double taken[2];
     int k = 0;
@@ -108,7 +108,7 @@ TEST(PackingModel, TheSamePushRemovesAsMuchAsWithTheOffsetModel) {
   }
 }
 
-TEST(PackingModel, WhatIsRemovedTakesTheMotorsWork) {
+TEST(PackingModel, TheRemovedVolumeEqualsTheMotorsWork) {
   ServoSettings s = settings(kPacking);
   Session run(s);
   for (int i = 0; i < 200; ++i) run.step(dvec3(0, 0, kBall + kHead + 0.2_mm - i * 1e-6), 1);
@@ -178,7 +178,7 @@ TEST(PackingModel, ItSlipsWhereTheTangentialForceExceedsTheStaticFrictionWithinO
   }
 }
 
-TEST(PackingModel, GradedCariesGivesWayMoreTheSofterItIs) {
+TEST(PackingModel, SofterGradedCariesYieldsMore) {
   // Three lesions of hardness 0.8, 0.7 and 0.6: by depth, as in S2.
   double force[3], speed[3];
   int k = 0;
@@ -201,7 +201,7 @@ TEST(PackingModel, GradedCariesGivesWayMoreTheSofterItIs) {
   EXPECT_GT(speed[2], speed[1]);
 }
 
-TEST(PackingModel, WhatIsPaintedIsFeltAndUndoneWithItsStroke) {
+TEST(PackingModel, PaintedTissueIsFeltAndUndoneWithItsStroke) {
   Session run(settings(kPacking, false));
   for (int i = 0; i < 260; ++i) run.step(pressing(i, 0.3_mm));
   const double dentin = glm::length(run.last.f_T_W);
@@ -240,7 +240,7 @@ TEST(PackingModel, AShankIsFeltAndNeverCuts) {
   EXPECT_GT(run.last.X_WG.p.z, kBall + 0.55_mm);
 }
 
-TEST(PackingModel, APieceThatACutSetsLooseIsTakenOutCountedAndComesBack) {
+TEST(PackingModel, ALoosePieceIsRemovedCountedAndRestoredByUndo) {
   // A stud on a plate; a bur goes through its neck.
   const auto stud = [] {
     return TissueVolume(
@@ -301,7 +301,7 @@ Session under_a_roof() {
       settings(R"({"packing": {"spheres": 4000, "speed_mm_per_s": 5}})")};
 }
 
-TEST(PackingModel, ABurUnderAnOverhangComesOutTheWayItWentInWithoutCuttingWhenTheHandHasLeft) {
+TEST(PackingModel, ABurUnderAnOverhangRetreatsAlongItsPathWithoutCutting) {
   Session run = under_a_roof();
   drill_under_a_roof(run);
   ASSERT_LT(run.last.X_WG.p.z, 1.5_mm);
@@ -326,7 +326,7 @@ TEST(PackingModel, AHandThatPushesIntoAWallIsHeldHoweverLong) {
   EXPECT_FALSE(run.last.faults & bits(Fault::kWedged));
 }
 
-TEST(PackingModel, TwoBodiesThatWereApartFromTheStartStay) {
+TEST(PackingModel, TwoBodiesThatWereSeparateFromTheStartAreKept) {
   Session run(
       TissueVolume(read_solids(Json::parse(R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"union": [
       {"sphere": {"center_mm": [0, 0, 0], "radius_mm": 1.5}}, {"sphere": {"center_mm": [3.4, 0, 0], "radius_mm": 1}}]}}]})",
@@ -348,7 +348,7 @@ TEST(PackingModel, ServoAndCarverHoldTheSameSpheresBitForBit) {
   for (int i = 0; i < static_cast<int>(servo.size()); ++i) ASSERT_EQ(servo.sphere(i), carver.sphere(i)) << i;
 }
 
-TEST(PackingModel, UndoBringsEverySphereBackAndRedoTakesItAgain) {
+TEST(PackingModel, UndoRestoresEverySphereAndRedoRemovesItAgain) {
   Session run(settings(kPacking));
   const double field_before = run.carver.volume().volumes()[static_cast<std::size_t>(Tissue::kDentin)];
   for (int i = 0; i < 800; ++i) run.step(pressing(i, 0.6_mm), 1);
@@ -369,7 +369,7 @@ TEST(PackingModel, UndoBringsEverySphereBackAndRedoTakesItAgain) {
   EXPECT_DOUBLE_EQ(state(), cut);
 }
 
-TEST(PackingModel, TheFieldLosesWhatTheSpheresLoseWithinSixPercentHoweverOftenItIsAskedFor) {
+TEST(PackingModel, TheFieldLosesTheVolumeOfTheSpheresWithinSixPercent) {
   std::uint64_t hash[2];
   for (const bool often : {false, true}) {
     Session run(settings(R"({"packing": {"spheres": 12000}})"));
@@ -416,7 +416,7 @@ TEST(PackingModel, AServosTickNeverAllocates) {
   EXPECT_GT(tick.cuts, 100u);
 }
 
-TEST(PackingModel, OfRandomHandsNoneGetsEnergyFromNothing) {
+TEST(PackingModel, NoRandomHandGainsEnergy) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int hand = 0; hand < 8; ++hand) {
@@ -433,7 +433,7 @@ TEST(PackingModel, OfRandomHandsNoneGetsEnergyFromNothing) {
   }
 }
 
-TEST(PackingModel, AtUpTo20MillimetresATickNoHandComesThroughASheetThatIsPassedBetweenTwoLooksAtVoxels) {
+TEST(PackingModel, NoHandPassesASheetAtUpTo20MillimetresATick) {
   int through[2] = {0, 0}, k = 0;
   constexpr int kPasses = 300;
   for (const char* model : {kPacking, R"("voxel_penalty")"}) {

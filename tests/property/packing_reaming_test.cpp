@@ -44,7 +44,7 @@ struct Field {
   }
 };
 
-TEST(Reaming, OfTheShippedSocketTheMapDiffersFromAnAnalyticCupByTwoPercentOfItsVolumeAtMost) {
+TEST(Reaming, TheReamedSocketDiffersFromAnAnalyticCupByAtMostTwoPercentOfItsVolume) {
   SolidFiles files;
   files.read_mesh = [](const std::filesystem::path& file, double unit) { return read_mesh_solid(file, unit); };
   TissueVolume tissue(read_solids(
@@ -112,7 +112,7 @@ TEST(Reaming, At200NewtonsAnd1KilohertzTheLedgerNeverFallsBelowANanojoule) {
   }
 }
 
-TEST(RootCanal, AtTheSameFeedEnamelHoldsTheBurOneAndAHalfTimesAsHardAsDentinAndPulpNotAtAll) {
+TEST(RootCanal, AtEqualFeedEnamelResistsOneAndAHalfTimesAsMuchAsDentinAndPulpNotAtAll) {
   const auto force = [](const char* tissue) {
     ServoSettings stiff =
         settings(R"({"packing": {"spheres": 12000, "density": {"enamel": 1.5, "dentin": 1, "pulp": 0}}})", 1.2_mm);

@@ -55,7 +55,7 @@ double exact_sweep(const dvec3& a, const dvec3& b, double r) {
   return volume;
 }
 
-TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
+TEST(Removal, ThePublishedFormulaRemoves9967PercentTooMuchAndTheCorrectedOneTheExactVolume) {
   // A sphere of radius 0.5 under a plane (a tool without curvature) that covers 0.01 of it.
   const double plane = 1e5, cap = kPi * 0.01 * 0.01 * (3 * 0.5 - 0.01) / 3;
   for (const Removal removal : {Removal::kAsPrinted, Removal::kMended}) {
@@ -74,7 +74,7 @@ TEST(Removal, AsPrintedAShallowCutTakes9967PercentTooMuchAndMendedTheLens) {
   }
 }
 
-TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachLiesWhereItWasBefore) {
+TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachIsInsideItsFormerSelf) {
   std::mt19937_64 random(1);
   const SpherePacking p = ball(4000);
   for (const Removal removal : {Removal::kMended, Removal::kAsPrinted}) {
@@ -98,7 +98,7 @@ TEST(Removal, AfterACutNoSphereOverlapsTheToolAndEachLiesWhereItWasBefore) {
   }
 }
 
-TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
+TEST(Removal, RemovedAndRemainingVolumeAddUpForEachTissue) {
   std::mt19937_64 random(2);
   const SpherePacking p = ball(4000);
   SphereTissue tissue(p, Removal::kMended);
@@ -118,7 +118,7 @@ TEST(Removal, WhatIsRemovedAndWhatIsLeftAddUpPerTissue) {
   EXPECT_GT(removed.volume[static_cast<std::size_t>(Tissue::kDentin)], 0);
 }
 
-TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrintedMore) {
+TEST(Removal, With36000SpheresTheCorrectedFormulaIsExactWithinATenthAndThePublishedOneIsNot) {
   const SpherePacking p = ball(36000);
   std::vector<int> changed(36000);
   std::mt19937_64 random(3);
@@ -142,7 +142,7 @@ TEST(Removal, MendedAt36000SpheresASweepTakesTheExactVolumeWithinATenthAndAsPrin
   }
 }
 
-TEST(Removal, TheSameWayInFourTimesAsManyStepsTakesTheSameVolumeWithinTwoPercent) {
+TEST(Removal, FourTimesAsManyStepsRemoveTheSameVolumeWithinTwoPercent) {
   const SpherePacking p = ball(10000);
   std::vector<int> changed(10000);
   const dvec3 a(-2.0_mm, 0.3_mm, 4.9_mm), b(2.0_mm, -0.4_mm, 4.4_mm);
@@ -169,7 +169,7 @@ TEST(Removal, CuttingTheSamePlaceAgainTakesNothing) {
   EXPECT_LT(total(again.volume), 1e-9 * total(first.volume));
 }
 
-TEST(Removal, ASphereSetBackIsTheSphereItWasAndSoIsTheVolume) {
+TEST(Removal, ARestoredSphereAndItsVolumeAreTheOriginalOnes) {
   const SpherePacking p = ball(4000);
   SphereTissue tissue(p, Removal::kMended);
   const PerTissue before = tissue.volumes();
@@ -198,7 +198,7 @@ TEST(Removal, CutsNeverAllocate) {
   EXPECT_GT(total(removed.volume), 0);
 }
 
-TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {
+TEST(Surface, OnABallTheErrorOfTheNormalFallsWithTheNumberOfSpheres) {
   PerTissue density{};
   density.fill(1);
   double before = 1;
@@ -221,7 +221,7 @@ TEST(Surface, OnABallTheNormalErrsLessTheMoreSpheresThereAre) {
   EXPECT_LT(before, 5.0_deg);
 }
 
-TEST(Surface, TheDensityIsTheMeanOfWhatIsOverlapped) {
+TEST(Surface, TheDensityIsTheMeanOfTheOverlappedSpheres) {
   SpherePacking p;
   p.center = {dvec3(-1.0_mm, 0, 0), dvec3(1.0_mm, 0, 0)};
   p.radius = {0.5_mm, 0.5_mm};
@@ -238,7 +238,7 @@ TEST(Surface, TheDensityIsTheMeanOfWhatIsOverlapped) {
   EXPECT_NEAR(both.n_W.x, 1, 1e-12);  // away from the denser side
 }
 
-TEST(Surface, SpeedTimesDensityIsTheBaseSpeedAndNoDensityIsNoHold) {
+TEST(Surface, SpeedTimesDensityIsTheBaseSpeedAndZeroDensityGivesNoResistance) {
   for (const double rho : {0.6, 0.8, 1.0, 1.5}) EXPECT_NEAR(cutting_speed(2e-3, rho, 0.1) * rho, 2e-3, 1e-15);
   EXPECT_EQ(cutting_speed(2e-3, 0, 0.1), 0.1);
   EXPECT_EQ(cutting_step(2e-3, 1e-3, 1), 2e-6);

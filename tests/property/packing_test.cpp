@@ -94,7 +94,7 @@ TEST(Packing, EqualSeedsGiveEqualBitsAndOtherSeedsOtherSpheres) {
   EXPECT_NEAR(a.coverage(), c.coverage(), 0.02);  // another packing of the same kind
 }
 
-TEST(Packing, NoSphereIsTwiceAsLargeAsOneThatWasPlacedBefore) {
+TEST(Packing, NoSphereIsMoreThanTwiceAsLargeAsAnEarlierOne) {
   for (const char* solid : kSolids) {
     const SpherePacking p = packed(sampled(solid), 5000);
     double least = p.radius.front();
@@ -115,7 +115,7 @@ TEST(Packing, WithoutALimitTheFirstSphereIsTheSolidsLargestWithinAVoxel) {
   }
 }
 
-TEST(Packing, NoPointInTheSolidHasMoreRoomThanTheLargestHoleThatIsReported) {
+TEST(Packing, NoHoleIsLargerThanTheReportedLargestHole) {
   std::mt19937_64 random(11);
   const DenseTissue tissue = sampled(kSolids[1]);
   const auto exact = read_solid(Json::parse(kSolids[1], "solid"));
@@ -157,7 +157,7 @@ TEST(Packing, TissueBeyondTheFieldsBandIsPackedAsDeepAsItIs) {
   EXPECT_GT(p.coverage(), 0.5);
 }
 
-TEST(Packing, WorkIsStoppedByItsProgressCallback) {
+TEST(Packing, TheProgressCallbackCanCancelPacking) {
   PackOptions options;
   int calls = 0;
   options.progress = [&](double share) {

@@ -20,7 +20,7 @@ struct Scene {
 
 class ChangedPixels : public testing::TestWithParam<int> {};
 
-TEST_P(ChangedPixels, OnlyWhatChangesIsDrawnAndThePictureIsTheWholeOne) {
+TEST_P(ChangedPixels, OnlyChangedTilesAreDrawnAndThePictureEqualsAFullRedraw) {
   const render::Quality& quality = render::kQualityLadder[static_cast<std::size_t>(GetParam())];
   const auto sound = tooth_mesh(0, 0.6e-3), cut = tooth_mesh(2e-3, 0.6e-3);
   Scene changing(quality, sound, true);

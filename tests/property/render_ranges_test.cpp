@@ -9,7 +9,7 @@
 namespace typodont::gpu {
 namespace {
 
-TEST(RangeAllocator, GivesOutEachPlaceOnceAndMergesAllThatComesBack) {
+TEST(RangeAllocator, AllocatesEachRangeOnceAndMergesFreedRanges) {
   std::mt19937_64 g(7);
   RangeAllocator ranges(10000);
   struct Piece {

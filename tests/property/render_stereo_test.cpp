@@ -26,7 +26,7 @@ dvec2 centroid(const render::Picture& p) {
   return weight > 0 ? 2.0 * sum / weight / dvec2(p.size) - 1.0 : dvec2(1e3);
 }
 
-TEST(Stereo, APointFoundInBothPicturesIsWhereItWasPut) {
+TEST(Stereo, APointIsTriangulatedFromBothPicturesToItsPosition) {
   Stage stage({1280, 1024});
   const display::DisplayRig rig = desk(0.08, 0.064, 0.4);
   render::Frame frame = frame_of(rig);

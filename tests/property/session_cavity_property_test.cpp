@@ -66,7 +66,7 @@ TEST(CavityLaws, TheIdealScoresFullWhateverItsShape) {
   }
 }
 
-TEST(CavityLaws, CuttingMoreThanTheIdealLowersTheScoreTheMoreTheLower) {
+TEST(CavityLaws, TheScoreFallsWithTheAmountCutBeyondTheIdeal) {
   Random random(12);
   const auto ideal = tapered_box({1.4e-3, 1e-3}, 1.5e-3, 3 * kPi / 180);
   Judged judged(ideal);
@@ -85,7 +85,7 @@ TEST(CavityLaws, CuttingMoreThanTheIdealLowersTheScoreTheMoreTheLower) {
   }
 }
 
-TEST(CavityLaws, LeavingSomeOfTheIdealLowersTheScoreTheMoreTheLower) {
+TEST(CavityLaws, TheScoreFallsWithTheAmountLeftAboveTheIdeal) {
   Random random(13);
   const auto ideal = tapered_box({1.4e-3, 1e-3}, 1.5e-3, 3 * kPi / 180);
   Judged judged(ideal);
@@ -107,7 +107,7 @@ TEST(CavityLaws, LeavingSomeOfTheIdealLowersTheScoreTheMoreTheLower) {
   EXPECT_DOUBLE_EQ(none.full, score(judged.input, judged.rules).full);
 }
 
-TEST(CavityLaws, AskedForAndNotThereEarnsNothingButCounts) {
+TEST(CavityLaws, AMissingMeasureScoresZeroAndKeepsItsWeight) {
   Judged judged(tapered_box({1.4e-3, 1e-3}, 1.5e-3, 0));
   const Score none = judged.of(judged.preparation.before);
   const auto item = std::find_if(none.items.begin(), none.items.end(), [](auto& i) { return i.name == "taper_deg"; });
@@ -129,7 +129,7 @@ auto turned(Shape shape, double angle, const dvec3& by) {
   };
 }
 
-TEST(AnalyticCavities, OfAnySizeLeanTurnAndPlaceHaveTheirVolumeDepthTaperAndWidthToTheFieldsError) {
+TEST(AnalyticCavities, OfAnySizeTiltAndPositionAreMeasuredWithinTheErrorOfTheField) {
   Random random(21);
   for (int i = 0; i < 8; ++i) {
     const double a = 1.7e-3 + random.number(0.4e-3), b = 0.9e-3 + random.number(0.2e-3),
@@ -238,7 +238,7 @@ const Spoilt kSpoilt[] = {
      }},
 };
 
-TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
+TEST(CavityLaws, EveryGeometricMeasureLowersTheScoreMonotonically) {
   for (const Spoilt& spoilt : kSpoilt) {
     Preparation in = a_block();
     in.ideal = in.after = spoilt.worse(0);
@@ -270,7 +270,7 @@ TEST(CavityLaws, EveryMeasureOfRealGeometryCostsTheMoreTheWorseItIs) {
   }
 }
 
-TEST(CavityLaws, TheCupOfABallThatWasReamedIsThatBallAndLiesOffTheIdealByWhatItWasMoved) {
+TEST(CavityLaws, AReamedBallIsMeasuredWithItsRadiusAndItsDisplacement) {
   const auto reamed = [](const dvec3& c, double r) {
     return without([=](const dvec3& p) { return glm::distance(p, c) - r; });
   };

@@ -9,7 +9,7 @@ namespace {
 
 using namespace test;
 
-TEST(SessionFileLaw, HoweverTheTicksAreHandedOverTheSameTicksComeBack) {
+TEST(SessionFileLaw, TheDivisionIntoChunksDoesNotChangeTheTicks) {
   TemporaryFolder folder;
   Random random(41);
   for (int round = 0; round < 12; ++round) {

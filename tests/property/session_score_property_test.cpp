@@ -71,7 +71,7 @@ TEST(ScoreLaws, APerfectResultScoresFull) {
   }
 }
 
-TEST(ScoreLaws, EveryWorseningLowersTheScoreFromAnyState) {
+TEST(ScoreLaws, EveryDefectLowersTheScoreFromAnyState) {
   Random random(2);
   for (int i = 0; i < 500; ++i) {
     ScoreInput in = perfect(random, i % 2 == 1);
@@ -89,7 +89,7 @@ TEST(ScoreLaws, EveryWorseningLowersTheScoreFromAnyState) {
   }
 }
 
-TEST(ScoreLaws, PointsStayBetweenNothingAndFullAddUpToAHundredAndTheirSumCountsByTheShareDone) {
+TEST(ScoreLaws, PointsAreWithinTheirRangeAddUpTo100AndAreWeightedByCompletion) {
   Random random(3);
   for (int i = 0; i < 500; ++i) {
     ScoreInput in;
@@ -190,7 +190,7 @@ bool is_implants(std::string_view name) {
   return std::any_of(std::begin(kStarts), std::end(kStarts), [&](auto start) { return name.starts_with(start); });
 }
 
-TEST(ScoreLaws, HoldForEveryMeasureThereIsOnBothSidesOfATargetThatHasTwo) {
+TEST(ScoreLaws, HoldForEveryMeasureAndOnBothSidesOfATarget) {
   std::vector<std::string> names;
   for (const MeasureWorsening& m : kMeasures) names.emplace_back(m.name);
   EXPECT_EQ(names.size(), known_score_names().size());

@@ -15,7 +15,7 @@ namespace {
 using test::CutBlock;
 using test::put;
 
-TEST(Incremental, MeshAfterRandomCutsIsThatOfAFullRemesh) {
+TEST(Incremental, TheMeshAfterRandomCutsEqualsAFullRemesh) {
   EXPECT_EQ(test::cut_and_compare(500), "");
 }
 
@@ -38,7 +38,7 @@ TEST(Incremental, OrderOfUpdatesDoesNotMatter) {
   }
 }
 
-TEST(Incremental, OnlyBricksAroundTheCutAreMadeAgain) {
+TEST(Incremental, OnlyBricksNearTheCutAreRemeshed) {
   CutBlock block(4);
   SurfaceMesher mesher;
   for (const glm::ivec3& key : block.keys()) put(mesher, block.brick(key));
@@ -85,7 +85,7 @@ TEST(Incremental, SharedVerticesAreTheSameBitsInBothBricks) {
   EXPECT_TRUE(t.closed && t.oriented) << t.complaint;
 }
 
-TEST(Incremental, BricksOfDifferentTolerancesJoinWithoutCracksAndEndAsIfMadeAtOnce) {
+TEST(Incremental, BricksOfDifferentTolerancesJoinWithoutCracks) {
   CutBlock block(4);
   block.cut({33, 29, 40}, 11);
   SurfaceMesher mesher({.tolerance = 0.05f});
@@ -109,7 +109,7 @@ TEST(Incremental, BricksOfDifferentTolerancesJoinWithoutCracksAndEndAsIfMadeAtOn
   EXPECT_EQ(mesher.hash(), coarse.hash());
 }
 
-TEST(Incremental, BricksTheSurfaceHasLeftAreReportedOnceAndForgotten) {
+TEST(Incremental, BricksWithoutSurfaceAreReportedOnceAndReleased) {
   CutBlock block(2);
   SurfaceMesher mesher;
   for (const glm::ivec3& key : block.keys()) put(mesher, block.brick(key));

@@ -176,7 +176,7 @@ TEST(Normals, PointOutAlongTheGradient) {
   }
 }
 
-TEST(Normals, OnACreaseAreThoseOfEachSide) {
+TEST(Normals, OnACreaseEachSideHasItsOwnNormals) {
   const Field box = [](const glm::dvec3& p) {
     const glm::dvec3 d = glm::abs(p - 8.2) - glm::dvec3(6.1, 5.2, 4.4);
     return std::max({d.x, d.y, d.z});
@@ -199,7 +199,7 @@ TEST(Normals, OnACreaseAreThoseOfEachSide) {
   EXPECT_GE(corners, 36);
 }
 
-TEST(Normals, OfAGentleCreaseShadeAsIfItWereRoundAndOfAnAcuteOneAsTwoSides) {
+TEST(Normals, AGentleCreaseIsShadedSmoothAndAnAcuteOneSharp) {
   // A furrow between two planes, slanting across the lattice, at full resolution: how far normals at one place differ.
   const glm::dvec3 along = glm::normalize(glm::dvec3(1, 0.31, 0.17)),
                    up = glm::normalize(glm::cross(along, glm::dvec3(-0.2, 1, 0)));

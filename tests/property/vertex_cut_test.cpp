@@ -64,7 +64,7 @@ double cap_error(double depth, double edge) {
   return total(done.removed) / cap - 1;
 }
 
-TEST(VertexCut, ACapsVolumeIsWithinFivePercentAtATenthOfTheRadiusAndThriceCloserAtATwentieth) {
+TEST(VertexCut, TheVolumeOfACapIsWithinFivePercentWithEdgesOfATenthOfTheRadiusAndThreeTimesCloserWithATwentieth) {
   for (const double share : {0.3, 0.5, 0.8}) {
     const double coarse = std::abs(cap_error(share * kRadius, kRadius / 10));
     const double fine = std::abs(cap_error(share * kRadius, kRadius / 20));
@@ -124,7 +124,7 @@ TEST_P(VertexCutHeads, RandomStrokesLeaveAClosedMeshClosedAndFreeOfCrossings) {
   }
 }
 
-TEST_P(VertexCutHeads, AnOpenMeshKeepsItsBorderToTheBit) {
+TEST_P(VertexCutHeads, AnOpenMeshKeepsItsBorderBitForBit) {
   const VertexHead head(head_of(GetParam()));
   const double edge = 0.1_mm;
   Workpiece w(square(3.0_mm, 0.3_mm), edge);
@@ -175,7 +175,7 @@ TEST(VertexCut, MovedVerticesLieOnTheHead) {
   }
 }
 
-TEST(VertexCut, ATurnedWorkpieceGivesTheSame) {
+TEST(VertexCut, RotatingTheWorkpieceRotatesTheResult) {
   // Splits and moves follow lengths, and these stay the same but for rounding.
   const dquat R = glm::normalize(dquat(0.3, 0.5, -0.2, 0.7));
   for (const HeadShape shape : {HeadShape::kSphere, HeadShape::kCylinder, HeadShape::kCone}) {
@@ -197,7 +197,7 @@ TEST(VertexCut, ATurnedWorkpieceGivesTheSame) {
   }
 }
 
-TEST(VertexCut, BelowTheSurfaceThePrintedRulePushesTissueOutAndTheMendedOneDoesNot) {
+TEST(VertexCut, BelowTheSurfaceThePublishedRulePushesTissueOutAndTheCorrectedRuleDoesNot) {
   const VertexHead head(round_head());
   const double depth = 1.5 * kRadius, edge = kRadius / 10;
   const auto highest = [](const EditableMesh& mesh) {
@@ -231,7 +231,7 @@ TEST(VertexCut, BelowTheSurfaceThePrintedRulePushesTissueOutAndTheMendedOneDoesN
   EXPECT_EQ(test::crossings(mended.mesh), 0);
 }
 
-TEST(VertexCut, TheGridsChoiceOfFacesRemovesWhatAllFacesWould) {
+TEST(VertexCut, TheGridSearchRemovesTheSameAsASearchOfAllFaces) {
   // The box prefilter: a head finds the same vertices among the faces near it as among all.
   const VertexHead head(head_of(HeadShape::kCone));
   Workpiece w(ball({2.0_mm, 1.5_mm, 1.0_mm}, 0.15_mm), 0.1_mm);
@@ -264,7 +264,7 @@ TEST(VertexCut, CuttingDoesNotAllocate) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
-TEST(VertexCut, AThinWallIsNotCutThroughButKept) {
+TEST(VertexCut, AThinWallIsNotCutThrough) {
   // A plate of 0.3 mm, pressed by a ball from above: what is left of it neither opens nor crosses itself.
   const VertexHead head(round_head());
   Workpiece w(ball({3.0_mm, 3.0_mm, 0.15_mm}, 0.3_mm), 0.1_mm);

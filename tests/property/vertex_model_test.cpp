@@ -47,7 +47,7 @@ double force_on(double edge, const char* model) {
   return bench.last.f_model_W.z;
 }
 
-TEST(VertexForce, AsAMeanItDoesNotDependOnTheMeshAndAsPrintedItGrowsWithIt) {
+TEST(VertexForce, TheMeanForceIsIndependentOfTheMeshAndThePublishedSumIsNot) {
   const double coarse = force_on(0.1_mm, R"({"vertex": {}})"), fine = force_on(0.05_mm, R"({"vertex": {}})");
   EXPECT_NEAR(fine, coarse, 0.05 * coarse) << "four times the vertices";
   EXPECT_NEAR(coarse, 0.15, 0.05 * 0.15) << "1 N/mm, 0.15 mm deep";
@@ -56,7 +56,7 @@ TEST(VertexForce, AsAMeanItDoesNotDependOnTheMeshAndAsPrintedItGrowsWithIt) {
   EXPECT_GT(sum_fine, 2 * sum_coarse);
 }
 
-TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalToADegree) {
+TEST(VertexForce, OnASmoothBallItPointsAlongTheNormalWithinADegree) {
   HapticBench bench(ball_of(0.1_mm), probe_settings(R"({"vertex": {}})"));
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
@@ -114,7 +114,7 @@ TEST(VertexForce, TheFilterHalvesTheRippleAtLeastAndKeepsItsLimit) {
   EXPECT_GT(limited, 0.04);
 }
 
-TEST(VertexForce, BehindTheGuardNoHandTakesMoreThanANanojoule) {
+TEST(VertexForce, BehindThePassivityControllerNoHandGainsMoreThanANanojoule) {
   for (const char* model : {R"({"vertex": {}})", R"({"vertex": {"filter": {"zeta_N": 0.1}}})"}) {
     HapticBench bench(ball_of(0.2_mm), drill(model));
     double least = 0;
@@ -168,7 +168,7 @@ std::vector<float> samples(const haptics::TissueVolume& volume) {
   return field;
 }
 
-TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
+TEST(VertexModel, UndoAndRedoRestoreMeshAndFieldBitForBit) {
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));
   const auto& body = dynamic_cast<const haptics::vertex::VertexBody&>(bench.carver.body());
   const auto mesh_before = body.mesh().hash();
@@ -196,7 +196,7 @@ TEST(VertexModel, UndoBringsTheMeshAndTheFieldBackToTheBitAndRedoToo) {
   EXPECT_EQ(held.mesh.hash(), body.mesh().hash());
 }
 
-TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
+TEST(VertexModel, TheFieldLosesTheVolumeOfTheMesh) {
   HapticBench bench(kBall, drill(R"({"vertex": {}})"));
   const double before = total(bench.carver.volume().volumes());
   groove(bench, 1000);
@@ -205,7 +205,7 @@ TEST(VertexModel, TheFieldHoldsWhatTheMeshLost) {
   EXPECT_NEAR(lost, removed, 0.05 * removed);
 }
 
-TEST(VertexModel, AHandThatLeapsThroughThinTissueStaysInFront) {
+TEST(VertexModel, AHandThatJumpsThroughThinTissueLeavesTheProxyInFront) {
   HapticBench bench(R"({"voxel_mm": 0.2, "solids": [
     {"tissue": "enamel", "solid": {"box": {"center_mm": [0, 0, 0], "size_mm": [10, 10, 0.8]}}}]})",
                     probe_settings(R"({"vertex": {}})"));
@@ -220,7 +220,7 @@ constexpr std::string_view kBlock = R"({"voxel_mm": 0.2, "solids": [
 
 class VertexHeads : public testing::TestWithParam<haptics::HeadShape> {};
 
-TEST_P(VertexHeads, PressedItIsFeltWithTheTissuesStiffnessAndNoStepIsFeltWhenItComesOutOfItsCut) {
+TEST_P(VertexHeads, AHeadIsFeltWithTheTissuesStiffnessAndLeavesItsCutWithoutAForceStep) {
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   settings.tool.shape = GetParam();
   settings.tool.diameter = 1.0_mm;
@@ -402,7 +402,7 @@ TEST(VertexModel, EqualHandsGiveEqualBits) {
   }
 }
 
-TEST(VertexModel, ALargerAndASmallerHeadTakeTurnsWhileItRuns) {
+TEST(VertexModel, LargerAndSmallerHeadsCanAlternateAtRunTime) {
   haptics::ServoSettings settings = drill(R"({"vertex": {}})");
   haptics::Tool small = settings.tool;
   small.diameter = small.length = 0.7_mm;

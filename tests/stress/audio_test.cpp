@@ -10,7 +10,7 @@ namespace {
 
 using namespace typodont::test;
 
-TEST(Stress, AnHourOfRandomModelJumpsEveryBlockStaysWithinTheLaddersEnergy) {
+TEST(Stress, RandomModelChangesInEveryBlockKeepTheEnergyBounded) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> u(-1, 1);
   LatticeFilter lattice(model_of(std::vector<double>(4, 0.0)));
@@ -31,7 +31,7 @@ TEST(Stress, AnHourOfRandomModelJumpsEveryBlockStaysWithinTheLaddersEnergy) {
   EXPECT_LT(worst, 64 * 6.0);
 }
 
-TEST(Stress, OrderSixHundredAtTheEdgeStaysBounded) {
+TEST(Stress, AFilterOfOrder600AtTheEdgeOfStabilityStaysBounded) {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> u(-1, 1);
   std::vector<double> reflection(600);
@@ -74,7 +74,7 @@ TEST(Stress, ABillionSamplesOfDecayFromAPoleAt099999EndInSilence) {
   EXPECT_LT(before, 1e-300);  // the last bits of the smallest numbers there are
 }
 
-TEST(Stress, PolesNextToTheCircleGiveTheVarianceTheyPromise) {
+TEST(Stress, PolesNearTheUnitCircleGiveTheirTheoreticalVariance) {
   const ArModel model = resonance(0.99999, 0.9, 1e-4);
   LatticeFilter lattice(model);
   GaussianNoise noise(3);
@@ -88,7 +88,7 @@ TEST(Stress, PolesNextToTheCircleGiveTheVarianceTheyPromise) {
   EXPECT_NEAR(sum / (64.0 * blocks), 1.0, 0.25);  // 384 independent spans of 1/(1−r) samples: 3σ is 0.22
 }
 
-TEST(Stress, TenMinutesOfATremblingHandStayFiniteAndWithinFullScale) {
+TEST(Stress, SoundOfATremblingHandStaysFiniteAndWithinFullScale) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(0, 1);
   SoundModels models = load_sound_models("assets/sounds/micromotor.json");

@@ -105,7 +105,7 @@ class LiveArm : public testing::Test {
   int keys = -1;
 };
 
-TEST_F(LiveArm, HeldInSocketsIsCapturedTouchByTouchAndSolved) {
+TEST_F(LiveArm, AnArmHeldInSocketsIsCapturedLiveAndSolved) {
   SimulationOptions options;
   options.seed = 5, options.slipped = 0, options.touch_noise = 5e-5;
   BenchSimulator simulator(options);

@@ -15,7 +15,7 @@ using test::campaign;
 
 class CarverStall : public testing::TestWithParam<StallGesture> {};
 
-TEST_P(CarverStall, OfAnyLengthGivesNoLargerStepAndNoMoreEnergyThanTheHandHasWithoutIt) {
+TEST_P(CarverStall, AStallOfAnyLengthAddsNoForceStepAndNoEnergy) {
   // A tool that has got into the tissue meanwhile meets it anew: as a hand does that lands.
   const bool drills = GetParam() == StallGesture::kDrill;
   const double landing = drills ? 0.01 : 0.25, energy = 0.5e-3;  // N, J

@@ -84,7 +84,7 @@ Step worst_step(const std::string& tool, const std::string& spindle, std::uint32
   return worst;
 }
 
-TEST(ConstantPush, OfAnyRotaryToolGivesNoStepThatTheHandsOwnWayDoesNotOnceItHasLanded) {
+TEST(ConstantPush, AnyRotaryToolGivesNoForceStepBeyondThatOfTheHandsMotion) {
   std::vector<std::string> tools;
   for (const auto& entry : std::filesystem::directory_iterator("assets/tools")) {
     if (entry.path().extension() != ".json") continue;

@@ -330,10 +330,10 @@ TEST(HaplyAttacks, AFloodOfPingsBetweenStatesIsNotFelt) {
 TEST(HaplyAttacks, AFloodOfPingsAndNoStateIsALostDevice) {
   haply(Attack::kPingsAlone, false, true);
 }
-TEST(HaplyAttacks, StatesThatNobodyAskedForDriveTheServoNoFasterAndAreNotFelt) {
+TEST(HaplyAttacks, UnrequestedStatesDoNotSpeedUpTheServoAndAreNotFelt) {
   haply(Attack::kUnasked, true, false);
 }
-TEST(HaplyAttacks, AFloodOfRubbishTakesTheForceAway) {
+TEST(HaplyAttacks, AFloodOfInvalidDataSetsTheForceToZero) {
   haply(Attack::kRubbish, false, false);
 }
 TEST(HaplyAttacks, AServiceThatFallsSilentIsALostDevice) {
@@ -345,16 +345,16 @@ TEST(HaplyAttacks, AServiceThatSaysGoodbyeIsALostDevice) {
 TEST(HaplyAttacks, AConnectionThatBreaksIsALostDevice) {
   haply(Attack::kGone, false, true);
 }
-TEST(HaplyAttacks, AStateOfNotANumbersTakesTheForceAwayUntilTheHandIsFree) {
+TEST(HaplyAttacks, AStateOfNansSetsTheForceToZeroUntilTheHandIsFree) {
   haply(Attack::kNotANumber, false, false);
 }
-TEST(HaplyAttacks, AStateFromSomewhereElseTakesTheForceAwayUntilTheHandIsFree) {
+TEST(HaplyAttacks, AJumpingStateSetsTheForceToZeroUntilTheHandIsFree) {
   haply(Attack::kLeap, false, false);
 }
-TEST(HaplyAttacks, StatesInAHundredPiecesAreNotFelt) {
+TEST(HaplyAttacks, FragmentedStatesAreNotFelt) {
   haply(Attack::kPieces, true, false);
 }
-TEST(HaplyAttacks, AProcessThatStoodStillHasNoForceUntilTheHandIsFree) {
+TEST(HaplyAttacks, AStalledProcessHasNoForceUntilTheHandIsFree) {
   haply(Attack::kStalledServo, false, false);
 }
 
@@ -365,10 +365,10 @@ class ArmAttacks : public testing::TestWithParam<ArmProtocol> {
   }
 };
 
-TEST_P(ArmAttacks, ABoardThatTalksWithoutBeingAskedDrivesTheServoNoFasterAndIsNotFelt) {
+TEST_P(ArmAttacks, UnrequestedReportsDoNotSpeedUpTheServoAndAreNotFelt) {
   attack(Attack::kUnasked, true, false);
 }
-TEST_P(ArmAttacks, AFloodOfRubbishTakesTheForceAway) {
+TEST_P(ArmAttacks, AFloodOfInvalidDataSetsTheForceToZero) {
   attack(Attack::kRubbish, false, std::nullopt);  // now and then rubbish is a place where the arm could be
 }
 TEST_P(ArmAttacks, ABoardThatFallsSilentIsALostDevice) {
@@ -377,10 +377,10 @@ TEST_P(ArmAttacks, ABoardThatFallsSilentIsALostDevice) {
 TEST_P(ArmAttacks, ABoardThatIsUnpluggedIsALostDevice) {
   attack(Attack::kGone, false, true);
 }
-TEST_P(ArmAttacks, AReportFromSomewhereElseTakesTheForceAwayUntilTheHandIsFree) {
+TEST_P(ArmAttacks, AJumpingReportSetsTheForceToZeroUntilTheHandIsFree) {
   attack(Attack::kLeap, false, false);
 }
-TEST_P(ArmAttacks, AProcessThatStoodStillHasNoForceUntilTheHandIsFree) {
+TEST_P(ArmAttacks, AStalledProcessHasNoForceUntilTheHandIsFree) {
   attack(Attack::kStalledServo, false, false);
 }
 

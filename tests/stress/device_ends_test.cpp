@@ -378,7 +378,7 @@ class Ends : public testing::Test {
   int status = 0;
 };
 
-TEST_F(Ends, AfterAKillOfAThousandProcessesTheirWatchdogsSendZeroWithinTwentyMilliseconds) {
+TEST_F(Ends, AfterAKillTheWatchdogSendsZeroWithinTwentyMilliseconds) {
   std::vector<Took> times;
   campaign(std::vector<Way>(kTimes, kKilled), [&](Victim& v) {
     if (*v.ends_at == 0) {
@@ -402,7 +402,7 @@ TEST_F(Ends, AfterAKillOfAThousandProcessesTheirWatchdogsSendZeroWithinTwentyMil
   EXPECT_EQ(expect_soon(kKilled, times), 0);
 }
 
-TEST_F(Ends, ProcessesThatEndInEveryOtherWaySendZeroLastAndSoon) {
+TEST_F(Ends, EveryOtherEndOfAProcessSendsZeroLastAndSoon) {
   const int each = std::min(kTimes, test::campaign(20));
   std::map<std::string_view, std::vector<Took>> times;
   std::vector<Way> ends;
@@ -437,7 +437,7 @@ TEST_F(Ends, ProcessesThatEndInEveryOtherWaySendZeroLastAndSoon) {
 }
 
 /// Haply's service, as far as a hand sees it: it gives back a state for every force, and keeps the last force.
-TEST(HaplyEnds, AProcessThatIsKilledOrStoppedLeavesNoForceWithTheService) {
+TEST(HaplyEnds, AKilledOrStoppedProcessLeavesNoForceInTheService) {
   const Descriptor listener(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;

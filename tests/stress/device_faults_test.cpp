@@ -210,7 +210,7 @@ void expect_zero_soon(const Outcome& o) {
   ASSERT_LE(o.zero_after, kTwoMilliseconds);
 }
 
-TEST_P(Faults, UnpluggedInContactTheLoopEndsAndNothingIsLatched) {
+TEST_P(Faults, UnpluggingInContactEndsTheLoopWithoutALatchedForce) {
   campaign(Breakage::kUnplug, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.ended);
@@ -224,7 +224,7 @@ TEST_P(Faults, WhenTheBoardFallsSilentForceIsZeroWithinTwoMilliseconds) {
   });
 }
 
-TEST_P(Faults, ShortReportsTakeTheForceAwayUntilTheHandIsFree) {
+TEST_P(Faults, ShortReportsSetTheForceToZeroUntilTheHandIsFree) {
   campaign(Breakage::kShort, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.stayed_zero);
@@ -232,7 +232,7 @@ TEST_P(Faults, ShortReportsTakeTheForceAwayUntilTheHandIsFree) {
   });
 }
 
-TEST_P(Faults, MergedReportsAreReadAsTheNewestAndChangeNothing) {
+TEST_P(Faults, OfMergedReportsTheNewestIsReadAndTheForceIsUnchanged) {
   campaign(Breakage::kMerged, [](const Outcome& o) {
     ASSERT_FALSE(o.ended);
     ASSERT_FALSE(o.faulty);
@@ -241,7 +241,7 @@ TEST_P(Faults, MergedReportsAreReadAsTheNewestAndChangeNothing) {
   });
 }
 
-TEST_P(Faults, GarbageBytesTakeTheForceAwayUntilTheHandIsFree) {
+TEST_P(Faults, GarbageBytesSetTheForceToZeroUntilTheHandIsFree) {
   // Once in thousands of reports garbage of the right length is a place where the arm could be. It is believed, the
   // truth then is not, and force stays off until the arm is homed.
   int believed = 0;
@@ -263,7 +263,7 @@ TEST_P(Faults, AnEncoderThatWrapsInContactIsNotFelt) {
   });
 }
 
-TEST_P(Faults, AnEncoderReadingThatLeapsTakesTheForceAwayUntilTheHandIsFreeAndMovesNothing) {
+TEST_P(Faults, AJumpingEncoderReadingSetsTheForceToZeroUntilTheHandIsFree) {
   campaign(Breakage::kLeap, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.stayed_zero);
@@ -272,7 +272,7 @@ TEST_P(Faults, AnEncoderReadingThatLeapsTakesTheForceAwayUntilTheHandIsFreeAndMo
   });
 }
 
-TEST_P(Faults, AnEncoderThatSlippedTakesTheForceAwayForGood) {
+TEST_P(Faults, AnEncoderSlipSetsTheForceToZeroPermanently) {
   campaign(Breakage::kSlip, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.stayed_zero);
@@ -290,7 +290,7 @@ TEST_P(Faults, AServoThatStallsLosesItsForceWithinTwoMillisecondsOfItsLastWrite)
   });
 }
 
-TEST_P(Faults, AClockThatStepsTakesTheForceAwayUntilTheHandIsFree) {
+TEST_P(Faults, AClockStepSetsTheForceToZeroUntilTheHandIsFree) {
   campaign(Breakage::kClockStep, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.stayed_zero);
@@ -298,7 +298,7 @@ TEST_P(Faults, AClockThatStepsTakesTheForceAwayUntilTheHandIsFree) {
   });
 }
 
-TEST_P(Faults, AForceThatIsNotANumberIsZeroAtOnce) {
+TEST_P(Faults, ANanForceBecomesZeroImmediately) {
   campaign(Breakage::kNan, [](const Outcome& o) {
     expect_zero_soon(o);
     ASSERT_TRUE(o.stayed_zero);
@@ -331,7 +331,7 @@ INSTANTIATE_TEST_SUITE_P(Arms, Faults,
                                          ArmProtocol::kText),
                          protocol_name);
 
-TEST(BoardError, TakesTheForceAwayForAsLongAsItLasts) {
+TEST(BoardError, SetsTheForceToZeroWhileItLasts) {
   for (std::uint32_t i = 0; i < 1000; ++i) {
     const Outcome o = run(Breakage::kBoardError, ArmProtocol::kText, i);
     expect_zero_soon(o);
@@ -357,7 +357,7 @@ class Foot : public Link {
   bool told_ = false;
 };
 
-TEST(PedalStuck, AThousandTimesTheDrillStopsAtItsLimitAndStaysOffUntilThePedalIsLetGo) {
+TEST(PedalStuck, TheDrillStopsAfterTheTimeLimitAndStaysOffUntilThePedalIsReleased) {
   constexpr double kLimit = 0.2005;  // s
   std::mt19937 random(5);
   SimTime time;

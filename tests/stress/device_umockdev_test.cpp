@@ -215,7 +215,7 @@ TEST(Umockdev, ASpaceMouseIsFoundListedAndSteers) {
   EXPECT_GT(sample.X_WT.p.x, 0.005);
 }
 
-TEST(Umockdev, AnArmIsFoundSpokenToHeldAndLost) {
+TEST(Umockdev, AnArmIsFoundOpenedUsedAndLost) {
   struct Board : MockHid {
     Board() : MockHid(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor) {}
     void written(const Bytes& bytes) override {
@@ -326,7 +326,7 @@ TEST_F(WholeProgram, ListsEveryDeviceWithModelSerialAndPermission) {
   EXPECT_EQ(kinds, expected);
 }
 
-TEST_F(WholeProgram, WhatMayNotBeOpenedIsListedWithTheCommandThatMendsIt) {
+TEST_F(WholeProgram, ADeviceWithoutPermissionIsListedWithTheCommandThatGrantsIt) {
   MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
   MockHid arm(1, 0x1234, 0x0006, "WoodenHaptics", "WH-7", kArmDescriptor);
   MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
@@ -343,7 +343,7 @@ TEST_F(WholeProgram, WhatMayNotBeOpenedIsListedWithTheCommandThatMendsIt) {
   }
 }
 
-TEST_F(WholeProgram, AFootSwitchDrillsUntilItSticksWhileASpaceMouseSteersByRate) {
+TEST_F(WholeProgram, AFootSwitchDrillsUntilItIsStuckWhileASpaceMouseSteersByRate) {
   MockHid mouse(0, 0x046d, 0xc626, "SpaceNavigator", "SN-5", kSpaceMouseDescriptor);
   MockHid foot(2, 0x0c45, 0x7403, "FootSwitch", "FS-1", kKeyboardDescriptor);
   const auto step_on = [&](bool down) { foot.send({0, 0, static_cast<std::uint8_t>(down ? 4 : 0), 0, 0, 0, 0, 0}); };

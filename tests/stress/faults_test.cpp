@@ -146,7 +146,7 @@ struct Motors {
   std::unique_ptr<haptics::SafeDevice> safe;
 };
 
-TEST(Faults, EveryBitHasItsRowInTheTableWithTheWordsThatAreShownAndIsNamedInTheContract) {
+TEST(Faults, EveryFaultBitIsDocumentedWithItsDisplayedText) {
   std::map<std::uint32_t, std::pair<std::string, std::string>> rows;  // fault, what is said
   std::ifstream table("docs/safety.md");
   for (std::string line; std::getline(table, line);) {
@@ -175,7 +175,7 @@ TEST(Faults, EveryBitHasItsRowInTheTableWithTheWordsThatAreShownAndIsNamedInTheC
   EXPECT_EQ(session::fault_name(1u << kFaults), "unknown") << "a new fault wants a row";
 }
 
-TEST(Faults, BadInputIsZeroInTheSameTickAndTheForceComesBackWithin15MillisecondsWithoutAStep) {
+TEST(Faults, BadInputGivesZeroForceInTheSameTickAndTheForceReturnsWithoutAStep) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const dvec3& bad : {dvec3(nan, 0, 0), dvec3(0, 0, 200)}) {
     Hand hand(block());
@@ -201,7 +201,7 @@ TEST(Faults, BadInputIsZeroInTheSameTickAndTheForceComesBackWithin15Milliseconds
   motors.expect_back_only_when_free({0, 0, 1});
 }
 
-TEST(Faults, AStalePatchIsSaidAfter20MillisecondsAndChangesNoForce) {
+TEST(Faults, AStalePatchIsReportedAfter20MillisecondsAndDoesNotChangeTheForce) {
   Hand late(block()), in_time(block());
   late.press(), in_time.press();
   late.loop.hold_carver(true);
@@ -219,7 +219,7 @@ TEST(Faults, AStalePatchIsSaidAfter20MillisecondsAndChangesNoForce) {
   EXPECT_EQ(in_time.tick_.faults, 0u);
 }
 
-TEST(Faults, BeyondThePatchTheLastContactsPlaneHoldsTheToolForAsLongAsItTakesAndCutsNothing) {
+TEST(Faults, OutsideThePatchThePlaneOfTheLastContactHoldsTheToolWithoutCutting) {
   for (const double pedal : {0.0, 1.0}) {
     Hand hand(pedal > 0 ? block(R"("tool": "round_010", "spindle": "air_turbine")") : block());
     hand.go(Hand::over(), {0, 0, 0.2_mm}, 20e-3, pedal);
@@ -239,7 +239,7 @@ TEST(Faults, BeyondThePatchTheLastContactsPlaneHoldsTheToolForAsLongAsItTakesAnd
   }
 }
 
-TEST(Faults, ThatPlaneTrapsNoHandItGivesWayHalfANewtonBeyondThePushAndEndsTenMillimetresOn) {
+TEST(Faults, ThePlaneOfTheLastContactYieldsHalfANewtonAboveTheForceAndEndsAfterTenMillimetres) {
   Hand hand(block());
   hand.press();
   hand.loop.hold_carver(true);
@@ -260,7 +260,7 @@ TEST(Faults, ThatPlaneTrapsNoHandItGivesWayHalfANewtonBeyondThePushAndEndsTenMil
   EXPECT_EQ(leaves.force(), 0) << "a hand that withdraws is free";
 }
 
-TEST(Faults, AFreeToolBeyondThePatchFeelsNothingAndIsLedOutOfTissueAt14NewtonASecondOnceAPatchComes) {
+TEST(Faults, AFreeToolOutsideThePatchHasNoForceAndIsLedOutOfTissueGradually) {
   Hand hand(block());
   hand.press();  // paid for, so that the ledger is no limit
   hand.go(Hand::in(), {0, 0, 4.0_mm}, 20e-3);
@@ -283,7 +283,7 @@ TEST(Faults, AFreeToolBeyondThePatchFeelsNothingAndIsLedOutOfTissueAt14NewtonASe
   EXPECT_LT(hand.worst_step, 0.05);
 }
 
-TEST(Faults, TheForceLimitShortensTheForceInTheSameTickAndKeepsItsDirection) {
+TEST(Faults, TheForceLimitAppliesInTheSameTickAndKeepsTheDirection) {
   Scene scene = block();
   scene.servo.force_limit = 0.3;
   Hand hand(scene);
@@ -315,7 +315,7 @@ TEST(Faults, AToolFoundInsideTissueIsLedOutFromZeroForceWithin50Milliseconds) {
   EXPECT_LT(most, 0.2 * kPush);
 }
 
-TEST(Faults, ALostDeviceIsZeroInTheSameTickStopsTheDrillAndMotorsGiveForceAgainOnlyToAFreeHand) {
+TEST(Faults, ALostDeviceHasNoForceInTheSameTickStopsTheDrillAndReturnsOnlyWithAFreeHand) {
   Hand hand(block(R"("tool": "round_010", "spindle": "air_turbine")"));
   hand.press(1);
   ASSERT_GT(hand.force(), 0.02);
@@ -359,7 +359,7 @@ class Paced : public haptics::HapticDevice {
   int left_;
 };
 
-TEST(Faults, ACutThatDoesNotReachTheCarverChangesNoForceAndTheSessionEndsInOrder) {
+TEST(Faults, ACutLostOnItsWayToTheCarverDoesNotChangeTheForceAndEndsTheSessionProperly) {
   const Scene scene = block(R"("tool": "round_010", "spindle": "air_turbine")");
   double most[2];
   for (const bool full : {false, true}) {
@@ -382,7 +382,7 @@ TEST(Faults, ACutThatDoesNotReachTheCarverChangesNoForceAndTheSessionEndsInOrder
   EXPECT_EQ(most[0], most[1]);
 }
 
-TEST(Faults, TheSlewLimitSlowsARiseAndNoFall) {
+TEST(Faults, TheSlewLimitSlowsARiseButNoFall) {
   Scene scene = block();
   scene.servo.slew_limit = 10;
   Hand hand(scene);
@@ -419,7 +419,7 @@ TEST(Faults, AnOverrunChangesNoForce) {
   EXPECT_EQ(most[0], most[1]);
 }
 
-TEST(Faults, AHandThatWasLetGoFeelsNothingUntilItIsFreeAndTheLedgerDoesNotCountIt) {
+TEST(Faults, AfterAZeroForceFaultTheHandFeelsNothingUntilItIsFree) {
   Motors motors;
   motors.give({0, 0, 1});
   motors.t += 3'000'000;  // the servo was away
@@ -439,7 +439,7 @@ TEST(Faults, AHandThatWasLetGoFeelsNothingUntilItIsFreeAndTheLedgerDoesNotCountI
   EXPECT_NE(hand.tick_.energy, ledger) << "it does otherwise";
 }
 
-TEST(Faults, FillingThatFindsNoRoomIsSaidAfter50MillisecondsAndNeverPushes) {
+TEST(Faults, AFillingWithoutRoomIsReportedAfter50MillisecondsAndNeverPushes) {
   Hand hand(block(
       R"("tool": {"shape": "round_end_cylinder", "diameter_mm": 1, "length_mm": 3, "cuts": false,
                   "fill": {"tissue": "composite", "rate_mm3_per_s": 2, "reach_mm": 0.6}})"));

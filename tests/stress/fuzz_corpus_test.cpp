@@ -59,7 +59,7 @@ std::vector<std::byte> damaged(std::vector<std::byte> bytes, std::mt19937_64& ra
 
 class FuzzCorpus : public testing::TestWithParam<FuzzTarget> {};
 
-TEST_P(FuzzCorpus, AndDamagedCopiesOfItAreReadOrRefused) {
+TEST_P(FuzzCorpus, FilesAndTheirDamagedCopiesAreReadOrRefused) {
   const auto corpus = corpus_of(GetParam().name);
   ASSERT_FALSE(corpus.empty());
   std::mt19937_64 random(42);

@@ -141,7 +141,7 @@ class LiveHands : public testing::Test {
   std::mt19937 random{1};
 };
 
-TEST_F(LiveHands, WithMotorsAreRefusedWithoutRealTimeAndTakenWhereTheUserAcceptsIt) {
+TEST_F(LiveHands, WithMotorsNeedRealTimePriorityOrTheUsersConsent) {
   // Root would be granted it all the same.
   const std::string refused = std::string("prlimit --rtprio=0:0 ") +
                               (::geteuid() == 0 ? "setpriv --bounding-set=-sys_nice --inh-caps=-sys_nice" : "");
@@ -169,7 +169,7 @@ TEST_F(LiveHands, WithMotorsAreRefusedWithoutRealTimeAndTakenWhereTheUserAccepts
   expect_let_go();
 }
 
-TEST_F(LiveHands, AreFeltThroughTheWholeProgramAndItsEndLeavesNoForce) {
+TEST_F(LiveHands, GetForcesFromTheWholeProgramAndNoneAfterItsEnd) {
   start("--record " + (folder / "s.h5"));
   wait_for_contact();
   const Json ran = end();
@@ -198,7 +198,7 @@ TEST_F(LiveHands, TheWatchdogProcessOutlivesAKilledProcessAndSendsZero) {
   }
 }
 
-TEST_F(LiveHands, ASignalThatEndsTheProgramLeavesNoForce) {
+TEST_F(LiveHands, LeaveNoForceAfterATerminatingSignal) {
   for (const int signal : {SIGTERM, SIGHUP, SIGQUIT, SIGSEGV, SIGABRT}) {
     start();
     wait_for_contact();
@@ -215,7 +215,7 @@ TEST_F(LiveHands, ASignalThatEndsTheProgramLeavesNoForce) {
   }
 }
 
-TEST_F(LiveHands, AProcessThatIsStoppedLosesItsForceAndGetsItBackOnlyWhenTheHandIsFree) {
+TEST_F(LiveHands, AStoppedProcessLosesItsForceUntilTheHandIsFree) {
   start();
   for (int i = 0; i < 4; ++i) {
     wait_for_contact();
@@ -229,7 +229,7 @@ TEST_F(LiveHands, AProcessThatIsStoppedLosesItsForceAndGetsItBackOnlyWhenTheHand
   EXPECT_NE(ran["safety"].string().find("watchdog"), std::string::npos);
 }
 
-TEST_F(LiveHands, AnUnpluggedArmIsTakenUpAgainItsForceRampsInOnceItIsFreeAndTheRecordingReplaysExactly) {
+TEST_F(LiveHands, AReconnectedArmRampsInItsForceOnceItIsFreeAndTheRecordingReplaysExactly) {
   start("--record " + (folder / "s.h5"));
   for (int i = 1; i <= 2; ++i) {
     wait_for_contact();
@@ -252,7 +252,7 @@ TEST_F(LiveHands, AnUnpluggedArmIsTakenUpAgainItsForceRampsInOnceItIsFreeAndTheR
   EXPECT_TRUE(Json::parse(replayed.out, "replay")["identical"].boolean());
 }
 
-TEST_F(LiveHands, GarbageShortReportsAndABoardsErrorTakeTheForceAwayAndItComesBack) {
+TEST_F(LiveHands, GarbageShortReportsAndBoardErrorsSetTheForceToZeroAndItReturns) {
   start("--record " + (folder / "s.h5"));
   for (int i = 0; i < 6; ++i) {
     wait_for_contact();
@@ -270,7 +270,7 @@ TEST_F(LiveHands, GarbageShortReportsAndABoardsErrorTakeTheForceAwayAndItComesBa
   EXPECT_EQ(folder.run("replay " + (folder / "s.h5") + " --check").status, 0);
 }
 
-TEST_F(LiveHands, AThousandSecondProgramsAreToldThatTheArmIsTakenAndTheFirstGoesOn) {
+TEST_F(LiveHands, FurtherProgramsAreToldThatTheArmIsInUseAndTheFirstContinues) {
   start();
   wait_for_contact();
   const std::string second_run =
@@ -287,7 +287,7 @@ TEST_F(LiveHands, AThousandSecondProgramsAreToldThatTheArmIsTakenAndTheFirstGoes
   end();
 }
 
-TEST_F(LiveHands, AWallClockThatIsSetIsNotFeltAndOneThatLeapsTakesTheForceAwayUntilTheHandIsFree) {
+TEST_F(LiveHands, SettingTheWallClockIsNotFeltAndAMonotonicJumpSetsTheForceToZero) {
   test::LeapingClock clock(folder / "clock");
   start("--record " + (folder / "s.h5"), clock.environment(TYPODONT_STANDIN_CLOCK));
   for (const double hours : {1.0, -2.0, 48.0, -1.0}) {
@@ -353,7 +353,7 @@ const LiveBoard* watched = nullptr;
 std::atomic<bool> frozen_for_ever{false};
 std::atomic<Nanos> held_up{0};
 
-TEST_F(LiveBench, AThousandTimesTheInterfaceHangsAtARandomInstructionAndTheServoGoesOn) {
+TEST_F(LiveBench, TheServoContinuesWhenTheInterfaceHangsAtARandomInstruction) {
   ASSERT_TRUE(gives_force());
   press();
   wait_for_contact();
@@ -391,7 +391,7 @@ TEST_F(LiveBench, AThousandTimesTheInterfaceHangsAtARandomInstructionAndTheServo
   expect_let_go();
 }
 
-TEST_F(LiveBench, AServoThatIsHeldUpLosesItsForceAndGetsItBackOnlyWhenTheHandIsFree) {
+TEST_F(LiveBench, ADelayedServoLosesItsForceUntilTheHandIsFree) {
   ASSERT_TRUE(gives_force());
   press();
   pid_t servo = 0;
@@ -451,7 +451,7 @@ TEST_F(LiveHandsWithAMirror, TheSecondArmIsRecordedOnTheSameClock) {
   expect_a_mirror_on_the_same_clock();
 }
 
-TEST_F(LiveHandsWithAMirror, WithTissueAsSpheresTooTheSecondArmIsRecordedOnTheSameClock) {
+TEST_F(LiveHandsWithAMirror, WithThePackingModelTheSecondArmIsRecordedOnTheSameClock) {
   std::string scene = kScene;
   scene.insert(scene.rfind('}'), R"(, "model": {"packing": {"spheres": 2000}})");
   folder.write("scene.json", scene);

@@ -80,7 +80,7 @@ class HostileHand : public testing::TestWithParam<const char*> {
   }
 };
 
-TEST_P(HostileHand, GetsNoEnergyFromNothingHoweverItProbesAndDrillsTheWorstShapesAndFromTheSpindleNoMoreThanItsWork) {
+TEST_P(HostileHand, GainsNoEnergyOnTheWorstShapesBeyondTheSpindlesWork) {
   std::uint64_t seed = 1;
   double felt = 0;
   for (const Body& body : kBodies) {
@@ -107,7 +107,7 @@ TEST_P(HostileHand, GetsNoEnergyFromNothingHoweverItProbesAndDrillsTheWorstShape
   EXPECT_GT(felt, 0.1);
 }
 
-TEST_P(HostileHand, NeverGetsNonsenseForNonsense) {
+TEST_P(HostileHand, InvalidInputNeverCausesAnInvalidForce) {
   std::uint64_t seed = 1;
   int bad = 0, all = 0;
   for (const Body& body : kBodies) {

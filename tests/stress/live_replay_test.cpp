@@ -189,7 +189,7 @@ void run_session(const Scene& scene, std::uint64_t seed, const std::filesystem::
   ASSERT_TRUE(writer.finish(session_result(s.carver.volume()))) << writer.status().message;
 }
 
-TEST(LiveReplay, EverySessionIsReplayedBitForBitHoweverItsThreadsWereHeldUp) {
+TEST(LiveReplay, EverySessionIsReplayedBitForBitForAnyThreadDelays) {
   const TemporaryFolder folder;
   const std::filesystem::path scene_file = folder / "scene.json", file = folder / "session.h5";
   std::ofstream(scene_file) << kScene;
@@ -213,7 +213,7 @@ TEST(LiveReplay, EverySessionIsReplayedBitForBitHoweverItsThreadsWereHeldUp) {
   EXPECT_GT(counts.tools, 5u);
 }
 
-TEST(LiveReplay, AThreadThatFlushesDenormalsKeepsThemAgainOnceItAsksForUsualArithmetic) {
+TEST(LiveReplay, StandardArithmeticRestoresDenormalNumbersInAThread) {
   flush_denormals();
   volatile double least = std::numeric_limits<double>::min();
   EXPECT_EQ(least / 2, 0);

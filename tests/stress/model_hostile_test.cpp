@@ -42,7 +42,7 @@ ServoSettings settings_of(const std::string& model) {
 
 class HostileHandOnEveryModel : public testing::TestWithParam<std::string> {};
 
-TEST_P(HostileHandOnEveryModel, FeelsFiniteBoundedForcesAndNonsenseAsNone) {
+TEST_P(HostileHandOnEveryModel, GetsFiniteBoundedForcesAndZeroForInvalidInput) {
   int bad = 0;
   double felt = 0;
   for (const Body& body : kBodies) {

@@ -32,7 +32,7 @@ TEST(Survival, TheDefaultModelSurvivesEveryCampaign) {
 }
 
 // A thin wall, and a tip whose radius is less than its depth: nothing but a proxy holds these.
-TEST(Survival, APenaltyModelFallsWhereOnlyAProxyHolds) {
+TEST(Survival, APenaltyModelFailsWhereAProxyIsNeeded) {
   EXPECT_EQ(failed("voxel_penalty"),
             (std::set<std::string>{"thin wall, voxel_penalty: escaped", "fast probe, voxel_penalty: holes",
                                    "fast probe, voxel_penalty: force off"}));

@@ -58,7 +58,7 @@ constexpr int kFirstTicks = 10;        // of a touch
 constexpr double kUnforeseen = -2e-6;  // J, no hand gets more
 constexpr int kOneOf = 200;            // hands
 
-TEST_P(HostileHandAmongSpheres, GetsNoEnergyFromNothingAndComesThroughNoWall) {
+TEST_P(HostileHandAmongSpheres, GainsNoEnergyAndPassesNoWall) {
   std::uint64_t seed = 1;
   double felt = 0;
   int hands = 0, unforeseen = 0;
@@ -98,7 +98,7 @@ TEST_P(HostileHandAmongSpheres, GetsNoEnergyFromNothingAndComesThroughNoWall) {
   RecordProperty("unforeseen", unforeseen);
 }
 
-TEST_P(HostileHandAmongSpheres, NeverGetsNonsenseForNonsense) {
+TEST_P(HostileHandAmongSpheres, InvalidInputNeverCausesAnInvalidForce) {
   std::uint64_t seed = 1;
   int bad = 0, all = 0;
   for (const Body& body : kBodies) {

@@ -36,7 +36,7 @@ std::string hand_of(std::mt19937& random) {
   return hand + fmt::format("{},0,0,8,1,0,0,0,0\n", kSeconds + 1);
 }
 
-TEST(EverythingAtOnce, OnTwoCoresNothingIsLostUncountedForcesStayWithinLimitsAndTheRecordingReplaysExactly) {
+TEST(EverythingAtOnce, OnTwoCoresLossesAreCountedForcesLimitedAndTheRecordingReplaysExactly) {
   cpu_set_t two;
   CPU_ZERO(&two);
   CPU_SET(0, &two);

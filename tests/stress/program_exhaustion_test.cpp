@@ -47,7 +47,7 @@ constexpr const char* kServo = "servo {0}/scene.json --hand {0}/hand.csv --out {
 constexpr const char* kSession = "servo {0}/scene.json --hand {0}/hand.csv --out {0}/out.h5";
 constexpr const char* kMesh = "mesh {0}/scene.json --out {0}/out.ply";
 
-TEST_F(Exhaustion, WithFewFileHandlesItWorksOrSaysWhyNot) {
+TEST_F(Exhaustion, WithFewFileHandlesItWorksOrReportsTheReason) {
   // As many as the loader needs for the libraries, and a few more.
   const int floor = least([](int n) { return fmt::format("-n {}", n); }, 3, 1);
   int worked = 0;
@@ -60,7 +60,7 @@ TEST_F(Exhaustion, WithFewFileHandlesItWorksOrSaysWhyNot) {
   EXPECT_EQ(worked, 3) << "30 more are plenty";
 }
 
-TEST_F(Exhaustion, WithLittleMemoryItWorksOrSaysWhyNot) {
+TEST_F(Exhaustion, WithLittleMemoryItWorksOrReportsTheReason) {
   const auto megabytes = [](int n) { return fmt::format("-v {}", n * 1024); };
   const int floor = least(megabytes, 60, 10);
   int worked = 0;
@@ -71,7 +71,7 @@ TEST_F(Exhaustion, WithLittleMemoryItWorksOrSaysWhyNot) {
   EXPECT_EQ(worked, 2) << "2 GB more are plenty";
 }
 
-TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsInOrderWhicheverThreadHasNone) {
+TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsProperlyWhicheverThreadFails) {
   const auto megabytes = [](int n) { return fmt::format("-v {}", n * 1024); };
   const int floor = least(megabytes, 60, 10);
   int worked = 0, failed = 0;
@@ -88,7 +88,7 @@ TEST_F(Exhaustion, WithLittleMemoryALiveSessionEndsInOrderWhicheverThreadHasNone
   EXPECT_GT(failed, 0);
 }
 
-TEST_F(Exhaustion, WithoutRoomForTheFileNothingHalfWrittenIsLeft) {
+TEST_F(Exhaustion, WithAFullDiskNoPartialFileIsLeft) {
   // Writing beyond the limit fails as on a full disk once its signal is ignored.
   for (const int blocks : {1, 4, 40}) {
     const std::string limit = fmt::format("-f {}; trap \"\" XFSZ", blocks);

@@ -17,7 +17,7 @@
 namespace typodont::test {
 namespace {
 
-TEST(KilledProgram, LeavesARecordingThatOpensReplaysExactlyAndLacksNoMoreThanTheLastSecond) {
+TEST(KilledProgram, LeavesARecordingThatReplaysExactlyAndLosesAtMostTheLastSecond) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write(
       "scene.json",

@@ -41,7 +41,7 @@ std::ptrdiff_t entries(const std::string& folder) {
   return gone ? 0 : std::distance(begin(it), end(it));
 }
 
-TEST(LongSession, TwiceAsLongTakesNoMoreMemoryHandlesOrThreadsAndTwiceTheFileWithEveryTickRecorded) {
+TEST(LongSession, TwiceTheTimeNeedsNoMoreMemoryHandlesOrThreadsAndTwiceTheFileSize) {
   const ProgramFolder folder(TYPODONT_PROGRAM);
   folder.write("scene.json",
                R"({"tissue": {"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"sphere": {"radius_mm": 4}}}]},

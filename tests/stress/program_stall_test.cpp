@@ -73,7 +73,7 @@ class Stalled : public testing::Test {
   pid_t child_ = -1;
 };
 
-TEST_F(Stalled, EveryThreadInTurnCostsNothingThatIsNotCountedAndTheRecordingReplaysExactly) {
+TEST_F(Stalled, StallingAnyThreadCountsItsLossesAndTheRecordingReplaysExactly) {
   ASSERT_NO_FATAL_FAILURE(start());
   const std::vector<pid_t> ids = threads();
   EXPECT_GE(ids.size(), 4u) << "servo, picture, sound, recorder";

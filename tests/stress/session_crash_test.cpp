@@ -118,7 +118,7 @@ TEST(KilledRecording, LosesAtMostTheLastSecondAndOpens) {
   }
 }
 
-TEST(LiveRecording, AnotherProcessReadsItAndDoesNotTakeItForDead) {
+TEST(LiveRecording, AnotherProcessCanReadItAndSeesThatItIsStillBeingRecorded) {
   TemporaryFolder folder;
   int go[2];
   ASSERT_EQ(pipe(go), 0);
@@ -151,7 +151,7 @@ TEST(LiveRecording, AnotherProcessReadsItAndDoesNotTakeItForDead) {
   EXPECT_TRUE(writer.finish({}));
 }
 
-TEST(FailingDisk, IsCountedReportedAndWhatWasThereBeforeOpens) {
+TEST(FailingDisk, IsCountedAndReportedAndEarlierDataStayReadable) {
   TemporaryFolder folder;
   const auto file = folder / "s.h5";
   const Child child = spawn([&](int out) {
@@ -204,7 +204,7 @@ std::string whole_session(const TemporaryFolder& folder) {
   return bytes_of(folder / "whole.h5");
 }
 
-TEST(ShortenedFile, ReadsAsFarAsItGoesOrIsAnError) {
+TEST(ShortenedFile, IsReadUpToItsEndOrRefused) {
   TemporaryFolder folder;
   const std::string whole = whole_session(folder);
   std::uint64_t most = 0;
@@ -230,7 +230,7 @@ TEST(ShortenedFile, ReadsAsFarAsItGoesOrIsAnError) {
   EXPECT_GE(most, 1024u) << "a file that lacks its last sixtieth still holds most of its ticks";
 }
 
-TEST(DamagedFile, NeverReadsAsSomethingElse) {
+TEST(DamagedFile, IsNeverReadWithWrongContent) {
   TemporaryFolder folder;
   const std::string whole = whole_session(folder);
   std::mt19937_64 random(31);

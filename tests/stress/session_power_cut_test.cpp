@@ -288,7 +288,7 @@ void expect_recovered(const std::filesystem::path& file, const Recorded& r, std:
   }
 }
 
-TEST(PowerCut, AtAnyMomentEverythingThatWasFlushedIsReadBack) {
+TEST(PowerCut, AtAnyMomentFlushedDataAreReadBack) {
   TemporaryFolder folder;
   const Recorded r = record(folder / "recorded", /*finish=*/true);
   ASSERT_GT(r.steps.size(), 300u);
@@ -315,7 +315,7 @@ TEST(PowerCut, AtAnyMomentEverythingThatWasFlushedIsReadBack) {
   EXPECT_GT(cuts, 250);
 }
 
-TEST(PowerCut, AfterTheEndTheRecordingIsWholeAndWithoutAJournal) {
+TEST(PowerCut, AfterTheEndTheRecordingIsCompleteAndHasNoJournal) {
   TemporaryFolder folder;
   const Recorded r = record(folder / "recorded", /*finish=*/true);
   Disk disk;
@@ -331,7 +331,7 @@ TEST(PowerCut, AfterTheEndTheRecordingIsWholeAndWithoutAJournal) {
   }
 }
 
-TEST(PowerCut, AFileThatIsReplacedIsTheOldOneOrTheNewOneWhole) {
+TEST(PowerCut, AReplacedFileIsCompletelyOldOrCompletelyNew) {
   TemporaryFolder folder;
   std::filesystem::create_directories(folder / "written");
   const std::string old_content(30'000, 'o'), new_content(50'000, 'n');
@@ -371,7 +371,7 @@ TEST(PowerCut, AFileThatIsReplacedIsTheOldOneOrTheNewOneWhole) {
   for (int i = 0; i < 30; ++i) ASSERT_EQ(content(), new_content);
 }
 
-TEST(PowerCut, AnOldJournalDoesNotReachIntoANewRecordingOfTheSameName) {
+TEST(PowerCut, AnOldJournalDoesNotChangeANewRecordingOfTheSameName) {
   TemporaryFolder folder;
   std::ofstream(folder / "s.h5.journal", std::ios::binary) << "an older recording's";
   {

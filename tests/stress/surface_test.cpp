@@ -5,7 +5,7 @@
 namespace typodont::surface {
 namespace {
 
-TEST(Incremental, MeshAfterTenThousandRandomCutsIsThatOfAFullRemesh) {
+TEST(Incremental, TheMeshAfterTenThousandRandomCutsEqualsAFullRemesh) {
   EXPECT_EQ(test::cut_and_compare(10000), "");
 }
 

@@ -137,7 +137,7 @@ constexpr EventCase kEvents[] = {
 
 class XrEventAtState : public XrStates, public testing::WithParamInterface<const char*> {};
 
-TEST_P(XrEventAtState, EveryEventIsFollowed) {
+TEST_P(XrEventAtState, EveryEventIsHandledInEveryState) {
   for (const EventCase& c : kEvents) {
     const std::string state = GetParam();
     SCOPED_TRACE(fmt::format("{} in {}", c.event, state));
@@ -169,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(States, XrEventAtState,
                          testing::Values("IDLE", "READY", "SYNCHRONIZED", "VISIBLE", "FOCUSED", "STOPPING"),
                          [](const auto& state) { return std::string(state.param); });
 
-TEST_F(XrStates, EveryCallMayFailOnceAndTheSessionEndsInOrder) {
+TEST_F(XrStates, AFailureOfAnyCallEndsTheSessionProperly) {
   for (const char* call : {"xrCreateSession",
                            "xrCreateReferenceSpace",
                            "xrEnumerateSwapchainFormats",
@@ -204,7 +204,7 @@ TEST_F(XrStates, EveryCallMayFailOnceAndTheSessionEndsInOrder) {
   }
 }
 
-TEST_F(XrStates, WorksWithoutAnyExtensionThatIsNotNeeded) {
+TEST_F(XrStates, WorksWithoutTheOptionalExtensions) {
   xr.script(kSmall + R"(, "extensions": ["XR_KHR_vulkan_enable2"], "spaces": ["local", "view"], "images": 1,
                      "formats": ["D16_UNORM", "B8G8R8A8_SRGB"])");
   rig.hmd.stage = true;
@@ -239,7 +239,7 @@ struct XrPlaces : XrStates {
   }
 };
 
-TEST_F(XrPlaces, TheWorkIsPutBeforeTheUserAtTheStartAndByTheButton) {
+TEST_F(XrPlaces, TheWorkIsPlacedBeforeTheUserAtTheStartAndByTheButton) {
   rig.hmd.magnify = 4;
   // After frame 12 the user sits elsewhere and has turned by 90 degrees to the left; at frame 20 the button is pressed.
   xr.script(R"("view_size": [48, 32], "profile": "/interaction_profiles/htc/vive_controller",
@@ -257,7 +257,7 @@ TEST_F(XrPlaces, TheWorkIsPutBeforeTheUserAtTheStartAndByTheButton) {
   EXPECT_LT(glm::length(all[28].X_WH.rotate({0, 1, 0}) - dvec3(0, 0, 1)), 1e-5);
 }
 
-TEST_F(XrPlaces, AMeasuredSpaceStaysWhereItIsInTheRoomWhateverIsRecentred) {
+TEST_F(XrPlaces, RecentringDoesNotMoveAMeasuredSpace) {
   rig.hmd.stage = false;
   rig.hmd.X_WD = Pose{{0.1, 0.2, 0.3}, glm::normalize(dquat(1, 0.2, 0, 0))};
   const std::string pressed = R"("hands": {"right": [{"frame": 0}, {"frame": 14, "buttons": ["menu/click"]}]})";
@@ -281,7 +281,7 @@ TEST_F(XrPlaces, TheToolsHeadIsAtTheControllersTipWithItsShankTowardsTheHand) {
   EXPECT_FALSE(all.back().hands[0].tracked);
 }
 
-TEST_F(XrStates, NothingIsShownBeforeTheHeadIsFound) {
+TEST_F(XrStates, NothingIsShownBeforeTheHeadIsTracked) {
   xr.script(kSmall + R"(, "events": [{"frame": 0, "event": "unlocatable", "count": 12}])");
   const Outcome out = run(30);
   EXPECT_EQ(out.failure, "");

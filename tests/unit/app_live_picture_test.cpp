@@ -46,7 +46,7 @@ TEST(QualityLadder, StepsDownWhileFramesAreSlowAndStopsAtTheLastStep) {
   EXPECT_EQ(ladder.step().name, render::kQualityLadder.back().name);
 }
 
-TEST(QualityLadder, IsAtItsLastStepWithinTwoSecondsOfFramesThatTakeATenth) {
+TEST(QualityLadder, ReachesTheLastStepWithinTwoSecondsOf100MillisecondFrames) {
   QualityLadder ladder;
   double seconds = 0;
   while (ladder.step().name != render::kQualityLadder.back().name && seconds < 10) {
@@ -56,14 +56,14 @@ TEST(QualityLadder, IsAtItsLastStepWithinTwoSecondsOfFramesThatTakeATenth) {
   EXPECT_LT(seconds, 0.9 * static_cast<double>(render::kQualityLadder.size()));
 }
 
-TEST(QualityLadder, TheFramesThatMakePipelinesDoNotCount) {
+TEST(QualityLadder, FramesThatCreatePipelinesDoNotCount) {
   QualityLadder ladder;
   EXPECT_FALSE(ladder.frame_took(2.0));
   EXPECT_FALSE(ladder.frame_took(2.0));
   EXPECT_EQ(frames_until_change(ladder, 0.025, 2000), -1);
 }
 
-TEST(QualityLadder, StaysWhereFramesAreInTime) {
+TEST(QualityLadder, KeepsItsStepWhileFramesAreInTime) {
   QualityLadder ladder;
   EXPECT_EQ(frames_until_change(ladder, 0.025, 2000), -1);
 }
@@ -75,7 +75,7 @@ TEST(QualityLadder, OneSlowFrameChangesNothing) {
   EXPECT_EQ(frames_until_change(ladder, 0.02, 50), -1);
 }
 
-TEST(QualityLadder, ComesBackLaterEachTimeTheStepAboveProvesTooSlow) {
+TEST(QualityLadder, RetriesAStepThatWasTooSlowAfterLongerAndLongerWaits) {
   QualityLadder ladder;
   ASSERT_GT(frames_until_change(ladder, 0.08, 40), 0);  // down
   int waited = 0;
@@ -95,7 +95,7 @@ haptics::TissueVolume ball(double radius_mm) {
                                        "solids")));
 }
 
-TEST(LabelBlocks, HoldWhatTheVolumeHoldsAndForgetIt) {
+TEST(LabelBlocks, HaveTheLabelsOfTheVolumeAndCanBeReleased) {
   LabelBlocks labels;
   for (const double radius_mm : {3.0, 2.2}) {
     const haptics::TissueVolume tissue = ball(radius_mm);
@@ -188,7 +188,7 @@ struct Watched {
   }
 };
 
-TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewTakesItsPlace) {
+TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewReplacesIt) {
   Watched watched;
   watched.turns(2);
   EXPECT_FALSE(watched.views.started());
@@ -208,7 +208,7 @@ TEST(LiveViews, ASectionFollowsTheCutAndAnotherViewTakesItsPlace) {
   EXPECT_EQ(watched.stage.view(), render::View::kXray);
 }
 
-TEST(LiveViews, NothingWantedNothingDoneAndTheSameTissueIsNotLookedAtTwice) {
+TEST(LiveViews, WithoutAViewThereIsNoWorkAndUnchangedTissueIsNotReadTwice) {
   Watched watched;
   watched.cut_to(2.5);
   watched.turns(30);
@@ -252,7 +252,7 @@ struct Carved {
   }
 };
 
-TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAgain) {
+TEST(CarverThread, APausedPictureGetsTheWholeSurfaceWhenItContinues) {
   Carved carved;
   LiveSession& s = carved.session;
   s.draw = true;
@@ -288,7 +288,7 @@ TEST(CarverThread, APictureThatTookNothingForLongHasAllOfTheSurfaceOnceItTakesAg
   EXPECT_TRUE(all);
 }
 
-TEST(CarverThread, WhatIsPaintedInTheAirIsNoStrokeAndNoPartOfAnExercise) {
+TEST(CarverThread, PaintingInTheAirIsNoStrokeAndNotPartOfAnExercise) {
   Carved carved;
   LiveSession& s = carved.session;
   carved.start();
@@ -335,7 +335,7 @@ TEST(CarverThread, DoesNotWaitForTissueThatIsBeingSaved) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(RecorderThread, CountsWhatEachOfItsRingsHadNoRoomFor) {
+TEST(RecorderThread, CountsTheEntriesThatEachRingDropped) {
   Carved made;
   LiveSession& s = made.session;
   s.record = true;

@@ -53,7 +53,7 @@ struct Around : testing::Test {
   ToothField tooth{haptics::TissueVolume::load(volume_file(scene)), 3e-3};
 };
 
-TEST_F(Around, TwoNeighboursAndGumAndTheSameEachTime) {
+TEST_F(Around, ThereAreTwoNeighboursAndGumAndTheyAreReproducible) {
   ASSERT_EQ(meshes.size(), 3u);
   const auto again = make_surroundings(scene.surroundings).meshes;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
@@ -77,7 +77,7 @@ TEST_F(Around, NeighboursTouchTheToothAndDoNotPierceIt) {
   }
 }
 
-TEST_F(Around, TheGumHugsTheToothAndStaysBelowTheCrown) {
+TEST_F(Around, TheGumTouchesTheToothAndStaysBelowTheCrown) {
   double on_tooth = 0, all = 0;
   for (const Corner& c : corners(meshes[2])) {
     EXPECT_GT(tooth.distance(c.p), -0.55e-3);  // it ends just beneath the tooth's surface
@@ -88,7 +88,7 @@ TEST_F(Around, TheGumHugsTheToothAndStaysBelowTheCrown) {
   EXPECT_GT(on_tooth / all, 0.05);
 }
 
-TEST_F(Around, CutOpenTheirFaceCoversAllThatThePlaneMeetsInThem) {
+TEST_F(Around, TheirSectionFaceCoversTheWholeCut) {
   const SurroundingsShape shape = *surroundings_shape(scene.surroundings);
   const dvec3 n = glm::normalize(dvec3(0.1, 1, -0.05)), origin(1e-3, 2e-3, 3e-3);
   const double offset = glm::dot(n, dvec3(6.8e-3, 5.6e-3, 16e-3));
@@ -141,7 +141,7 @@ TEST_F(Around, CutOpenTheirFaceCoversAllThatThePlaneMeetsInThem) {
   EXPECT_GT(without, 300);
 }
 
-TEST_F(Around, WhatIsSaidToBeCoveredLiesWithinTheGum) {
+TEST_F(Around, BricksMarkedAsCoveredAreInsideTheGum) {
   // From a corner of the uncut tooth below the plane, straight out, one leaves the gum: so the corner lay within it.
   struct Triangle {
     dvec3 a, ab, ac;
@@ -193,7 +193,7 @@ TEST(SurfaceTolerance, FollowsThePixelsOfTheScreen) {
   EXPECT_GT(triangles(closeup), 1.7 * static_cast<double>(triangles(bench)));
 }
 
-TEST(Detail, FollowsThePixelsAndOverlooksAHeadThatSways) {
+TEST(Detail, FollowsThePixelSizeAndIgnoresSmallHeadMotion) {
   const render::Quality& quality = render::kQualityLadder[0];
   Detail detail(surface_tolerance(60e-6, 100e-6, quality), 100e-6);
   const float first = detail.tolerance();
@@ -205,7 +205,7 @@ TEST(Detail, FollowsThePixelsAndOverlooksAHeadThatSways) {
   EXPECT_GT(detail.tolerance(), 0.3f);
 }
 
-TEST(TissueViewTest, AnotherToleranceComesABitAtATimeAndEndsAsIfItHadBeenThereFromTheStart) {
+TEST(TissueViewTest, AChangedToleranceIsAppliedGraduallyAndGivesTheSameMeshAsAFreshStart) {
   haptics::TissueVolume volume = solids(kCrownWithPulp), same = solids(kCrownWithPulp);
   TissueView view(0.1f);
   const std::size_t all = view.update(volume).size();
@@ -220,7 +220,7 @@ TEST(TissueViewTest, AnotherToleranceComesABitAtATimeAndEndsAsIfItHadBeenThereFr
   EXPECT_EQ(view.mesher().hash(), fresh.mesher().hash());
 }
 
-TEST_F(Around, TheCoarseOnesAreTheSameShapeWithFewerTriangles) {
+TEST_F(Around, TheCoarseMeshesHaveTheSameShapeWithFewerTriangles) {
   const auto triangles = [](const std::vector<render::MeshUpdate>& bricks) {
     std::size_t n = 0;
     for (const auto& b : bricks) n += b.indices.size() / 3;
@@ -238,7 +238,7 @@ TEST_F(Around, TheCoarseOnesAreTheSameShapeWithFewerTriangles) {
   }
 }
 
-TEST_F(Around, TheCoarseOnesAreShadedAsOneSmoothBody) {
+TEST_F(Around, TheCoarseMeshesAreShadedSmoothly) {
   // Corners at one place: a neighbour whose triangles each have a normal of their own looks shattered.
   for (const SurroundingMesh& mesh : {std::cref(meshes[0]), std::cref(meshes[1])}) {
     std::map<std::array<int, 3>, std::vector<glm::vec3>> places;
@@ -276,7 +276,7 @@ TEST(SuctionInAScene, IsReadAndMistakesAreNamed) {
   EXPECT_THROW(scene(R"({"position_mm": [0, 0, 0]})", R"(["haptics"])"), Error);
 }
 
-TEST(SuctionOfTheView, EmptiesTheAirOfChips) {
+TEST(SuctionOfTheView, RemovesChipsFromTheAir) {
   const haptics::TissueVolume volume = solids(kCrownWithPulp);
   const MaterialTable materials = load_materials();
   const auto left_after = [&](bool sucked) {
@@ -328,12 +328,12 @@ TEST(MouthMirrorInAScene, IsReadAndMistakesAreNamed) {
     EXPECT_THROW(read_mouth_mirror(Json::parse(wrong, "scene")), Error) << wrong;
 }
 
-TEST(MouthMirrorInAScene, HeldAsAToolItsHandleIsTheShank) {
+TEST(MouthMirrorInAScene, AsAToolItsHandleIsTheShank) {
   const dvec3 handle = mirror_in_tool().rotate({std::sqrt(0.5), 0, std::sqrt(0.5)});
   EXPECT_LT(glm::length(handle - dvec3(0, 0, 1)), 1e-12);
 }
 
-TEST(SectionFace, OfABallIsItsDiscOnThePlaneWithTheTissuesInRings) {
+TEST(SectionFace, OfABallIsADiscWithTheTissuesAsRings) {
   const haptics::TissueVolume volume = solids(kCrownWithPulp);
   const dvec3 n = glm::normalize(dvec3(0.3, 0.9, 0.2)), origin = volume.frame().origin;
   const double away = 0.6e-3, offset = glm::dot(n, kMiddle) + away;
@@ -372,7 +372,7 @@ TEST(TissueInside, IsTheTissuesOwnSurface) {
   EXPECT_TRUE(tissue_inside(volume, Tissue::kAmalgam).empty());
 }
 
-TEST(Difference, IsHowFarTheSurfaceStandsOutOfTheIdealOrLiesWithinIt) {
+TEST(Difference, IsTheSignedDistanceOfTheSurfaceFromTheIdeal) {
   haptics::TissueVolume now = solids(kCrownWithPulp, 0.2);
   const haptics::TissueVolume smaller =
       solids(R"({"tissue": "enamel", "solid": {"sphere": {"center_mm": [0.3, 0.2, 0.1], "radius_mm": 3.2}}})", 0.2);

@@ -24,7 +24,7 @@ display::DisplayRig rig_named(const char* name) {
 }
 constexpr Nanos kFrame = 16'000'000;  // ns
 
-TEST(MouseHand, AClickShorterThanAFrameIsAPressTheServoSees) {
+TEST(MouseHand, AClickShorterThanAFrameReachesTheServo) {
   Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
   display::UserInput input;
   EXPECT_EQ(pointer.follow(input, kFrame).pedal, 0);
@@ -37,7 +37,7 @@ TEST(MouseHand, AClickShorterThanAFrameIsAPressTheServoSees) {
   EXPECT_EQ(pointer.follow(input, 6 * kFrame).pedal, 0);
 }
 
-TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillAtOnce) {
+TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillImmediately) {
   Pointer pointer(rig_named("window.json"), {0, 0, 0}, 0.15_mm);
   display::UserInput input;
   input.left = true;
@@ -46,7 +46,7 @@ TEST(MouseHand, AButtonReleasedAfterALongPressStopsTheDrillAtOnce) {
   EXPECT_EQ(pointer.follow(input, 8 * kFrame).pedal, 0);
 }
 
-TEST(MouseHand, TheToolIsUnderThePointerHoweverDeepItIs) {
+TEST(MouseHand, TheToolIsUnderThePointerAtAnyDepth) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const char* name : {"window.json", "mirror.json", "closeup.json"}) {
@@ -71,7 +71,7 @@ TEST(MouseHand, TheToolIsUnderThePointerHoweverDeepItIs) {
   }
 }
 
-TEST(MouseHand, ANotchOfTheWheelIsTheStepThatWasAskedFor) {
+TEST(MouseHand, ANotchOfTheWheelMovesByTheChosenStep) {
   const display::DisplayRig rig = rig_named("window.json");
   const dvec3 n = glm::normalize(
       glm::cross(rig.screen.lower_right - rig.screen.lower_left, rig.screen.upper_left - rig.screen.lower_left));
@@ -103,7 +103,7 @@ TEST(MouseHand, ANotchOfTheWheelIsTheStepThatWasAskedFor) {
   }
 }
 
-TEST(MouseHand, WithTheRightButtonOrShiftItTiltsAboutTheHeadAndNothingJumpsAfterwards) {
+TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
   for (const char* name : {"window.json", "mirror.json"}) {
     for (const bool by_key : {false, true}) {
       const display::DisplayRig rig = rig_named(name);

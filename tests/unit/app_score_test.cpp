@@ -24,7 +24,7 @@ constexpr const char* kHand =
     "t_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,pedal\n0,0,0,4.5,1,0,0,0,1\n"
     "0.3,0,0,3.6,1,0,0,0,1\n0.9,0.2,0,1.8,1,0,0,0,1\n1.0,0,0,4.5,1,0,0,0,0\n";
 
-TEST(FinalScore, IsTheSameWithAndWithoutARecordingAndCountsWhatWasCutLast) {
+TEST(FinalScore, IsTheSameWithAndWithoutARecordingAndIncludesTheLastCuts) {
   const session::test::TemporaryFolder folder;
   std::ofstream(folder / "scene.json") << kScene;
   std::ofstream(folder / "hand.csv") << kHand;

@@ -193,7 +193,7 @@ TEST_F(Files, OfSoundAreWrittenWholeOrNotAtAll) {
   EXPECT_THAT(refusal([&] { WavWriter(folder_ / "no/such/place.wav", 48000); }), HasSubstr("writable"));
 }
 
-TEST_F(Files, OfSoundComeBackFrom16BitWithinAStep) {
+TEST_F(Files, SoundSurvives16BitFilesWithinOneStep) {
   const auto x = sound_of(resonance(0.9, 0.5), 5000, 1);
   write_wav(folder_ / "a.wav", x, 44100, SampleFormat::kPcm16);
   const Recording back = read_recording(folder_ / "a.wav");

@@ -84,7 +84,7 @@ TEST(Output, OfAnUnknownAddressIsRefusedNamingTheChoices) {
   }
 }
 
-TEST(Output, ToNowhereNeverAsksForSound) {
+TEST(Output, WithoutOutputNoSoundIsSynthesized) {
   Marker marker;
   const auto output = AudioOutput::open("none:");
   output->start(marker.source(), 0);
@@ -93,7 +93,7 @@ TEST(Output, ToNowhereNeverAsksForSound) {
   EXPECT_EQ(marker.calls, 0);
 }
 
-TEST(Output, ToAFileHoldsEverySampleUpToTheTimeToldWithTicksInTheirPlaces) {
+TEST(Output, ToAFileContainsEverySampleAndTicksAtTheirTimes) {
   const ScratchFolder folder;
   Marker marker;
   for (int i = 0; i < 90; ++i) marker.ticks.push_back(5 * kNanosPerSecond + i * 10'000'000ll + 123'456);
@@ -110,7 +110,7 @@ TEST(Output, ToAFileHoldsEverySampleUpToTheTimeToldWithTicksInTheirPlaces) {
   }
 }
 
-TEST(Output, ToADeviceHearsATickWithinOneBufferAndTwoMillisecondsToATenthOfAMillisecond) {
+TEST(Output, OnADeviceATickSoundsWithinOneBufferAndTwoMilliseconds) {
   // Callbacks of a card 40 ppm off, that the scheduler delays by 0.1 ms on average and 2 ms at times.
   Card card;
   DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
@@ -155,7 +155,7 @@ TEST(Output, ToAStereoDeviceGivesBothEarsTheOneVoice) {
   for (std::size_t i = 0; i < card.played.size(); i += 2) EXPECT_EQ(card.played[i], card.played[i + 1]);
 }
 
-TEST(Output, ToALostDeviceGoesOnSaysSoAndRecoversAtTheNewRate) {
+TEST(Output, ALostDeviceIsReportedAndReopenedAtItsNewRate) {
   Card card;
   DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
   Marker marker;
@@ -195,7 +195,7 @@ TEST(Output, ToADeviceThatOnlyStopsCallingCountsAsLost) {
   EXPECT_EQ(output.stats().losses, 1u);
 }
 
-TEST(Output, CountsUnderrunsAndSaysThem) {
+TEST(Output, UnderrunsAreCountedAndReported) {
   Card card;
   DeviceOutput output(std::make_unique<FakeBackend>(card), "", {});
   Marker marker;

@@ -212,7 +212,7 @@ double bursts_per_second(const std::vector<float>& y, double from, double to) {
   return bursts / (to - from);
 }
 
-TEST(DrillSynth, LetsTheTeethOfASlowDrillBeHeardOneByOne) {
+TEST(DrillSynth, MakesTheTeethOfASlowDrillAudible) {
   SoundModels models = hiss();
   models.teeth = 2;
   constexpr double kTurns = 800.0 / 60;  // a second
@@ -230,7 +230,7 @@ TEST(DrillSynth, LetsTheTeethOfASlowDrillBeHeardOneByOne) {
   EXPECT_NEAR(level_dB(apart, 0.5, 2), level_dB(smooth, 0.5, 2), 1.0) << "as loud as without";
 }
 
-TEST(DrillSynth, ColoursTissuesApart) {
+TEST(DrillSynth, GivesEachTissueItsOwnSpectrum) {
   const auto bright = [](Tissue tissue) {
     return centroid(voiced({state(0, 0.9, 3e-6, 1, tissue)}, 3, 256, hiss()), 0, 3);
   };
@@ -356,7 +356,7 @@ TEST(DrillSynth, RunsUpAndDownWhereTheSpindleIsSwitched) {
   EXPECT_EQ(level_dB(y, 6.5, 7), -300);
 }
 
-TEST(DrillSynth, FollowsALoadAtOnceWithoutARunDown) {
+TEST(DrillSynth, FollowsALoadImmediatelyWithoutARunDown) {
   const auto y = voiced({state(0, 1), state(1, 0.8, 0.5e-6, 1)}, 1.5);
   EXPECT_NEAR(strongest_line(y, 1.02, 1.5), 2400, 20);
 }
@@ -391,7 +391,7 @@ TEST(DrillSynth, AddsRotorTonesAtMultiplesOfTheRotorsFrequency) {
   EXPECT_NEAR(strongest_line(y, 0, 2), 0.9 * 5000, 15);  // 300 krpm is 5000 turns a second
 }
 
-TEST(DrillSynth, HoldsTheLastStateAndThenRunsDownWhenNothingArrives) {
+TEST(DrillSynth, WithoutNewStatesHoldsTheLastOneAndThenRunsDown) {
   DrillSynth synth(drill(), kRate, 1, {.hold = 0.2});
   synth.push(state(0, 1));
   const auto y = render(synth, 6);
@@ -438,7 +438,7 @@ TEST(DrillSynth, DoesNotAllocateWhileItSounds) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
-TEST(DrillSynth, MayRunModelsOfLowerOrderWhereTheCriterionLosesNothing) {
+TEST(DrillSynth, UsesALowerOrderIfTheCriterionLosesNothing) {
   SoundModels models = drill();
   for (int i = 0; i < 200; ++i) models.idle.reflection.push_back(1e-4);
   models.idle.samples = 100000;
@@ -449,7 +449,7 @@ TEST(DrillSynth, MayRunModelsOfLowerOrderWhereTheCriterionLosesNothing) {
   EXPECT_NEAR(level_dB(render(all, 4), 0, 4), level_dB(render(few, 4), 0, 4), 0.3);
 }
 
-TEST(DerivedModels, ColourALineAsTheyColourTheNoiseBesideIt) {
+TEST(DerivedModels, ChangeALineByTheSameGainAsTheNoiseBesideIt) {
   SoundModels models = whistling();
   const auto derived = derived_working_models(models.idle);
   for (std::size_t t = 1; t < derived.size(); ++t) {

@@ -74,7 +74,7 @@ class Files : public testing::Test {
 class InputFiles : public Files {};
 class Outputs : public Files {};
 
-TEST_F(InputFiles, AreRegularFilesAndNothingElse) {
+TEST_F(InputFiles, MustBeRegularFiles) {
   const fs::path fifo = folder / "fifo", socket = folder / "socket";
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   const int listening = ::socket(AF_UNIX, SOCK_STREAM, 0);
@@ -115,7 +115,7 @@ TEST_F(InputFiles, OfOneEndlessLineAreRefusedAtThatLine) {
   EXPECT_FALSE(lines.next(line));
 }
 
-TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
+TEST_F(Outputs, NeverReplaceAnInputFileUnderAnyName) {
   remember_inputs();
   const fs::path input = write("scene.json", "{}"), hard = folder / "hard.json", soft = folder / "soft.json";
   Json::load(input);
@@ -132,7 +132,7 @@ TEST_F(Outputs, NeverReplaceAFileThatWasReadUnderWhateverName) {
   EXPECT_EQ(text_of(input), "[1]");
 }
 
-TEST_F(Outputs, MayTakeTheNameOfAFileThatWasReadAndIsGone) {
+TEST_F(Outputs, MayTakeTheNameOfADeletedInputFile) {
   remember_inputs();
   const fs::path file = write("again.json", "{}");
   Json::load(file);
@@ -141,7 +141,7 @@ TEST_F(Outputs, MayTakeTheNameOfAFileThatWasReadAndIsGone) {
   EXPECT_EQ(text_of(file), "[]");
 }
 
-TEST_F(Outputs, ReplaceOnlyFilesOfTheirOwnKind) {
+TEST_F(Outputs, ReplaceOnlyFilesOfTheirType) {
   std::string stl(84, '\0');
   const std::vector<std::pair<FileKind, std::string>> samples = {
       {FileKind::kSession, "\x89HDF\r\n\x1a\n rest"},
@@ -206,7 +206,7 @@ TEST_F(Outputs, GoIntoFifosWithAReader) {
   EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
-TEST_F(Outputs, GoIntoAnOpenDescriptorAndNotInItsFilesPlace) {
+TEST_F(Outputs, GoIntoAnOpenDescriptorWithoutReplacingItsFile) {
   const fs::path file = folder / "redirected";
   const int open_file = ::open(file.c_str(), O_WRONLY | O_CREAT, 0600);
   ASSERT_EQ(::write(open_file, "one,", 4), 4);
@@ -216,7 +216,7 @@ TEST_F(Outputs, GoIntoAnOpenDescriptorAndNotInItsFilesPlace) {
   EXPECT_EQ(text_of(file), "one,two,three");
 }
 
-TEST_F(Outputs, FollowALinkToAFileAndRefuseOneThatLeadsNowhere) {
+TEST_F(Outputs, FollowALinkToAFileAndRefuseADanglingLink) {
   fs::create_directory(folder / "far");
   const fs::path file = write("far/file.txt", "old");
   fs::create_symlink("far/file.txt", folder / "link.txt");
@@ -229,7 +229,7 @@ TEST_F(Outputs, FollowALinkToAFileAndRefuseOneThatLeadsNowhere) {
   EXPECT_FALSE(fs::exists(folder / "nowhere"));
 }
 
-TEST_F(Outputs, KeepTheModeOfWhatTheyReplaceAndItsOwner) {
+TEST_F(Outputs, KeepModeAndOwnerOfTheReplacedFile) {
   for (const mode_t mode : {0600u, 0640u, 0644u, 0666u}) {
     const fs::path file = write("secret.txt", "old");
     ASSERT_EQ(::chmod(file.c_str(), mode), 0);
@@ -269,7 +269,7 @@ TEST_F(Outputs, DoNotChangeAWriteProtectedFile) {
   EXPECT_EQ(text_of(file), "old");
 }
 
-TEST_F(Outputs, IncompleteOnesHaveUnpredictableNames) {
+TEST_F(Outputs, HaveUnpredictableNamesWhileIncomplete) {
   const PartialFile a(folder / "x.txt"), b(folder / "x.txt");
   EXPECT_NE(a.path(), b.path());
   EXPECT_EQ(a.path().parent_path(), folder);
@@ -289,7 +289,7 @@ int status_of(const std::function<void()>& work) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-TEST_F(Outputs, IncompleteOnesAreDeletedWhenASignalEndsTheProgram) {
+TEST_F(Outputs, AreDeletedIfASignalEndsTheProgramBeforeTheyAreComplete) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     EXPECT_EQ(status_of([&] {
                 end_cleanly_on_interrupt();
@@ -320,14 +320,14 @@ TEST_F(Outputs, IncompleteOnesAreDeletedWhenASignalEndsTheProgram) {
             0);
 }
 
-TEST(JsonMessages, NameLineAndColumnOfTextThatIsNoJson) {
+TEST(JsonMessages, NameLineAndColumnOfInvalidJson) {
   EXPECT_EQ(message_of([] { Json::parse("{\n\"a\": 1,\n\"b\": nope}", "x.json"); }),
             "x.json: line 3, column 7: found text that is not JSON, expected valid JSON");
   EXPECT_THAT(message_of([] { Json::parse("{\"a\": [1, 2,\n", "x.json"); }), HasSubstr("x.json: line 2, column 1"));
   EXPECT_THAT(message_of([] { Json::parse("", "x.json"); }), HasSubstr("x.json: line 1, column 1"));
 }
 
-TEST(JsonMessages, NameLineAndKeyOfNumbersThatNoDoubleHolds) {
+TEST(JsonMessages, NameLineAndKeyOfNumbersOutsideTheRangeOfDouble) {
   EXPECT_EQ(message_of([] { Json::parse("{\"tool\": {\n\"sizes\": [1,\n -1e309]}}", "x.json"); }),
             "x.json: line 3, \"tool.sizes[1]\": found -1e309, expected a number of at most 1.8e308");
 }
@@ -345,7 +345,7 @@ TEST(JsonMessages, NameLineAndKeyOfEveryWrongValue) {
               HasSubstr("x.json: line 2, \"a\": found the key twice"));
 }
 
-TEST(JsonMessages, OfDocumentsThatTheProgramPutTogetherNameNoLines) {
+TEST(JsonMessages, NameNoLineForDocumentsBuiltByTheProgram) {
   const Json json = Json::parse("{\n\"a\": 1}", "x.json", Json::Lines::kUnknown);
   EXPECT_EQ(message_of([&] { json["a"].string(); }), "x.json: \"a\": found 1, expected a string");
 }
@@ -372,7 +372,7 @@ TEST(Messages, ContainNoTerminalControlAndNoIncompleteCharacter) {
   EXPECT_TRUE(said.ends_with("ö...")) << said;
 }
 
-TEST(Messages, BeginWithWhatIsKnown) {
+TEST(Messages, BeginWithFileAndPlace) {
   EXPECT_EQ(std::string(Error("", "--size", "0x0", "a size").what()), "--size: found 0x0, expected a size");
   EXPECT_EQ(std::string(Error("", "", "x", "y").what()), "found x, expected y");
 }

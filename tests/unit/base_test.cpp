@@ -125,7 +125,7 @@ TEST(WriteFileAtomically, AnUnwritablePlaceIsAnErrorAndLeavesNothing) {
   EXPECT_THAT(message_of([] { write_file_atomically("/nowhere/at/all.txt", "x"); }), HasSubstr("/nowhere/at/all.txt"));
 }
 
-TEST(PartialFile, OneThatIsNotKeptLeavesNothingAndTheFileAsItWas) {
+TEST(PartialFile, ADiscardedFileLeavesNothingAndKeepsTheOldFile) {
   const auto file = temporary("kept.txt", "before");
   std::filesystem::path written;
   {
@@ -142,7 +142,7 @@ TEST(PartialFile, OneThatIsNotKeptLeavesNothingAndTheFileAsItWas) {
   EXPECT_EQ(text_of(file), "after");
 }
 
-TEST(PartialFile, WhatAKilledProcessLeftOfTheSameFileGoesAndWhatALivingOneWritesStays) {
+TEST(PartialFile, DeletesTheRemainsOfAKilledProcessAndKeepsTheFileOfARunningOne) {
   const pid_t dead = fork();
   if (dead == 0) _exit(0);
   waitpid(dead, nullptr, 0);
@@ -173,7 +173,7 @@ TEST(NoAllocGuard, SeesAnAllocation) {
   EXPECT_GE(guard.count(), 1u);
 }
 
-TEST(EvenSample, IsExactWhileItFitsAndSpreadEvenlyOverAnyLengthAfterwards) {
+TEST(EvenSample, IsExactWhileItFitsAndLaterEvenlySpreadOverTheWholeLength) {
   EvenSample few, many;
   for (int i = 0; i < 1001; ++i) few.add(1000 - i);
   EXPECT_EQ(few.quantile(0.5), 500);

@@ -40,7 +40,7 @@ std::string error_of(const std::function<void()>& action) {
   return "no error";
 }
 
-TEST(RigGeometry, WhatIsDrawnByATrueRigIsSeenWhereItIsDrawn) {
+TEST(RigGeometry, WithATrueRigPointsAreSeenWhereTheyAreDrawn) {
   BenchSimulator bench({});
   const RigGeometry& truth = bench.truth();
   for (const dvec3 p : {dvec3(0), dvec3(0.04, -0.03, 0.02), dvec3(-0.02, 0.04, -0.04)}) {
@@ -56,7 +56,7 @@ TEST(RigGeometry, AWiderEyeDistanceBringsThePointNearer) {
   EXPECT_NEAR(perceived(believed, truth, dvec3(0, 0, 0.05)).z - 0.05, 0.70e-3, 0.03e-3);
 }
 
-TEST(ArmGeometry, WoodenHapticsStandsAtHomeWhereItsMakersSay) {
+TEST(ArmGeometry, WoodenHapticsHasItsPublishedHomePosition) {
   ArmGeometry arm;
   arm.tip_S = dvec3(0);
   ArmReading home;
@@ -102,14 +102,14 @@ TEST(Panel, ExactTouchesGiveTheRectangleBack) {
   EXPECT_NEAR(result.width, 0.34, 1e-12);
 }
 
-TEST(Mirror, TouchesOnALineLeaveItsTiltOpen) {
+TEST(Mirror, TouchesOnALineDoNotDetermineItsTilt) {
   std::vector<dvec3> touches;
   Noise random(1);
   for (int i = 0; i < 20; ++i) touches.push_back(dvec3(0.01 * i, 0, 0) + random.normal3(2e-4));
   EXPECT_NE(solve_mirror(touches, dvec3(0, 1, 0)).not_determined, "");
 }
 
-TEST(Mirror, ABallOfKnownRadiusIsTakenOff) {
+TEST(Mirror, TheRadiusOfTheStylusBallIsSubtracted) {
   std::vector<dvec3> touches;
   for (int i = 0; i < 9; ++i) touches.push_back(dvec3(0.05 * (i % 3), 0.103, 0.05 * (i / 3)));
   const MirrorResult result = solve_mirror(touches, dvec3(0, 1, 0), 0.003);
@@ -117,7 +117,7 @@ TEST(Mirror, ABallOfKnownRadiusIsTakenOff) {
   EXPECT_NEAR(result.mirror.normal.y, 1, 1e-12);
 }
 
-TEST(Eyes, AlignmentsAtOneDepthSayThatTheDistanceIsNotDetermined) {
+TEST(Eyes, AlignmentsAtOneDepthDoNotDetermineTheDistance) {
   BenchSimulator bench({});
   RigGeometry rig = bench.truth();
   std::vector<EyeAlignment> alignments;
@@ -154,7 +154,7 @@ TEST(Eyes, TheUsersOffsetIsMeasuredWhenAskedFor) {
   }
 }
 
-TEST(Verify, APassAFailAndTooFewPointsAreToldApart) {
+TEST(Verify, DistinguishesPassFailAndTooFewPoints) {
   Noise random(5);
   const auto judged = [&](int count, const dvec3& bias) {
     std::vector<dvec3> h, d;
@@ -170,7 +170,7 @@ TEST(Verify, APassAFailAndTooFewPointsAreToldApart) {
   EXPECT_NE(judged(3, dvec3(0)).verdict.find("not enough"), std::string::npos);
 }
 
-TEST(Drift, AMovedMirrorIsSeenAndAHandIsNot) {
+TEST(Drift, AMovedMirrorIsDetectedAndHandNoiseIsNot) {
   Noise random(6);
   const std::vector<dvec3> then{{0, 0, 0}, {0.3, 0, 0}, {0, 0.2, 0}};
   int false_alarms = 0;
@@ -185,7 +185,7 @@ TEST(Drift, AMovedMirrorIsSeenAndAHandIsNot) {
   EXPECT_LE(false_alarms, 9);  // 1 % expected
 }
 
-TEST(RigFile, KeepsWhatIsNotItsOwn) {
+TEST(RigFile, KeepsUnknownKeys) {
   const Folder folder;
   std::ofstream(folder / "rig.json") << R"({"display": "mirror", "note": {"who": "keeps this"},
     "screen": {"corners_mm": {"lower_left": [0,0,0], "lower_right": [300,0,0], "upper_left": [0,200,0]}, "pixels": [1920,1080], "layout": "side_by_side"},
@@ -253,7 +253,7 @@ TEST(CaptureFiles, MistakesNameFileLineAndColumn) {
   EXPECT_NE(error_of([&] { read_touches(folder / "some.csv"); }).find("all or none"), std::string::npos);
 }
 
-TEST(GuidedCapture, GoesOnWhereItWasBrokenOff) {
+TEST(GuidedCapture, ContinuesAfterAnInterruption) {
   const Folder folder;
   BenchSimulator bench({});
   const BenchState state = bench.drawings();
@@ -317,7 +317,7 @@ TEST(GuidedCapture, TheWholeRoutineCanBeGuided) {
   EXPECT_TRUE(state.verification.has_value());
 }
 
-TEST(GuidedCapture, ASlippedTouchIsShownWhereItLies) {
+TEST(GuidedCapture, ASlippedTouchIsMarkedAtItsPosition) {
   const Folder folder;
   SimulationOptions options;
   options.slipped = 0, options.arm_errors = false, options.placement_error = 0;
@@ -336,7 +336,7 @@ TEST(GuidedCapture, ASlippedTouchIsShownWhereItLies) {
   EXPECT_GT(live.predicted_tre, 0);
 }
 
-TEST(GuidedCapture, TheSuggestedPointsBeatTheMiddle) {
+TEST(GuidedCapture, TheSuggestedPointsGiveLessErrorThanCentralOnes) {
   // 24 touches where the guide says determine the workspace better than 24 scattered in it.
   const Folder folder;
   SimulationOptions options;
@@ -390,7 +390,7 @@ TEST(CueSound, EveryCueSoundsDifferentAndEndsInSilence) {
   }
 }
 
-TEST(ReportPage, EscapesWhatItIsGivenAndShowsTheVerdict) {
+TEST(ReportPage, EscapesItsInputAndShowsTheVerdict) {
   const SimulatedRoutine run = simulate_routine({});
   const std::string page = report_page(run.bench, "bench <1> & co");
   EXPECT_NE(page.find("bench &lt;1&gt; &amp; co"), std::string::npos);

@@ -32,7 +32,7 @@ double angle_between(const dquat& a, const dquat& b) {
   return 2 * std::asin(std::min(1.0, glm::length(dvec3(d.x, d.y, d.z))));
 }
 
-TEST(Registration, ExactPairsComeBackToTwelveDigitsAtEveryScale) {
+TEST(Registration, ExactPairsGiveTheMotionToTwelveDigitsAtEveryScale) {
   for (const double scale : {1e-6, 1e-3, 1.0, 1e3, 1e6}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       for (const std::size_t count : {3u, 4u, 16u, 100u}) {
@@ -78,7 +78,7 @@ TEST(Registration, CoplanarPointsAreDetermined) {
   EXPECT_LT(angle_between(result.X_DH.R, pairs.X_DH.R), 1e-12);
 }
 
-TEST(Registration, CollinearPointsNameTheirLine) {
+TEST(Registration, CollinearPointsAreReportedWithTheirDirection) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     for (const double noise : {0.0, 0.004}) {
       Noise random(11);
@@ -101,7 +101,7 @@ TEST(Registration, CollinearPointsNameTheirLine) {
   }
 }
 
-TEST(Registration, OneTwoAndCoincidentPointsAreNeverTrusted) {
+TEST(Registration, OneTwoAndCoincidentPointsAreRejected) {
   const Pairs pairs = exact_pairs(13, 2, 0.04);
   const std::vector<dvec3> one_h{pairs.H[0]}, one_d{pairs.D[0]};
   EXPECT_EQ(register_points(one_h, one_d).degeneracy.defect, Defect::kCoincident);
@@ -128,7 +128,7 @@ TEST(Registration, DuplicatedPairsChangeNothingButTheCount) {
   EXPECT_LT(glm::length(result.X_DH.p - pairs.X_DH.p), 1e-13);
 }
 
-TEST(Registration, AMirrorImageIsCalledAMirrorImage) {
+TEST(Registration, AMirrorImageIsReported) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     for (const double noise : {0.0, 0.003}) {
       for (const std::size_t count : {5u, 8u, 30u}) {
@@ -145,7 +145,7 @@ TEST(Registration, AMirrorImageIsCalledAMirrorImage) {
   }
 }
 
-TEST(Registration, OtherUnitsAreCalledOtherUnits) {
+TEST(Registration, DifferentUnitsAreReported) {
   for (const double factor : {1e-3, 0.5, 1e3}) {
     for (const std::size_t count : {3u, 4u, 20u}) {
       Pairs pairs = exact_pairs(29, count, 0.05);
@@ -155,7 +155,7 @@ TEST(Registration, OtherUnitsAreCalledOtherUnits) {
   }
 }
 
-TEST(Registration, UnrelatedPointsAreNeverTrusted) {
+TEST(Registration, UnrelatedPointsAreRejected) {
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     for (const std::size_t count : {3u, 4u, 6u, 20u, 100u}) {
       Noise random(seed);
@@ -174,7 +174,7 @@ TEST(Registration, EmptyAndUnequalListsAreErrors) {
   EXPECT_THROW(register_points(one, none), Error);
 }
 
-TEST(Registration, TheSuggestedTouchIsTheOneThatHelpsMost) {
+TEST(Registration, TheSuggestedTouchReducesTheErrorMost) {
   // Three touches near the middle: the far corner helps more than the middle.
   const std::vector<dvec3> touched{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}};
   const std::vector<dvec3> candidates{{0.002, 0.002, 0.002}, {0.04, 0.04, 0.04}, {0.01, 0.01, 0}};

@@ -41,7 +41,7 @@ TEST(StillTouch, AveragesJointAnglesWhereEverySampleHasSix) {
   EXPECT_FALSE(still.has_joints());
 }
 
-TEST(StillTouch, RefusesATipThatMovesAndSaysHowFar) {
+TEST(StillTouch, RefusesAMovingTipAndReportsItsMotion) {
   StillTouch still({});
   Nanos t = 0;
   for (int i = 0; i < 200; ++i, t += kTick) still.add(t, dvec3(0.02 * to_seconds(t), 0, 0), 0, false);  // 20 mm/s
@@ -49,7 +49,7 @@ TEST(StillTouch, RefusesATipThatMovesAndSaysHowFar) {
   EXPECT_NEAR(still.moved(), 1e-3, 1e-9);
 }
 
-TEST(StillTouch, APressedPedalGivesOneAnswer) {
+TEST(StillTouch, APressOfThePedalGivesOneTouch) {
   StillTouch still({});
   int taken = 0;
   for (int i = 0; i < 2000; ++i) {

@@ -133,7 +133,7 @@ TEST(Drag, TableFollowsTheFormula) {
   }
 }
 
-TEST(Debris, FallsAtTheSpeedWhereDragHoldsItsWeight) {
+TEST(Debris, FallsAtTheSpeedWhereDragEqualsWeight) {
   Debris debris({.least_chip = 40e-6, .greatest_chip = 40e-6, .lifetime = 60});
   debris.emit(cut_of(1, 1e-4), 0.6_mm, table());
   for (int i = 0; i < 3000; ++i) debris.step(1e-3, {});
@@ -203,7 +203,7 @@ TEST(Debris, SuctionDrawsTheDustIn) {
   EXPECT_GT(sucked[1], 0.3);
 }
 
-TEST(Debris, ANozzleTakesAsMuchInAPicturesStepsAsInTinyOnes) {
+TEST(Debris, SuctionDoesNotDependOnTheTimeStep) {
   // Air near a nozzle is so quick that a step as long as a picture would carry chips past it.
   const Floor floor;
   const Suction suction{{0, 0.009, 0.003}, 5e-3, 2e-3};
@@ -222,7 +222,7 @@ TEST(Debris, ANozzleTakesAsMuchInAPicturesStepsAsInTinyOnes) {
   EXPECT_NEAR(sucked[0], sucked[1], 0.25 * sucked[1]);
 }
 
-TEST(Debris, ChipsDrawnInAreSlowedByTheAirTheyMoveInNotByTheRoom) {
+TEST(Debris, DragIsRelativeToTheSuctionFlow) {
   // Far from tissue, in air that is drawn sideways, light dust takes the speed of the air.
   Debris debris({.least_chip = 6e-6, .greatest_chip = 6e-6, .gravity_W = {0, 0, 0}, .scatter = 0});
   Cut cut = cut_of(1, 1e-4);

@@ -19,7 +19,7 @@ Counts home_of(const Arm& arm) {
   return arm.home;
 }
 
-TEST(Arm, WoodyAtHomeHasItsTipWhereThePublishedGeometrySays) {
+TEST(Arm, WoodenHapticsHasItsPublishedHomePosition) {
   const Arm arm = read_arm(kPresets[0]);
   const dvec3 theta = body_angles(arm, home_of(arm));
   EXPECT_NEAR(theta.x, 0, 1e-3);
@@ -63,7 +63,7 @@ TEST(Arm, JacobianIsTheDerivativeOfThePosition) {
   }
 }
 
-TEST(Arm, MotorsDoTheWorkThatTheHandReceives) {
+TEST(Arm, MotorWorkEqualsTheWorkOnTheHand) {
   // τ·dθ = F·dp, whatever the signs and ratios: the power that leaves the motors arrives at the tip.
   std::mt19937 random(2);
   std::normal_distribution<double> normal;
@@ -85,7 +85,7 @@ TEST(Arm, MotorsDoTheWorkThatTheHandReceives) {
   }
 }
 
-TEST(Arm, CurrentsAreShortenedTogetherSoThatTheForceKeepsItsDirection) {
+TEST(Arm, CurrentsAreScaledTogetherSoThatTheForceKeepsItsDirection) {
   const Arm arm = read_arm(kPresets[0]);
   const dvec3 theta = body_angles(arm, home_of(arm));
   const Currents weak = motor_currents(arm, theta, {0.1, 0.2, -0.1}, dvec3(0));

@@ -130,7 +130,7 @@ TEST(Reconnecting, TheLostDeviceIsClosedAndNoSampleAllocates) {
   EXPECT_EQ(bench.plug.alive, 0);
 }
 
-TEST(Reconnecting, AnotherDeviceOfTheKindIsNotTakenForTheLostOne) {
+TEST(Reconnecting, AnotherDeviceOfTheSameModelIsNotReconnected) {
   Bench bench;
   HandSample sample;
   ASSERT_TRUE(bench.hand->read(sample));
@@ -146,7 +146,7 @@ TEST(Reconnecting, AnotherDeviceOfTheKindIsNotTakenForTheLostOne) {
   EXPECT_LE(bench.plug.alive, 1);
 }
 
-TEST(Reconnecting, AnArmThatCountsFromItsHomeIsTakenUpOnlyWhenItRestsThere) {
+TEST(Reconnecting, AnArmWithRelativeEncodersIsReconnectedOnlyAtItsHomePosition) {
   Bench bench(true);
   HandSample sample;
   ASSERT_TRUE(bench.hand->read(sample));
@@ -179,7 +179,7 @@ struct Wire {
 };
 constexpr std::array<std::uint8_t, 3> kZero{'[', '0', ']'};
 
-TEST(WatchdogProcess, LetsGoWhenItsProcessIsKilled) {
+TEST(WatchdogProcess, SendsZeroForceWhenItsProcessIsKilled) {
   const Wire wire;
   const pid_t child = ::fork();
   if (child == 0) {
@@ -194,7 +194,7 @@ TEST(WatchdogProcess, LetsGoWhenItsProcessIsKilled) {
   ::waitpid(child, nullptr, 0);
 }
 
-TEST(WatchdogProcess, LetsGoWhenItsProcessStandsStillWithAForceOut) {
+TEST(WatchdogProcess, SendsZeroForceWhenItsProcessStallsWithANonzeroForce) {
   const Wire wire, ready;
   const pid_t child = ::fork();
   if (child == 0) {
@@ -216,7 +216,7 @@ TEST(WatchdogProcess, LetsGoWhenItsProcessStandsStillWithAForceOut) {
   ::waitpid(child, nullptr, 0);
 }
 
-TEST(WatchdogProcess, SaysNothingWhileNoForceIsOutAndGoesWithItsDevice) {
+TEST(WatchdogProcess, IsSilentWithoutForceAndEndsWithItsDevice) {
   const Wire wire;
   pid_t child = 0;
   {
@@ -230,7 +230,7 @@ TEST(WatchdogProcess, SaysNothingWhileNoForceIsOutAndGoesWithItsDevice) {
   EXPECT_EQ(::kill(child, 0), -1);  // gone, and waited for
 }
 
-TEST(WatchdogProcess, WithoutADescriptorThereIsNone) {
+TEST(WatchdogProcess, DoesNotStartWithoutADescriptor) {
   WatchdogProcess watchdog(-1, kZero);
   EXPECT_FALSE(watchdog.running());
   watchdog.note_write(true, now());

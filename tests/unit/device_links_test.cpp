@@ -141,7 +141,7 @@ TEST(SerialArm, APortWithoutValidAnswersIsRefusedByName) {
   EXPECT_THROW(greet_arm(*link, true, name), Error);
 }
 
-TEST(HidArm, TheCalibrationButtonHomesItAndTheJumpIsAFault) {
+TEST(HidArm, TheCalibrationButtonHomesTheArmAndTheJumpIsAFault) {
   test::SimTime time;
   const Arm arm = read_arm("assets/devices/woody.json");
   test::EmulatedArm board(time, ArmProtocol::kHidV2, arm, 1);
@@ -166,7 +166,7 @@ TEST(HidArm, TheCalibrationButtonHomesItAndTheJumpIsAFault) {
   EXPECT_EQ(device->faults(), 0u);
 }
 
-TEST(HidArm, JointAnglesAreThoseOfTheArmWhateverTheProtocolAndGoThroughEveryLayer) {
+TEST(HidArm, JointAnglesAreCorrectForEveryProtocolAndPassEveryLayer) {
   const Arm woody = read_arm("assets/devices/woody.json"), polhem = read_arm("assets/devices/polhem_v3.json");
   struct Case {
     const Arm& arm;
@@ -423,7 +423,7 @@ TEST(SpaceMouse, AFloodOfReportsDelaysNoSampleByAMillisecond) {
   }
 }
 
-TEST(SpaceMouse, PositionControlComesBackToWhereItStarted) {
+TEST(SpaceMouse, PositionControlReturnsToItsStart) {
   test::SimTime time;
   auto link = std::make_unique<ReportLink>(time);
   link->reports.push_back({time.now() + 1'000'000, full_right()});
@@ -438,7 +438,7 @@ TEST(SpaceMouse, PositionControlComesBackToWhereItStarted) {
   EXPECT_NEAR(sample.X_WT.p.x, 0, 1e-6);
 }
 
-TEST(Pedal, AFootSwitchThatIsPulledOutIsReleased) {
+TEST(Pedal, UnpluggingAFootSwitchReleasesIt) {
   test::SimTime time;
   auto link = std::make_unique<ReportLink>(time);
   ReportLink& wire = *link;

@@ -177,7 +177,7 @@ TEST(WebSocket, AcceptKeyIsTheOneOfTheStandard) {
   EXPECT_EQ(websocket_accept("dGhlIHNhbXBsZSBub25jZQ=="), "s3pPLMBiTxaQ9kYGzzhZRbK+xOo=");  // RFC 6455, 1.3
 }
 
-TEST(JsonText, FindsValuesPastStringsThatLookLikeBrackets) {
+TEST(JsonText, FindsValuesAfterStringsWithBrackets) {
   const JsonText json(R"({"a":"}{\"[","b" : [ {"c": -1.5e3 , "d":{}} , 2 ],"e":true})");
   EXPECT_EQ(json.get("b")->first()->get("c")->number(), -1500);
   EXPECT_TRUE(json.get("e")->is("true"));

@@ -89,7 +89,7 @@ TEST_F(Safety, NoForceBeforeTheHandWasFree) {
   EXPECT_EQ(told.force, dvec3(0));
 }
 
-TEST_F(Safety, AHandInTissueThatIsGivenNoForceIsNotTakenForAFreeOne) {
+TEST_F(Safety, AHandInTissueWithoutForceDoesNotCountAsFree) {
   hand->contact(true);  // deep in it, or before there is a field, or with a share of zero: no force, and yet not free
   ticks(500, dvec3(0));
   EXPECT_FALSE(hand->armed());
@@ -126,7 +126,7 @@ TEST_F(Safety, ForceAndTorqueNeverExceedTheirLimitsForAnyInput) {
   EXPECT_GT(told.writes, 10'000);
 }
 
-TEST_F(Safety, AServoThatMayAskForThreeHundredNewtonGetsNoMoreThanTheDeviceStates) {
+TEST_F(Safety, AForceRequestAboveTheDevicesLimitIsReducedToIt) {
   arm();
   const dvec3 f(180, 0, -240), tau(0, 20, 0);  // as much as a scene may allow
   double most = 0;
@@ -140,7 +140,7 @@ TEST_F(Safety, AServoThatMayAskForThreeHundredNewtonGetsNoMoreThanTheDeviceState
   EXPECT_TRUE(hand->faults() & bits(Fault::kForceLimit));
 }
 
-TEST_F(Safety, ANonFiniteForceIsZeroAtOnceAndSaysSo) {
+TEST_F(Safety, ANonFiniteForceBecomesZeroAndIsReported) {
   arm();
   ticks(5, {0, 0, 3});
   ticks(1, {0, std::nan(""), 3});
@@ -150,7 +150,7 @@ TEST_F(Safety, ANonFiniteForceIsZeroAtOnceAndSaysSo) {
   EXPECT_EQ(told.force, dvec3(0));  // until the hand is free
 }
 
-TEST_F(Safety, AFaultOfTheDeviceIsZeroAtOnce) {
+TEST_F(Safety, ADeviceFaultSetsTheForceToZeroImmediately) {
   arm();
   ticks(5, {0, 0, 3});
   told.faults = typodont::bits(Fault::kBadInput);
@@ -159,7 +159,7 @@ TEST_F(Safety, AFaultOfTheDeviceIsZeroAtOnce) {
   EXPECT_EQ(hand->faults(), typodont::bits(Fault::kBadInput));
 }
 
-TEST_F(Safety, AJumpOfTheHandIsZeroAtOnce) {
+TEST_F(Safety, AJumpOfTheHandSetsTheForceToZeroImmediately) {
   arm();
   ticks(5, {0, 0, 3});
   told.next.X_WT.p.x += 0.05;
@@ -204,14 +204,14 @@ TEST_F(Safety, ALateServoIsInformedThatTheForceWasSwitchedOff) {
   EXPECT_EQ(hand->faults() & typodont::bits(Fault::kLetGo), 0u);  // said once
 }
 
-TEST_F(Safety, AWatchdogThatFiresInTheMiddleOfAWriteHasTheLastWord) {
+TEST_F(Safety, AWatchdogThatFiresDuringAWriteSendsTheLastForce) {
   arm();
   told.before_write = [this] { hand->watch(told.t + 5'000'000); };  // the servo was stopped inside the write
   ticks(1, {0, 0, 3});
   EXPECT_EQ(told.force, dvec3(0));
 }
 
-TEST_F(Safety, AForceThatSlipsOutAfterTheWatchdogFiredIsTakenBack) {
+TEST_F(Safety, AForceWrittenAfterTheWatchdogFiredIsReplacedByZero) {
   arm();
   ticks(5, {0, 0, 3});
   hand->watch(told.t + 2'000'000);
@@ -240,7 +240,7 @@ TEST_F(Safety, TheEmergencyKeyRampsOutInUnderTwentyMillisecondsAndStaysUntilClea
   EXPECT_TRUE(hand->armed());
 }
 
-TEST_F(Safety, ADeviceThatIsOpenedWhileTheEmergencyKeyHoldsGivesNoForceEither) {
+TEST_F(Safety, ADeviceOpenedDuringAnEmergencyStopGivesNoForce) {
   emergency_stop_all();
   Told other;
   DeviceInfo info;
@@ -294,7 +294,7 @@ TEST_F(Safety, TheEmergencyKeyStopsTheDrillUntilThePedalWasReleased) {
   EXPECT_EQ(sample.pedal, 1);
 }
 
-TEST_F(Safety, APedalThatIsDownAtTheStartDoesNotStartTheDrill) {
+TEST_F(Safety, APedalPressedAtTheStartDoesNotStartTheDrill) {
   told.next.pedal = 1;
   ticks(500, dvec3(0));
   EXPECT_EQ(sample.pedal, 0);
@@ -421,13 +421,13 @@ char last_sent(const std::string& death) {
   return last;
 }
 
-TEST(Death, HoweverTheProgramEndsItSendsZeroLast) {
+TEST(Death, EveryEndOfTheProgramSendsZeroForceLast) {
   for (const char* death : {"exit", "quick_exit", "abort", "segfault", "exception", "check", "term", "int", "hup"}) {
     EXPECT_EQ(last_sent(death), '0') << death;
   }
 }
 
-TEST(Death, OnlyAKilledProcessLeavesItsForceToTheDevicesOwnWatchdog) {
+TEST(Death, OnlyAKilledProcessReliesOnTheDevicesWatchdog) {
   EXPECT_EQ(last_sent("kill"), 'F');
 }
 

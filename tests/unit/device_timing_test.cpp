@@ -29,7 +29,7 @@ TEST(LoopTiming, CountsMissesAndFindsTheWorstTick) {
   EXPECT_EQ(timing.worst_jitter, 0);
 }
 
-TEST(LoopTiming, QuantilesAreWithinABinOfTheTruthAndNeverTooKind) {
+TEST(LoopTiming, QuantilesAreWithinOneBinAndNeverTooSmall) {
   std::mt19937 random(1);
   std::lognormal_distribution<double> spread(std::log(30e3), 1);
   std::vector<Nanos> all;
@@ -61,7 +61,7 @@ dvec3 quantised(const dvec3& p) {
   return kStep * glm::round(p / kStep);
 }
 
-TEST(VelocityEstimator, IsExactlySilentAtRestHoweverTheLastCountFlickers) {
+TEST(VelocityEstimator, IsExactlyZeroAtRestDespiteAFlickeringCount) {
   VelocityEstimator estimator(kStep);
   std::mt19937 random(1);
   double worst = 0;
@@ -74,7 +74,7 @@ TEST(VelocityEstimator, IsExactlySilentAtRestHoweverTheLastCountFlickers) {
             kStep / (VelocityEstimator::kWindow - 1) / 1e-3 * (1 + 1e-9));  // 1.2 mm/s, where a difference says 55
 }
 
-TEST(VelocityEstimator, IsAsQuietInFasterLoops) {
+TEST(VelocityEstimator, NoiseDoesNotGrowWithTheRate) {
   for (const Nanos period : {1'000'000, 500'000, 250'000, 100'000}) {
     VelocityEstimator estimator(kStep);
     double worst = 0;
@@ -86,7 +86,7 @@ TEST(VelocityEstimator, IsAsQuietInFasterLoops) {
   }
 }
 
-TEST(VelocityEstimator, IsTwentyTimesQuieterThanADifferenceInSlowMotion) {
+TEST(VelocityEstimator, HasATwentiethOfTheNoiseOfADifferenceInSlowMotion) {
   VelocityEstimator estimator(kStep);
   double noise = 0, noise_of_difference = 0;
   dvec3 last(0);
@@ -105,7 +105,7 @@ TEST(VelocityEstimator, IsTwentyTimesQuieterThanADifferenceInSlowMotion) {
   EXPECT_LT(std::sqrt(noise / n), std::sqrt(noise_of_difference / n) / 20);
 }
 
-TEST(VelocityEstimator, ItsLagIsTheLagItStates) {
+TEST(VelocityEstimator, ItsLagIsItsStatedLag) {
   // In a fast swing: the estimate is the true velocity of `lag` ago, and far from the present one where lag matters.
   VelocityEstimator estimator(kStep);
   double error_at_lag = 0, error_now = 0, longest = 0;
@@ -125,7 +125,7 @@ TEST(VelocityEstimator, ItsLagIsTheLagItStates) {
   EXPECT_LT(longest, 0.02);
 }
 
-TEST(VelocityEstimator, AStartIsSeenWithinMilliseconds) {
+TEST(VelocityEstimator, AStartIsDetectedWithinMilliseconds) {
   VelocityEstimator estimator(kStep);
   int seen = -1;
   for (int i = 0; i < 400; ++i) {

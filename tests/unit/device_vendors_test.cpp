@@ -102,7 +102,7 @@ TEST(OpenHaptics, ErrorsAreReportedAndTheEndLeavesNoForce) {
   EXPECT_THROW(driver("openhaptics").open("Nobody", {}), Error);
 }
 
-TEST(OpenHaptics, TheEndOfOneOfTwoArmsTakesItsForceAndLeavesTheOtherItsScheduler) {
+TEST(OpenHaptics, ClosingOneOfTwoArmsSetsItsForceToZeroAndKeepsTheOtherRunning) {
   StandIn library(TYPODONT_STANDIN_HD);
   auto* const step = library.get<bool()>("standin_hd_step");
   auto* const force = library.get<const double*()>("standin_hd_force");
@@ -146,7 +146,7 @@ std::unique_ptr<SafeDevice> hasty(std::unique_ptr<HapticDevice> device) {
   return std::make_unique<SafeDevice>(std::move(device), options);
 }
 
-TEST(OpenHaptics, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayWithinOneCallbackUntilTheHandIsFree) {
+TEST(OpenHaptics, EveryFaultAtARandomTimeSetsTheForceToZeroWithinOneCallback) {
   StandIn library(TYPODONT_STANDIN_HD);
   auto* const step = library.get<bool()>("standin_hd_step");
   auto* const force = library.get<const double*()>("standin_hd_force");
@@ -179,7 +179,7 @@ TEST(OpenHaptics, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayWithinOneCal
   }
 }
 
-TEST(ForceDimension, AThousandFaultsAtRandomMomentsEachTakeTheForceAwayAtOnceUntilTheHandIsFree) {
+TEST(ForceDimension, EveryFaultAtARandomTimeSetsTheForceToZeroImmediately) {
   StandIn library(TYPODONT_STANDIN_DHD);
   auto* const wrench = library.get<const double*()>("standin_dhd_wrench");
   auto* const fail = library.get<void(bool)>("standin_dhd_break");
@@ -259,7 +259,7 @@ std::vector<FoundDevice> found_by(const std::string& scheme) {
   return driver(scheme).find();
 }
 
-TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedForThatOnlyOnce) {
+TEST(ForceDimension, IsListedWithModelSerialAndLimitAndOpenedOnlyOnceForListing) {
   StandIn library(TYPODONT_STANDIN_DHD);
   auto* const opened = library.get<int()>("standin_dhd_opened");
   found_by("forcedimension");
@@ -289,7 +289,7 @@ TEST(ForceDimension, IsOpenedBySerialAndListingDoesNotDisturbIt) {
   EXPECT_THROW(driver("forcedimension").open("4712", {}), Error);
 }
 
-TEST(OpenHaptics, DevicesAreListedByTheNamesOfTheVendorsSetUpWithModelSerialAndLimit) {
+TEST(OpenHaptics, DevicesAreListedByTheirConfiguredNamesWithModelSerialAndLimit) {
   StandIn library(TYPODONT_STANDIN_HD);
   const auto folder = std::filesystem::temp_directory_path() / ("typodont_hd_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder / "config");

@@ -27,7 +27,7 @@ struct Layouts : testing::Test {
   }
 };
 
-TEST_F(Layouts, SideBySideAndTwoOutputsHoldTheEyesSideBySide) {
+TEST_F(Layouts, SideBySideAndTwoOutputsPlaceTheEyesSideBySide) {
   for (const Layout layout : {Layout::kSideBySide, Layout::kTwoOutputs}) {
     stage.draw(frame, layout);
     EXPECT_EQ(compare(part(0, 0), stage.eye(0), 0).pixels, 0);
@@ -36,7 +36,7 @@ TEST_F(Layouts, SideBySideAndTwoOutputsHoldTheEyesSideBySide) {
   EXPECT_GT(compare(stage.eye(0), stage.eye(1), 8).pixels, 100) << "the eyes see the same";
 }
 
-TEST_F(Layouts, TopBottomAndFrameSequentialHoldTheEyesOneAboveTheOther) {
+TEST_F(Layouts, TopBottomAndFrameSequentialPlaceTheEyesOneAboveTheOther) {
   for (const Layout layout : {Layout::kTopBottom, Layout::kFrameSequential}) {
     stage.draw(frame, layout);
     EXPECT_EQ(compare(part(0, 0), stage.eye(0), 0).pixels, 0);
@@ -63,7 +63,7 @@ TEST_F(Layouts, AnaglyphGivesRedToTheLeftEyeAndCyanToTheRight) {
     }
 }
 
-TEST_F(Layouts, MonoIsTheOneEye) {
+TEST_F(Layouts, MonoShowsOneView) {
   frame.views = 1;
   stage.draw(frame, Layout::kMono);
   EXPECT_EQ(compare(stage.screen, stage.eye(0), 0).pixels, 0);
@@ -71,7 +71,7 @@ TEST_F(Layouts, MonoIsTheOneEye) {
 
 // The processor's own way of composing, against the shader's: every layout, pictures that fit and pictures that are
 // stretched, whole and in parts.
-TEST_F(Layouts, TheProcessorComposesWhatTheShaderComposes) {
+TEST_F(Layouts, CpuAndShaderComposeTheSamePicture) {
   std::vector<std::uint8_t> memory;
   for (const double scale : {1.0, 0.4, 0.73}) {
     render::Quality quality = render::kQualityLadder[2];

@@ -44,7 +44,7 @@ TEST(RigPlan, ThePanelIsTheMirrorImageOfThePicture) {
   }
 }
 
-TEST(RigPlan, TheRendererSeesThePictureWhereThePlanSaysItIs) {
+TEST(RigPlan, TheRendererPlacesThePictureWhereThePlanDoes) {
   BenchSpec spec = straight_down();
   spec.gaze = 55 * kDegree, spec.mirror_tilt = 5 * kDegree, spec.picture_tilt = 20 * kDegree, spec.ipd = 0.063;
   const BenchPlan plan = plan_bench(spec);
@@ -59,14 +59,14 @@ TEST(RigPlan, TheRendererSeesThePictureWhereThePlanSaysItIs) {
   EXPECT_NEAR(std::abs(clip.y / clip.w), 1, 1e-9);
 }
 
-TEST(RigPlan, TheEyesStandWhereDistanceAndGazePutThem) {
+TEST(RigPlan, TheEyesFollowFromDistanceAndGaze) {
   BenchSpec spec = straight_down();
   spec.gaze = 50 * kDegree, spec.eye_distance = 0.5;
   const dvec3 eye = plan_bench(spec).rig.head.eye_center;
   EXPECT_LT(distance(eye, dvec3(0, -0.5 * std::cos(50 * kDegree), 0.5 * std::sin(50 * kDegree))), 1e-15);
 }
 
-TEST(RigPlan, TheGlassIsAsLargeAsTheRaysThroughItAndAMargin) {
+TEST(RigPlan, TheGlassCoversTheRaysThroughItAndAMargin) {
   BenchSpec spec = straight_down();
   spec.ipd = 0.06;
   const BenchPlan plan = plan_bench(spec);
@@ -77,7 +77,7 @@ TEST(RigPlan, TheGlassIsAsLargeAsTheRaysThroughItAndAMargin) {
   for (const dvec3& corner : plan.glass) EXPECT_NEAR(corner.z, 0.2, 1e-12);
 }
 
-TEST(RigPlan, TheWorkspaceOfASmallArmIsAllThatItReaches) {
+TEST(RigPlan, TheWorkspaceOfASmallArmIsItsWholeReach) {
   BenchSpec spec = straight_down();
   spec.arm_box = {0.06, 0.05, 0.04};
   spec.gaze = 60 * kDegree;
@@ -144,7 +144,7 @@ TEST(RigPlan, EveryCornerOfTheWorkspaceIsSeenByBothEyesThroughThePicture) {
   }
 }
 
-TEST(RigPlan, CollisionsAreNamed) {
+TEST(RigPlan, CollisionsAreReportedByName) {
   const auto conflicts = [](const BenchSpec& spec) {
     std::string all;
     for (const std::string& conflict : plan_bench(spec).conflicts) all += conflict + "; ";

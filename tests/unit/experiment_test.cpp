@@ -74,7 +74,7 @@ double settles_at(const StaircaseRule& rule) {
   return truth.second(done(plan, truth).staircase().settled_level());
 }
 
-TEST(Staircase, SettlesWhereLevittAndKaernbachSay) {
+TEST(Staircase, ConvergesAsPublishedByLevittAndKaernbach) {
   StaircaseRule rule;
   EXPECT_NEAR(rule.target(), 0.7071, 1e-4);
   EXPECT_NEAR(settles_at(rule), rule.target(), 0.015);

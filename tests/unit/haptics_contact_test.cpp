@@ -61,7 +61,7 @@ SlideError slide_over_sphere(double voxel_mm) {
   return worst;
 }
 
-TEST(Contact, OnASphereForceIsWithinTwoHundredthsOfADegreeAndTwoHundredthsOfAPercent) {
+TEST(Contact, OnASphereForceErrorsAreAtMostTwoHundredthsOfADegreeAndOfAPercent) {
   const SlideError error = slide_over_sphere(0.1);
   RecordProperty("direction_deg", std::to_string(error.direction / kDegree));
   std::printf("h 0.1: %.2e deg, %.2e\n", error.direction / kDegree, error.magnitude);
@@ -127,7 +127,7 @@ TEST(Contact, NothingPassesThroughAThinSheetInOneTick) {
   EXPECT_GT(bench.last.f_T_W.z, 2.9);
 }
 
-TEST(Contact, AToolBornInsideIsLedOutWithinFiftyMillisecondsWithoutASpike) {
+TEST(Contact, AToolThatStartsInsideTissueIsLedOutWithin50MillisecondsWithoutAForceSpike) {
   HapticBench bench(sphere(0.1), settings(1.0_mm));
   double previous = 0;
   bool fault = false;
@@ -191,7 +191,7 @@ TEST(Contact, AConcaveCreaseLeftByACutIsFeltAtItsTrueDistance) {
   }
 }
 
-TEST(Contact, TheRidgeBetweenTwoCutsIsFeltWhereItStands) {
+TEST(Contact, TheRidgeBetweenTwoCutsIsFeltAtItsPosition) {
   Tool bur;
   bur.diameter = bur.length = 2.0_mm;
   const dvec3 a(-0.6_mm, 0.013_mm, 3.3_mm), b(0.6_mm, 0.013_mm, 3.3_mm);
@@ -203,7 +203,7 @@ TEST(Contact, TheRidgeBetweenTwoCutsIsFeltWhereItStands) {
   EXPECT_NEAR(scene.bench.last.X_WG.p.x, 0, 5e-6);
 }
 
-TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
+TEST(Carving, RepeatedCutsChangeNoBit) {
   HapticBench bench(kBlock, settings(1.0_mm));
   haptics::SurfacePatch patch;
   patch.resize(61);
@@ -224,7 +224,7 @@ TEST(Carving, CutsRepeatedLeaveEveryBitAsItWasSoThatTheSurfaceNeverDrifts) {
   }
 }
 
-TEST(Contact, BesideACutASmoothSurfaceIsFeltAsTrulyAsBefore) {
+TEST(Contact, ACutDoesNotReduceTheAccuracyOnTheSurfaceBesideIt) {
   Tool bur;
   bur.diameter = bur.length = 1.0_mm;
   const Pose pit[] = {{{0, 0, 5.4_mm}}, {{0, 0, 5.0_mm}}};
@@ -254,7 +254,7 @@ TEST(Servo, IllegalInputGivesZeroForceAndAFaultInTheSameTick) {
   }
 }
 
-TEST(Servo, ABallBornInsideAtAnyDepthIsLedOutTheNearestWayWithin50Milliseconds) {
+TEST(Servo, ABallThatStartsInsideTissueIsLedOutTheShortestWayWithin50Milliseconds) {
   for (const double depth : {0.3_mm, 0.6_mm, 1.1_mm, 1.9_mm}) {  // from the end in to wholly inside
     ServoSettings s = settings(1.0_mm);
     s.friction = false;
@@ -290,7 +290,7 @@ TEST(Servo, AfterIllegalInputTheToolIsWhereItWasOutside) {
   EXPECT_LT(jump, 0.25);
 }
 
-TEST(Servo, AHandThatIsLostInContactAndComesBackElsewhereFeelsWhatItFeltBefore) {
+TEST(Servo, AHandLostInContactFeelsNormalContactWhenItReturnsElsewhere) {
   HapticBench bench(sphere(0.1), settings(1.0_mm));
   const auto press = [&] {
     for (double z = 7.0_mm; z > 5.1_mm; z -= 0.02_mm) bench.tick({{0, 0, z}});
@@ -314,7 +314,7 @@ TEST(Servo, AHandThatIsLostInContactAndComesBackElsewhereFeelsWhatItFeltBefore) 
   }
 }
 
-TEST(Servo, AHandThatWasHeldUpOrLetGoInContactFeelsTheNextContactAsEver) {
+TEST(Servo, AfterAPauseOrAFaultInContactTheNextContactIsNormal) {
   for (const std::uint32_t told : {bits(Fault::kLetGo), 0u}) {
     HapticBench bench(sphere(0.1), settings(1.0_mm));
     const auto press = [&] {
@@ -336,7 +336,7 @@ TEST(Servo, AHandThatWasHeldUpOrLetGoInContactFeelsTheNextContactAsEver) {
   }
 }
 
-TEST(Servo, ADamperThatKnowsTheHandsCountsDoesNotBuzzWithThem) {
+TEST(Servo, ADamperThatKnowsTheEncoderResolutionDoesNotBuzz) {
   constexpr double kStep = 0.055e-3;
   const auto buzz = [&](double told) {  // N, the largest change of force between two ticks beyond a count's own
     ServoSettings s = settings(1.0_mm);
@@ -357,7 +357,7 @@ TEST(Servo, ADamperThatKnowsTheHandsCountsDoesNotBuzzWithThem) {
   EXPECT_LT(buzz(kStep), 0.02);
 }
 
-TEST(Servo, FeelsTheSphereInTheVeryTickInWhichAToolGetsThereHoweverItFlewBefore) {
+TEST(Servo, FeelsASphereInTheTickOfArrivalAfterAnyFreeMotion) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(0, 1);
   HapticBench bench(sphere(0.1), settings(1.0_mm));
@@ -388,7 +388,7 @@ TEST(Servo, ATickAllocatesNothing) {
   EXPECT_GT(out.cuts, 0u);
 }
 
-TEST(Servo, WritesTheSameTickWhereverTheMessageLies) {
+TEST(Servo, TheTickDoesNotDependOnTheAddressOfItsMessage) {
   struct Messages {
     alignas(32) std::uint64_t shift;
     ServoTick after_eight_bytes;

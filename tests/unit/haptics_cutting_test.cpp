@@ -64,7 +64,7 @@ Drilled push(double voxel_mm, double rate, double newton, double swing = 1.0_mm)
   return run;
 }
 
-TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
+TEST(Cutting, EqualForceRemovesEqualVolumeAtAnyVoxelSizeAndRate) {
   const Drilled a = push(0.1, 1000, 1.0), b = push(0.05, 1000, 1.0), c = push(0.1, 4000, 1.0);
   std::printf("%.4f %.4f %.4f mm3, jumps %.4f %.4f %.4f N\n", a.volume * 1e9, b.volume * 1e9, c.volume * 1e9, a.jump,
               b.jump, c.jump);
@@ -74,12 +74,12 @@ TEST(Cutting, TheSamePushRemovesTheSameVolumeWhateverTheVoxelAndTheRate) {
   for (const Drilled& run : {a, b}) EXPECT_LT(run.jump, 0.02);  // at 1 kHz the hand feels its own cut without a step
 }
 
-TEST(Cutting, ABurThreeVoxelsInRadiusSinksAsFastAsAFineOneAtAnyRate) {
+TEST(Cutting, ABurOfThreeVoxelsRadiusSinksAsFastAsAWellResolvedOne) {
   const double fine = push(0.1, 1000, 1, 0).volume;
   for (const double rate : {500.0, 1000.0, 4000.0}) EXPECT_NEAR(push(0.2, rate, 1, 0).volume / fine, 1, 0.02) << rate;
 }
 
-TEST(Cutting, VolumeIsProportionalToPushWithinOnePercent) {
+TEST(Cutting, VolumeIsProportionalToForceWithinOnePercent) {
   const double one = push(0.1, 1000, 1, 0).volume;
   for (const double newton : {0.5, 2.0, 3.0})
     EXPECT_NEAR(push(0.1, 1000, newton, 0).volume / newton / one, 1, 0.01) << newton;
@@ -173,7 +173,7 @@ TEST(Carving, ALongSweepOfAnyHeadRemovesWhatShortOnesOfATwoHundredthVoxelDo) {
   std::printf("long sweeps: %.1e\n", worst);
 }
 
-TEST(Carving, LongSweepsTakeTheSameInAnyOrderAndNothingTwiceAndLeaveTheSameBitsInThePatchAndTheVolume) {
+TEST(Carving, LongSweepsRemoveTheSameInAnyOrderAndGivePatchAndVolumeTheSameBits) {
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
   for (const haptics::HeadShape shape : kNoBalls) {
     std::vector<Sweep> sweeps;
@@ -250,7 +250,7 @@ void expect_short_steps_leave_what_all_poses_do(const haptics::Tool& tool, doubl
   EXPECT_NEAR(by_steps / by_poses, 1, 5e-4) << static_cast<int>(tool.shape);
 }
 
-TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverTheHead) {
+TEST(Carving, ConsecutiveShortStepsEqualTheUnionOfTheirPosesForEveryHead) {
   using haptics::HeadShape;
   for (const HeadShape shape : haptics::head_shapes()) {
     haptics::Tool tool;
@@ -261,7 +261,7 @@ TEST(Carving, ShortStepsThatContinueEachOtherLeaveWhatAllTheirPosesDoWhateverThe
   }
 }
 
-TEST(Carving, LeavesThatTheVolumeSkipsWouldNotHaveChanged) {
+TEST(Carving, SkippedLeavesWouldNotHaveChanged) {
   // Against a copy that is made before each sweep, and so knows of no leaf when it is due.
   constexpr const char* kSmall =
       R"({"voxel_mm": 0.1, "solids": [{"tissue": "dentin", "solid": {"box": {"size_mm": [2.4, 2.4, 1.8]}}}]})";
@@ -297,7 +297,7 @@ TEST(Carving, LeavesThatTheVolumeSkipsWouldNotHaveChanged) {
   }
 }
 
-TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
+TEST(Carving, TheActiveFrontListsChangeNoBitOfACut) {
   // Creeping, sliding and leaping, turned and not, continuing or not, taken up elsewhere in between, in two patches.
   const haptics::DenseTissue block = haptics::read_solids(Json::parse(box(0.1), "tissue"));
   for (const haptics::HeadShape head : haptics::head_shapes()) {
@@ -347,7 +347,7 @@ TEST(Carving, WhatIsKnownOfTheFrontOfTheCutsChangesNoBitOfThem) {
   }
 }
 
-TEST(Carving, TheVolumeOfACapErrsWithTheSquareOfTheVoxel) {
+TEST(Carving, TheVolumeErrorOfACapIsOfSecondOrderInTheVoxelSize) {
   const auto error = [](double voxel_mm) {
     HapticBench bench(box(voxel_mm), drill(1.2_mm, 1000));
     haptics::SurfacePatch patch;

@@ -85,7 +85,7 @@ TEST(Filling, GrowsAtTheChosenRateAndStopsWithThePedal) {
   }
 }
 
-TEST(Filling, WhatIsAskedForIsPutDownWhereverThereIsRoomWithWhateverInstrumentStillOrMoving) {
+TEST(Filling, TheRequestedVolumeIsAddedWithEveryInstrumentAtRestOrMoving) {
   std::mt19937_64 random(23);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   for (int round = 0; round < test::campaign(12); ++round) {
@@ -120,7 +120,7 @@ TEST(Filling, WhatIsAskedForIsPutDownWhereverThereIsRoomWithWhateverInstrumentSt
   }
 }
 
-TEST(Filling, WhatFindsNoRoomIsSaidAndNeverCrossesAWallThatItsReachDoesNot) {
+TEST(Filling, MaterialWithoutRoomIsReportedAndCrossesNoWall) {
   // A pit that the instrument nearly fills, in a block whose sides are two millimetres away.
   ServoSettings s = filling();
   s.tools[0].fill_within = s.tool.fill_within =
@@ -140,7 +140,7 @@ TEST(Filling, WhatFindsNoRoomIsSaidAndNeverCrossesAWallThatItsReachDoesNot) {
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
-TEST(Filling, AnInstrumentThatIsMovedInWhatItPutsDownFeelsNoStep) {
+TEST(Filling, AnInstrumentMovedInItsOwnFillingFeelsNoForceStep) {
   std::mt19937_64 random(31);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
   double felt = 0;
@@ -174,7 +174,7 @@ TEST(Filling, AnInstrumentThatIsMovedInWhatItPutsDownFeelsNoStep) {
   EXPECT_GT(felt, 0.1);
 }
 
-TEST(Filling, NothingComesOutWhereThereIsNothingToPutItOn) {
+TEST(Filling, NothingIsAddedAwayFromTissue) {
   HapticBench bench(kCavity, filling());
   hold(bench, 200, end_at(0, 1.2_mm), 1);  // in the middle of the cavity, 1.5 mm from every wall
   EXPECT_EQ(bench.last.removed[kFilled], 0);
@@ -214,7 +214,7 @@ TEST(Filling, GrowsUpToTheHeadAndNeverPushesTheHand) {
   EXPECT_EQ(bench.last.faults, 0u);
 }
 
-TEST(Filling, LetsEveryHeadOutAlongItsAxisHoweverLongItStoodInIt) {
+TEST(Filling, ReleasesEveryHeadAlongItsAxisAfterAnyTime) {
   for (const auto& [shape, diameter, length] :
        {std::tuple(HeadShape::kSphere, 0.8_mm, 0.8_mm), std::tuple(HeadShape::kPear, 0.9_mm, 1.8_mm),
         std::tuple(HeadShape::kInvertedCone, 1.0_mm, 1.0_mm), std::tuple(HeadShape::kFlame, 1.0_mm, 2.4_mm)}) {
@@ -235,7 +235,7 @@ TEST(Filling, LetsEveryHeadOutAlongItsAxisHoweverLongItStoodInIt) {
   }
 }
 
-TEST(Filling, NeverLeavesTheSolidItIsKeptIn) {
+TEST(Filling, NeverLeavesItsBoundingSolid) {
   ServoSettings s = filling();
   // The cavity with its rim at half a millimetre above the tool's end: what would flow over it does not.
   s.tools[0].fill_within = s.tool.fill_within =
@@ -288,7 +288,7 @@ TEST(Filling, CanBeCutOutAgainWithABur) {
   EXPECT_GT(bench.last.removed[kFilled] + filled, 0.2 * filled);
 }
 
-TEST(Filling, TheSameCutsThatMadeACavityTakeTheFillingOutToTheBit) {
+TEST(Filling, RepeatingTheCutsOfACavityRemovesItsFillingBitForBit) {
   HapticBench bench(kCavity, filling());
   bench.tick(end_at(0, 1.0_mm));
   haptics::SurfacePatch patch = bench.patch();
@@ -314,7 +314,7 @@ TEST(Filling, TheSameCutsThatMadeACavityTakeTheFillingOutToTheBit) {
   EXPECT_EQ(patch.tissue, labels);
 }
 
-TEST(Filling, TheWallOfACavityThatWasFilledAndEmptiedFeelsAsBefore) {
+TEST(Filling, TheWallOfAFilledAndEmptiedCavityFeelsUnchanged) {
   const auto feel = [](bool filled, const dvec3& toward) {
     ServoSettings s = filling();
     Tool probe;
@@ -359,7 +359,7 @@ TEST(Filling, TheWallOfACavityThatWasFilledAndEmptiedFeelsAsBefore) {
   }
 }
 
-TEST(Filling, WhateverIsFilledAndEmptiedAgainTheLabelsAreThoseOfTheCavityAlsoAfterUndoAndFromAFile) {
+TEST(Filling, FillingAndEmptyingRestoresTheLabelsAlsoAfterUndoAndFromAFile) {
   const Tool plugger = condenser();
   Tool bur;
   std::mt19937_64 random(11);

@@ -90,7 +90,7 @@ double felt(const std::string& tissue, const dvec3& from = {0, 0, 3.2_mm}, const
   return glm::length(bench.last.f_T_W);
 }
 
-TEST(Hardness, IsFeltAsThatFractionOfTheTissuesStiffness) {
+TEST(Hardness, ScalesTheStiffnessOfTheTissue) {
   const double whole = felt(block());
   EXPECT_NEAR(whole, 500 * 0.3e-3, 1e-3 * whole);
   for (const double hardness : {0.1, 0.5, 0.8, 1.0}) {
@@ -100,7 +100,7 @@ TEST(Hardness, IsFeltAsThatFractionOfTheTissuesStiffness) {
   }
 }
 
-TEST(Hardness, OfThreeLayersAtTheSameDepthTheForceIsInProportion) {
+TEST(Hardness, TheForceInThreeLayersIsInProportionToTheirHardness) {
   const double whole = felt(block());
   for (std::size_t i = 0; i < kLayers.size(); ++i) {
     const double height = 1.9_mm - 1.2_mm * static_cast<double>(i);  // against the side, in the middle of each
@@ -133,7 +133,7 @@ Drilled drilled(const std::string& tissue, double top, double bottom, double sec
   return run;
 }
 
-TEST(Hardness, HalfOfItYieldsTwiceTheVolumePerJouleAndPerSecond) {
+TEST(Hardness, HalfTheHardnessGivesTwiceTheVolumePerJouleAndPerSecond) {
   const Drilled whole = drilled(block(), 1, -1), half = drilled(block("0.5"), 1, -1);
   const double fraction = hardness_fraction(hardness_byte(0.5));
   EXPECT_GT(whole.volume, 0.05_mm3);
@@ -142,7 +142,7 @@ TEST(Hardness, HalfOfItYieldsTwiceTheVolumePerJouleAndPerSecond) {
   EXPECT_NEAR(half.volume / whole.volume * fraction, 1, 0.02);
 }
 
-TEST(Hardness, OfThreeLayersEachYieldsVolumePerJouleInInverseProportion) {
+TEST(Hardness, TheVolumePerJouleInThreeLayersIsInverselyProportionalToTheirHardness) {
   // Through the layers in one go: while the bur's end is in the middle of a layer it cuts that one alone, but for what
   // its flank takes of the one above: at most 0.6 mm up.
   double last = 1e300;
@@ -175,7 +175,7 @@ TEST(Hardness, IsSampledWithTheTrilinearWeightsOfTheLabels) {
   }
 }
 
-TEST(Hardness, ACutCostsEveryVoxelsShareTimesItsHardness) {
+TEST(Hardness, TheEnergyOfACutWeightsEveryVoxelWithItsHardness) {
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
   std::mt19937_64 random(9);
@@ -221,7 +221,7 @@ TEST(Hardness, IsFeltByAShankInItsCoarserPatch) {
   EXPECT_NEAR(leant(R"(, "hardness": 0.4)") / leant(""), 0.4, 0.01);
 }
 
-TEST(Hardness, WhereNoVoxelDiffersEveryTickIsTheSameToTheBitAndNothingIsKept) {
+TEST(Hardness, UniformHardnessGivesTheSameTicksAndNeedsNoMemory) {
   HapticBench plain(block(), drill()), own(block("1"), drill());
   EXPECT_FALSE(own.carver.volume().graded());
   for (int i = 0; i < 1500; ++i) {
@@ -284,7 +284,7 @@ struct HardnessFile : testing::Test {
   void TearDown() override { std::filesystem::remove(file); }
 };
 
-TEST_F(HardnessFile, HoldsEveryByteDeepInsideToo) {
+TEST_F(HardnessFile, StoresEveryValueAlsoDeepInside) {
   struct Case {
     std::string json;
     dvec3 deep_W;  // m, far inside
@@ -329,7 +329,7 @@ TEST_F(HardnessFile, OfTissueThatIsNotGradedNamesNoHardnessAndTheHashCoversIt) {
   EXPECT_EQ(plain.volumes(), graded.volumes());
 }
 
-TEST_F(HardnessFile, WithAByteOutOfRangeIsRefusedAndSaysWhich) {
+TEST_F(HardnessFile, AValueOutOfRangeIsRefusedWithItsPlace) {
   haptics::DenseTissue dense = graded_block();
   dense.hardness[dense.at(dense.size.x / 2, dense.size.y / 2, dense.size.z / 2)] = 0;
   TissueVolume(dense).save(file);
@@ -341,13 +341,13 @@ TEST_F(HardnessFile, WithAByteOutOfRangeIsRefusedAndSaysWhich) {
   }
 }
 
-TEST(Hardness, OutOfRangeIsRefusedAndNoneCostsNothingIsTheLeastByte) {
+TEST(Hardness, ValuesOutOfRangeAreRefusedAndZeroBecomesTheSmallestValue) {
   for (const char* wrong : {"-0.1", "1.01", "\"soft\""}) EXPECT_THROW(sampled(block(wrong)), Error) << wrong;
   EXPECT_EQ(hardness_byte(0), 1);
   EXPECT_EQ(hardness_byte(1), kOwnHardness);
 }
 
-TEST(Hardness, PaintedWhileAHandPressesIsFeltFromTheNextPatchOnAndGoesWhenItIsTakenBack) {
+TEST(Hardness, PaintedHardnessIsFeltFromTheNextPatchUntilItIsUndone) {
   HapticBench bench(block(), probe());
   SurfacePatch spare = bench.empty_patch();
   const auto press = [&] {
@@ -370,7 +370,7 @@ TEST(Hardness, PaintedWhileAHandPressesIsFeltFromTheNextPatchOnAndGoesWhenItIsTa
   EXPECT_NEAR(press() / whole, 1, 0.002);
 }
 
-TEST(Hardness, IsTakenBackAndBroughtAgainWithItsStroke) {
+TEST(Hardness, IsUndoneAndRedoneWithItsStroke) {
   TissueVolume volume = sampled(block());
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
@@ -403,7 +403,7 @@ TEST(Hardness, IsTakenBackAndBroughtAgainWithItsStroke) {
   }
 }
 
-TEST(Hardness, AFillingHasItsOwnAndWhatWasThereBeforeHasItsAgainOnceItIsCutOut) {
+TEST(Hardness, AFillingHasItsOwnHardnessAndCuttingItOutRestoresTheTissues) {
   Tool plugger;
   plugger.shape = haptics::HeadShape::kRoundEndCylinder;
   plugger.diameter = 1.0_mm;
@@ -455,7 +455,7 @@ TEST(Hardness, AFillingHasItsOwnAndWhatWasThereBeforeHasItsAgainOnceItIsCutOut) 
   EXPECT_EQ(hardness_at(patch, wall), hardness_fraction(hardness_byte(0.4)));
 }
 
-TEST(Hardness, APatchBroughtUpToDateHoldsTheBytesOfOneCutOutThenCoarserSamplesToo) {
+TEST(Hardness, AnUpdatedPatchHasTheValuesOfANewlyExtractedOne) {
   Tool bur;
   bur.diameter = bur.length = 1.2_mm;
   bur.shank_length = 8.0_mm;
@@ -482,7 +482,7 @@ TEST(Hardness, APatchBroughtUpToDateHoldsTheBytesOfOneCutOutThenCoarserSamplesTo
   EXPECT_TRUE(a.wide.front().hardness == b.wide.front().hardness);
 }
 
-TEST(Servo, PressedOnABallWithTwoHundredNewtonGivesThemWhereTheSceneAllowsItAndTwentyElsewhere) {
+TEST(Servo, TheForceLimitIs200NewtonIfTheSceneAllowsItAndElseTwenty) {
   // A probe of 3 mm in radius, 2 mm deep in a ball of 20 mm: 100 N/mm × 2 mm along the line of centres.
   for (const double limit : {20.0, 300.0}) {
     ServoSettings s = probe();

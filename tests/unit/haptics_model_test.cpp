@@ -53,7 +53,7 @@ TEST(ContactMethods, AMethodFromAnotherFileIsChosenByNameWithItsParameters) {
   EXPECT_EQ(bench.last.tissue, Tissue::kEnamel);
 }
 
-TEST(ContactMethods, AnUnknownNameNamesThoseThereAre) {
+TEST(ContactMethods, AnUnknownNameIsRefusedWithTheListOfNames) {
   try {
     contact_method("nonsense", "--model");
     FAIL();
@@ -87,7 +87,7 @@ TEST(ContactMethods, NoMethodAllocatesInATick) {
   }
 }
 
-TEST(VoxelPenalty, ItsDirectionIsOffByDegreesWhereTheOffsetSurfacesIsExact) {
+TEST(VoxelPenalty, ItsDirectionHasErrorsOfDegreesWhereTheOffsetSurfaceIsExact) {
   EXPECT_LT(direction_error("offset"), 1e-2);
   const double error = direction_error("voxel_penalty");
   EXPECT_GT(error, 2.0) << "a yardstick as good as this would be no yardstick";
@@ -124,7 +124,7 @@ double pushed_back(double pressed_mm) {
   return bench.last.f_model_W.z;
 }
 
-TEST(VoxelPenalty, AWallHasTheScenesStiffnessUntilTheHeadsCentreReachesIt) {
+TEST(VoxelPenalty, AWallHasTheScenesStiffnessUpToADepthOfTheHeadsRadius) {
   for (const double mm : {0.3, 0.4, 0.5}) EXPECT_NEAR(pushed_back(mm), mm, 0.15 * mm) << mm << " mm at 1 N/mm";
 }
 
@@ -151,7 +151,7 @@ TEST(VoxelPenalty, ServoAndCarverHoldTheSameVoxelsAndCountTheSameVolume) {
   EXPECT_EQ(patch.distance, check.distance);
 }
 
-TEST(VoxelPenalty, RemovedVolumeIsWhatTheEnergyPaysFor) {
+TEST(VoxelPenalty, RemovedVolumeEqualsTheSpentEnergy) {
   HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   double work = 0;
   for (int i = 0; i < 3000; ++i) {
@@ -162,7 +162,7 @@ TEST(VoxelPenalty, RemovedVolumeIsWhatTheEnergyPaysFor) {
   EXPECT_NEAR(work / dentin, total(bench.last.removed), 0.01 * total(bench.last.removed));
 }
 
-TEST(VoxelPenalty, UndoBringsBackEveryVoxelAndASecondRunRemovesTheSame) {
+TEST(VoxelPenalty, UndoRestoresEveryVoxelAndASecondRunRemovesTheSame) {
   HapticBench bench(kBlock, drill_settings("voxel_penalty"));
   const std::uint64_t untouched = bench.carver.volume().hash();
   const auto stroke = [&] {

@@ -65,7 +65,7 @@ void expect_equal(const SurfacePatch& a, const SurfacePatch& b) {
   if (!a.wide.empty()) expect_equal(a.wide.front(), b.wide.front());
 }
 
-TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
+TEST(PatchExchange, AnUpdatedPatchHasTheBitsOfANewlyExtractedOne) {
   const std::vector<Tool> tools = bur_with_shank_and_condenser();
   std::mt19937_64 random(5);
   const auto uniform = [&](double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); };
@@ -103,7 +103,7 @@ TEST(PatchExchange, APatchBroughtUpToDateHoldsTheBitsOfOneCutOutThen) {
   EXPECT_GT(filled, 50);
 }
 
-TEST(SurfacePatch, OneThatMovedHoldsTheBitsOfOneThatWasCutOutAnew) {
+TEST(SurfacePatch, AMovedPatchHasTheBitsOfANewlyExtractedOne) {
   // Two patches in turn, as servo and carver exchange them; their owner cuts in them, strokes are taken back, and steps
   // are short, long, or farther than a patch is wide.
   const std::vector<Tool> tools = bur_with_shank_and_condenser();
@@ -143,7 +143,7 @@ TEST(SurfacePatch, OneThatMovedHoldsTheBitsOfOneThatWasCutOutAnew) {
   EXPECT_GT(undone, 5);
 }
 
-TEST(SlidingBuffer, ElementsThatStayAreWhereTheyWereSeenFromTheNewBeginning) {
+TEST(SlidingBuffer, KeepsElementsAtTheirPlaceRelativeToTheNewOrigin) {
   haptics::SlidingBuffer<int> buffer;
   buffer.assign(3000, -1);
   for (int i = 0; i < 3000; ++i) buffer[static_cast<std::size_t>(i)] = i;
@@ -164,7 +164,7 @@ TEST(SlidingBuffer, ElementsThatStayAreWhereTheyWereSeenFromTheNewBeginning) {
   EXPECT_EQ(copy[5], first + 5);
 }
 
-TEST(PatchExchange, TheServoTakesWhatLacksNothingAndLeavesTheRestToTheCarverForAWhile) {
+TEST(PatchExchange, TheServoTakesACompletePatchAndLeavesOthersToTheCarverFirst) {
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;
   settings.spindle.free_speed = 300.0_krpm;
@@ -245,7 +245,7 @@ struct Use {
   dvec3 center_W;
 };
 
-TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTaken) {
+TEST(PatchExchange, ATwoThreadRunIsRepeatedBitForBitFromItsPatchTimes) {
   constexpr int kTicks = 1200;
   haptics::ServoSettings settings;
   settings.tool.diameter = settings.tool.length = 1.2_mm;
@@ -305,7 +305,7 @@ TEST(PatchExchange, ARunOfTwoThreadsIsRepeatedToTheBitFromWhenItsPatchesWereTake
   }
 }
 
-TEST(SurfacePatch, ACubicQueryGivesTheSameBitsHoweverManyLanesAProcessorHas) {
+TEST(SurfacePatch, ACubicQueryGivesTheSameBitsForEverySimdWidth) {
   std::mt19937 random(7);
   std::uniform_real_distribution<float> distance(-12, 12);
   std::uniform_real_distribution<double> fraction(0, 1);
@@ -322,7 +322,7 @@ TEST(SurfacePatch, ACubicQueryGivesTheSameBitsHoweverManyLanesAProcessorHas) {
   }
 }
 
-TEST(SurfacePatch, ACubicQueryReproducesACubicAndOfAConstantNoGradientIsLeft) {
+TEST(SurfacePatch, ACubicQueryReproducesACubicAndAConstantHasZeroGradient) {
   std::vector<float> samples(6 * 6 * 8);
   const auto query = [&](auto field, const dvec3& at) {
     for (int x = 0; x < 6; ++x) {

@@ -67,7 +67,7 @@ void drill_under_a_roof(Hand& hand) {
   hand.go({3.0_mm, 0, kTop + 4.0_mm}, 0);
 }
 
-TEST(Retreat, ABurUnderAnOverhangComesOutTheWayItWentInWhenTheHandHasLeft) {
+TEST(Retreat, ABurUnderAnOverhangRetreatsAlongItsPathWhenTheHandHasLeft) {
   Hand hand(drill(3));
   drill_under_a_roof(hand);
   hand.faults = 0;
@@ -79,7 +79,7 @@ TEST(Retreat, ABurUnderAnOverhangComesOutTheWayItWentInWhenTheHandHasLeft) {
   EXPECT_LT(hand.worst_step, 0.08);  // the damper at the pace at which it is led
 }
 
-TEST(Retreat, ByTheSecondLawsItStaysThere) {
+TEST(Retreat, WithTheOlderLawsTheBurStaysUnderTheOverhang) {
   Hand hand(drill(2));
   drill_under_a_roof(hand);
   hand.rest(3);
@@ -87,7 +87,7 @@ TEST(Retreat, ByTheSecondLawsItStaysThere) {
   EXPECT_FALSE(hand.faults & bits(Fault::kWedged));
 }
 
-TEST(Retreat, NothingIsCutOnTheWayBack) {
+TEST(Retreat, NothingIsCutDuringTheRetreat) {
   Hand hand(drill(3));
   drill_under_a_roof(hand);
   const std::uint64_t cuts = hand.bench.last.cuts;
@@ -107,7 +107,7 @@ TEST(Retreat, AHandThatPushesIntoAWallIsHeldHoweverLong) {
   EXPECT_FALSE(hand.faults & bits(Fault::kWedged));
 }
 
-TEST(Retreat, WhereNoWayBackIsKnownTheUserIsTold) {
+TEST(Retreat, AMissingPathBackIsReportedToTheUser) {
   // Opened inside a closed hollow: nothing led there.
   HapticBench bench(
       R"({"voxel_mm": 0.2, "solids": [{"tissue": "dentin", "solid": {"difference": [

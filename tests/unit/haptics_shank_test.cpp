@@ -74,7 +74,7 @@ TEST(Shank, RemovesNothingHoweverHardItIsPressedWithTheDrillRunning) {
   EXPECT_EQ(bench.carver.volume().hash(), before);
 }
 
-TEST(Shank, WithoutOneTheSameToolPassesFreely) {
+TEST(Shank, AToolWithoutAShankPassesFreely) {
   Tool tool = bur_with_shank();
   tool.shank_length = 0;
   HapticBench bench(kWall, settings(tool));
@@ -82,7 +82,7 @@ TEST(Shank, WithoutOneTheSameToolPassesFreely) {
   EXPECT_EQ(glm::length(bench.last.f_T_W), 0);
 }
 
-TEST(Shank, HoldsABurThatWouldCutDeeper) {
+TEST(Shank, StopsABurThatWouldCutDeeper) {
   // A groove wide enough for the head, and not for the shank that widens above it.
   Tool tool = bur_with_shank();
   tool.neck_length = 1.0_mm;
@@ -143,7 +143,7 @@ TEST(Shank, IsFeltWhereverTheToolIsTilted) {
   }
 }
 
-TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
+TEST(Shank, ItsClearanceIsNeverOverestimated) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> any(-1, 1);
   int told = 0;
@@ -181,7 +181,7 @@ TEST(Shank, ItsRoomIsNeverMoreThanThereIsHoweverNarrowTheBand) {
   EXPECT_GT(told, 1000);  // of 2400: it does tell of room
 }
 
-TEST(Shank, IsNotLookedForWhereTheBandSaysThatNothingIsNear) {
+TEST(Shank, IsNotTestedFarFromTheSurface) {
   Tool tool = bur_with_shank();
   tool.shank_diameter = 2.35_mm;
   HapticBench bench(
@@ -203,7 +203,7 @@ TEST(Shank, ATickAllocatesNothing) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
-TEST(SafeEnd, StandsOnTheFloorWhileTheFlankCuts) {
+TEST(SafeEnd, RestsOnTheFloorWhileTheFlankCuts) {
   Tool tool;
   tool.shape = HeadShape::kCylinder;
   tool.diameter = 1.0_mm;
@@ -223,7 +223,7 @@ TEST(SafeEnd, StandsOnTheFloorWhileTheFlankCuts) {
   EXPECT_NEAR(bench.last.f_T_W.z, 0.5 * 0.4, 0.01);  // dentin
 }
 
-TEST(Shank, IsReadFromAToolFileAndRefusedWhereItCannotBe) {
+TEST(Shank, IsReadFromAToolFileAndRefusedIfImpossible) {
   const Tool tool = haptics::read_tool(Json::parse(
       R"({"shape": "sphere", "diameter_mm": 1.2, "shank": {"diameter_mm": 1.6, "neck_mm": 0.8, "taper_mm": 5, "length_mm": 8},
           "safe_end": {"diameter_mm": 0.5, "length_mm": 0.3}})",

@@ -68,7 +68,7 @@ Error over_edge(double voxel_mm, double deep) {
                });
 }
 
-TEST(Contact, OverABoxsEdgeForceIsTrueToTwoHundredthsOfADegreeHoweverDeepThePush) {
+TEST(Contact, OverABoxsEdgeTheForceErrorIsAtMostTwoHundredthsOfADegreeAtAnyDepth) {
   for (const double deep : {0.25, 0.6, 0.9}) {
     for (const double voxel_mm : {0.1, 0.05}) {
       const Error error = over_edge(voxel_mm, deep);
@@ -78,7 +78,7 @@ TEST(Contact, OverABoxsEdgeForceIsTrueToTwoHundredthsOfADegreeHoweverDeepThePush
   }
 }
 
-TEST(Contact, OverABoxsCornerForceIsTrueToTwoHundredthsOfADegree) {
+TEST(Contact, OverABoxsCornerTheForceErrorIsAtMostTwoHundredthsOfADegree) {
   const dvec3 corner(2.93_mm, 3.11_mm, 3.04_mm);
   const auto hand = [&](double s) {
     const double a = 0.15 + 1.2 * s, b = 0.9 - 0.5 * s;
@@ -107,7 +107,7 @@ Error round_in(double voxel_mm, double radius) {
       });
 }
 
-TEST(Contact, InABoreForceIsTrueToTwoHundredthsOfADegreeAndHalvingTheVoxelQuartersTheError) {
+TEST(Contact, InABoreTheForceErrorIsAtMostTwoHundredthsOfADegreeAndOfSecondOrder) {
   const Error coarse = round_in(0.2, 1.7_mm), middle = round_in(0.1, 1.7_mm), fine = round_in(0.05, 1.7_mm);
   EXPECT_LT(middle.direction, 0.02_deg);
   EXPECT_LT(middle.magnitude, 2e-4);
@@ -118,7 +118,7 @@ TEST(Contact, InABoreForceIsTrueToTwoHundredthsOfADegreeAndHalvingTheVoxelQuarte
   EXPECT_LT(round_in(0.05, 0.9_mm).direction, 0.02_deg);  // hardly wider than the ball
 }
 
-TEST(Contact, InABoreHardlyWiderThanTheBallForceIsTrueToTwoHundredthsOfADegreeFromEightVoxelsOn) {
+TEST(Contact, InANarrowBoreTheForceErrorIsAtMostTwoHundredthsOfADegreeFromEightVoxelsOn) {
   for (const double wide : {0.8_mm, 1.0_mm}) {
     EXPECT_LT(round_in(0.1, wide).direction, 0.02_deg) << wide;
     EXPECT_LT(round_in(0.1, wide).magnitude, 2e-4) << wide;
@@ -126,7 +126,7 @@ TEST(Contact, InABoreHardlyWiderThanTheBallForceIsTrueToTwoHundredthsOfADegreeFr
   EXPECT_LT(round_in(0.05, 0.6_mm).direction, 0.02_deg);
 }
 
-TEST(Contact, InATaperedHoleForceIsTrueToTwoHundredthsOfADegree) {
+TEST(Contact, InATaperedHoleTheForceErrorIsAtMostTwoHundredthsOfADegree) {
   // Walls 8° from the axis: 1.9 mm at the middle of the block, less below.
   const double slope = std::tan(8.0_deg), middle = 1.9_mm;
   const std::string solid = fmt::format(R"({{"difference": [{{"box": {{"size_mm": [9, 9, 8]}}}},
@@ -152,7 +152,7 @@ TEST(Contact, InATaperedHoleForceIsTrueToTwoHundredthsOfADegree) {
   EXPECT_LT(fine.magnitude, middling.magnitude / 8);
 }
 
-TEST(Contact, InAVGrooveOfAnyAngleAndTurnTheBallSeatsAndIsPushedBackToTwoHundredthsOfADegree) {
+TEST(Contact, InAnyVGrooveTheForceErrorIsAtMostTwoHundredthsOfADegree) {
   for (const double degrees : {17.0, 48.0, 61.0, 72.0, 77.0, 81.0, 86.0}) {
     for (const double turn : {0.0, 0.7}) {
       const double half_angle = degrees * kDegree, c = std::cos(half_angle), s = std::sin(half_angle);
@@ -173,7 +173,7 @@ TEST(Contact, InAVGrooveOfAnyAngleAndTurnTheBallSeatsAndIsPushedBackToTwoHundred
   }
 }
 
-TEST(Contact, AlongACreaseWithFrictionTheBallStaysSeatedAndIsHeldBackByTheDynamicCoefficient) {
+TEST(Contact, AlongACreaseTheBallStaysSeatedAndHasDynamicFriction) {
   for (const double half_angle : {15.0_deg, 40.0_deg, 65.0_deg, 70.0_deg}) {
     const double c = std::cos(half_angle), s = std::sin(half_angle);
     const std::string solid =
@@ -197,7 +197,7 @@ TEST(Contact, AlongACreaseWithFrictionTheBallStaysSeatedAndIsHeldBackByTheDynami
   }
 }
 
-TEST(Contact, ATiltedCylinderStandsOnItsRimAndIsPushedAndTurnedByTheWallAlone) {
+TEST(Contact, ATiltedCylinderRestsOnItsRimWithTheWallsForceAndTorque) {
   constexpr double kLength = 4.0_mm;
   for (const double tilt : {10.0_deg, 30.0_deg, 50.0_deg, 80.0_deg}) {
     haptics::ServoSettings s = probe();

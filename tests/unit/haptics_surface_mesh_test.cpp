@@ -55,7 +55,7 @@ TEST(SurfaceMesh, EveryFaceHasTheTissueBelowIt) {
   }
 }
 
-TEST(SurfaceMesh, OfAVolumeMadeFromAMeshIsThatMeshAndPaintRelabelsIt) {
+TEST(SurfaceMesh, OfAVolumeFromAMeshIsThatMeshAndPaintingChangesItsLabels) {
   TissueVolume tissue = volume(kTwoHalves);
   auto mesh = std::make_shared<TissueMesh>();
   mesh->vertices = {{0, 0, 3e-3}, {1e-3, 0, 2.8e-3}, {0, 1e-3, 2.8e-3}};

@@ -49,7 +49,7 @@ void run(HapticBench& bench, int ticks, double z, double pedal, std::uint32_t to
   }
 }
 
-TEST(ToolTray, AToolIsTakenUpAtOnceWhereNothingTouchesAndNothingTurns) {
+TEST(ToolTray, AToolIsChangedImmediatelyWithoutContactAndRotation) {
   HapticBench bench(kBlock, four_tools());
   run(bench, 5, 5.0_mm, 0, 0);
   EXPECT_EQ(bench.last.tool, 0u);
@@ -59,7 +59,7 @@ TEST(ToolTray, AToolIsTakenUpAtOnceWhereNothingTouchesAndNothingTurns) {
   EXPECT_EQ(bench.last.tool, 2u);
 }
 
-TEST(ToolTray, ANumberThatIsNoToolChangesNothing) {
+TEST(ToolTray, AnInvalidToolNumberChangesNothing) {
   HapticBench bench(kBlock, four_tools());
   run(bench, 5, 5.0_mm, 0, 77);
   EXPECT_EQ(bench.last.tool, 0u);
@@ -77,7 +77,7 @@ TEST(ToolTray, AToolInContactStaysInTheHandUntilItIsFree) {
   EXPECT_EQ(bench.last.tool, 3u);
 }
 
-TEST(ToolTray, AToolThatWouldTouchWaitsUntilThereIsRoom) {
+TEST(ToolTray, AToolThatWouldTouchTissueWaitsUntilThereIsRoom) {
   HapticBench bench(kBlock, four_tools());
   run(bench, 50, 2.7_mm, 0, 0);   // 0.1 mm above the block
   run(bench, 100, 2.7_mm, 0, 1);  // 0.1 mm inside it
@@ -111,7 +111,7 @@ TEST(ToolTray, ForceAndCutsAreThoseOfTheToolInTheHand) {
   EXPECT_EQ(bench.cut.tool, 1u);
 }
 
-TEST(ToolTray, AHandThatAsksAllTheTimeFeelsNoJumpAndCutsTheSameBitsInPatchAndVolume) {
+TEST(ToolTray, ConstantChangesOfToolGiveNoForceStepAndEqualBitsInPatchAndVolume) {
   HapticBench bench(kBlock, four_tools());
   double last = 0, jump = 0;
   std::uint32_t seen = 0;

@@ -63,7 +63,7 @@ TEST_F(VdbGuard, AnyChangedByteOfASealedFileIsNoticed) {
   }
 }
 
-TEST_F(VdbGuard, WithoutRoomForItsCopyAGoodVolumeIsNotCalledDamaged) {
+TEST_F(VdbGuard, WithoutRoomForACopyAnIntactVolumeIsNotReportedAsDamaged) {
   // The process that reads says so by its exit status: /dev/full takes nothing …
   const std::string reader =
       (std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "typodont-volume-reader").string();
@@ -88,14 +88,14 @@ TEST_F(VdbGuard, WithoutRoomForItsCopyAGoodVolumeIsNotCalledDamaged) {
   std::filesystem::remove_all(cache);
 }
 
-TEST_F(VdbGuard, AFileFromElsewhereWithoutASealIsReadAsItIs) {
+TEST_F(VdbGuard, AForeignFileWithoutASealIsRead) {
   write(bytes_);
   const std::uint64_t sealed = TissueVolume::load(file_).hash();
   write(bytes_.substr(0, bytes_.size() - kSealBytes));
   EXPECT_EQ(TissueVolume::load(file_).hash(), sealed);
 }
 
-TEST_F(VdbGuard, AnUnsealedFileCutOffAnywhereIsRefused) {
+TEST_F(VdbGuard, ATruncatedUnsealedFileIsRefused) {
   for (std::size_t size = 0; size < bytes_.size() - kSealBytes; size += 97) {
     write(bytes_.substr(0, size));
     EXPECT_NE(message(), "") << size;
@@ -113,7 +113,7 @@ TEST_F(VdbGuard, ALengthBeyondTheFileIsNamed) {
 }
 
 /// As an attacker would: changed, and the seal computed again.
-TEST_F(VdbGuard, AFileWhoseSealWasComputedAgainIsReadOrRefusedAndDoesNoHarm) {
+TEST_F(VdbGuard, AForgedSealCannotCrashTheProgram) {
   std::mt19937_64 random(8);
   int refused = 0;
   constexpr int kFiles = 80;
@@ -150,7 +150,7 @@ TEST_F(VdbGuard, TheProcessThatReadsHasLittleMemory) {
   EXPECT_LT(children.ru_maxrss, 1 << 20) << "kilobytes, of the largest of all processes that read";
 }
 
-TEST_F(VdbGuard, WhatIsReadIsWhatWasSavedFillingsAndAll) {
+TEST_F(VdbGuard, ReadingReturnsTheSavedVolumeIncludingFillings) {
   TissueVolume volume = TissueVolume::load(file_);
   const std::uint64_t hash = volume.hash();
   volume.save(file_);
@@ -158,7 +158,7 @@ TEST_F(VdbGuard, WhatIsReadIsWhatWasSavedFillingsAndAll) {
   EXPECT_EQ(TissueVolume::load(file_).hash(), hash) << "from the cache";
 }
 
-TEST_F(VdbGuard, AFlatListThatWasCutOffOrChangedIsRefusedOrReadWithoutHarm) {
+TEST_F(VdbGuard, ATruncatedOrChangedBlockListCannotCrashTheProgram) {
   const std::vector<std::string> names = {"distance", "tissue"};
   const FlatGrids grids = read_guarded(file_, names);
   const auto flat = std::filesystem::path(file_.string() + ".flat");

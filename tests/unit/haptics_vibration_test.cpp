@@ -73,14 +73,14 @@ TEST(Vibration, IsFeltAtTheSpindlesFrequencyAndInProportionToItsLoad) {
   EXPECT_LT(amplitude_at(pushed(handpiece(6, 0), 1), 100, 1000), 0.1 * once);  // a device without a band
 }
 
-TEST(Vibration, ADrillAboveTheBandIsNotFoldedDownIntoIt) {
+TEST(Vibration, ADrillAboveTheBandIsNotAliasedIntoIt) {
   // 300 krpm is 5 kHz: at 1 kHz it would alias to anything at all.
   const auto with = pressed(handpiece(300, 400), 0.05_mm), without = pressed(handpiece(300, 0), 0.05_mm);
   ASSERT_EQ(with.size(), without.size());
   for (std::size_t i = 0; i < with.size(); ++i) EXPECT_EQ(with[i], without[i]) << i;  // bit for bit
 }
 
-TEST(Vibration, NoPeriodHasFewerThanFiveTicksWhateverTheDeviceClaims) {
+TEST(Vibration, EveryVibrationPeriodHasAtLeastFiveTicks) {
   // 300 turns a second in a servo of 1 kHz: a device that claims 2 kHz feels nothing, one at 4 kHz does.
   ServoSettings slow = handpiece(18, 2000);
   EXPECT_EQ(pressed(slow, 0), pressed(handpiece(18, 0), 0));
@@ -92,7 +92,7 @@ TEST(Vibration, NoPeriodHasFewerThanFiveTicksWhateverTheDeviceClaims) {
   EXPECT_GT(most, 0.01);
 }
 
-TEST(Vibration, FreeRunningItIsTheUnbalanceOfItsGradeAndNothingAtRest) {
+TEST(Vibration, FreeRunningItIsTheUnbalanceForceAndZeroAtRest) {
   ServoSettings settings = handpiece(6, 200);
   HapticBench bench(kBlock, settings);
   const double omega = settings.spindle.free_speed;
@@ -104,7 +104,7 @@ TEST(Vibration, FreeRunningItIsTheUnbalanceOfItsGradeAndNothingAtRest) {
   EXPECT_EQ(glm::length(bench.tick({{0, 0, 5.0_mm}}, 0).f_T_W), 0);
 }
 
-TEST(Vibration, ItsEnergyIsTheSpindlesAndLeavesTheContactsLedgerAlone) {
+TEST(Vibration, ItsEnergyDoesNotCountInTheContactLedger) {
   ServoSettings shaking = handpiece(6, 200), still = handpiece(6, 0);
   shaking.cutting = still.cutting = false;  // the same contact in both
   HapticBench a(kBlock, shaking), b(kBlock, still);

@@ -58,7 +58,7 @@ std::unique_ptr<HeadTracker> listen(DisplayRig rig, std::uint16_t& port) {
   return nullptr;
 }
 
-TEST(TrackerAddress, ListensOnThisMachineOnlyUnlessToldOtherwise) {
+TEST(TrackerAddress, ListensOnThisComputerOnlyByDefault) {
   const auto here = parse_tracker_address("opentrack:4242");
   ASSERT_TRUE(here);
   EXPECT_EQ(here->host, (std::array<std::uint8_t, 4>{127, 0, 0, 1}));
@@ -69,7 +69,7 @@ TEST(TrackerAddress, ListensOnThisMachineOnlyUnlessToldOtherwise) {
   EXPECT_EQ(anywhere->port, 5000);
 }
 
-TEST(TrackerAddress, RefusesWhatIsNone) {
+TEST(TrackerAddress, RefusesInvalidAddresses) {
   for (const char* text :
        {"", "opentrack", "opentrack:", "opentrack:0", "opentrack:65536", "opentrack:-1", "opentrack:42x", "freed:4242",
         "opentrack:1.2.3:4242", "opentrack:1.2.3.4.5:4242", "opentrack:1.2.3.256:4242", "opentrack:host:4242",
@@ -119,7 +119,7 @@ TEST(MotionFilter, PredictsAConstantVelocityExactlyOnceItHasSettled) {
   EXPECT_LT(glm::distance(filter.at(later), start + velocity * to_seconds(later)), 1e-6);
 }
 
-TEST(MotionFilter, TakesAwayAThirdOfTheNoiseOfAHeadAtRestAndKeepsItsPlace) {
+TEST(MotionFilter, RemovesAThirdOfTheNoiseOfAHeadAtRestWithoutBias) {
   MotionFilter filter(0.5e-3, 0.15);
   std::mt19937_64 random(11);
   std::normal_distribution<double> noise(0, 0.5e-3);
@@ -138,7 +138,7 @@ TEST(MotionFilter, TakesAwayAThirdOfTheNoiseOfAHeadAtRestAndKeepsItsPlace) {
   EXPECT_LT(glm::length(sum / static_cast<double>(n)), 0.05e-3);
 }
 
-TEST(MotionFilter, ShowsAMovingHeadAtDisplayTimeAtLeastFourTimesNearerThanTheNewestSample) {
+TEST(MotionFilter, PredictsAMovingHeadWithAQuarterOfTheErrorOfTheNewestSample) {
   MotionFilter filter(0.5e-3, 0.15);
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(0, 0.2e-3);
@@ -207,7 +207,7 @@ TEST(HeadTracker, TurnsTheLineOfTheEyesWithTheHead) {
   EXPECT_EQ(head.ipd, rig.head.ipd);
 }
 
-TEST(HeadTracker, IsNotBelievedWhereItPutsTheEyesBehindThePicture) {
+TEST(HeadTracker, EyesBehindThePictureAreRejected) {
   for (const bool mirrored : {false, true}) {
     DisplayRig rig;
     if (mirrored) rig.mirror = Mirror{dvec3(0, 0, 1), 0.05, 0, 1.52};
@@ -227,7 +227,7 @@ TEST(HeadTracker, IsNotBelievedWhereItPutsTheEyesBehindThePicture) {
   }
 }
 
-TEST(HeadTracker, SaysWhenItsPortIsTaken) {
+TEST(HeadTracker, APortInUseIsReported) {
   DisplayRig rig;
   std::uint16_t port = 0;
   const auto first = listen(rig, port);

@@ -192,7 +192,7 @@ TEST(ImportDicom, LeftStaysLeftHoweverTheSlicesLie) {
   }
 }
 
-TEST(ImportDicom, AGantrysTiltIsUndone) {
+TEST(ImportDicom, GantryTiltIsCorrected) {
   constexpr double kTilt = -18.5 * kPi / 180;
   // Slices leaned back, stacked along the table.
   Placed placed;
@@ -302,7 +302,7 @@ TEST(ImportDicom, UnevenSlicesAreInterpolatedAndMissingOnesRefused) {
       AllOf(HasSubstr("slices 11 and 12 of 26"), HasSubstr("0.75 mm apart"), HasSubstr("2 slices are missing")));
 }
 
-TEST(ImportDicom, SlicesWithoutAPlaceAreTakenInTheirOrderAndThatIsSaid) {
+TEST(ImportDicom, SlicesWithoutPositionsAreUsedInTheirOrderWithAMessage) {
   std::vector<DicomImage> images = slices();
   for (DicomImage& image : images) image.position.reset(), image.orientation.reset(), image.gap = kVoxel;
   const Imported i = import_tissue(test::write_series("unplaced", images), {});
@@ -314,7 +314,7 @@ TEST(ImportDicom, SlicesWithoutAPlaceAreTakenInTheirOrderAndThatIsSaid) {
               AllOf(HasSubstr("no voxel spacing"), HasSubstr("--spacing-mm")));
 }
 
-TEST(ImportDicom, NothingAboutAPersonComesOut) {
+TEST(ImportDicom, NoPersonalDataAreWritten) {
   std::vector<DicomImage> images = slices();
   const Imported i = import_tissue(test::write_series("person", images), {});
   std::vector<std::string> said = i.report.notes;
@@ -337,7 +337,7 @@ TEST(ImportDicom, NothingAboutAPersonComesOut) {
   }
 }
 
-TEST(ImportDicom, BrokenAndBoastfulInputGetsAnExactErrorAndLittleMemory) {
+TEST(ImportDicom, DamagedAndOversizedInputIsRefusedWithAReasonAndLittleMemory) {
   std::vector<DicomImage> images = slices();
   // Pixels cut off.
   const auto cut = test::write_series("cut", images);

@@ -125,7 +125,7 @@ TEST(ImportSpacing, OverridesScaleTheBody) {
   EXPECT_NEAR(twice.report.height, 2 * reference().report.height, 1e-6);
 }
 
-TEST(ImportSpacing, UnitsOfTheHeaderCount) {
+TEST(ImportSpacing, UnitsOfTheHeaderAreApplied) {
   test::Phantom p = small_ball();
   p.spacing = dvec3(250);
   const auto file = write_nrrd("um.nrrd", p, bytes_as<std::uint16_t>(greys()), "ushort",
@@ -169,7 +169,7 @@ TEST(ImportSpacing, AFileThatSaysItsVoxelAndUnitIsNotAskedForThem) {
               AllOf(HasSubstr("a body 8"), HasSubstr("--preset bone"), Not(HasSubstr("true voxel"))));
 }
 
-TEST(ImportSpacing, SpacingsBesideASpaceWithoutDirectionsCount) {
+TEST(ImportSpacing, SpacingsAreAppliedWithoutSpaceDirections) {
   const std::string data = bytes_as<std::uint16_t>(greys());
   write(scratch("space.nrrd"),
         "NRRD0004\ntype: ushort\ndimension: 3\nspace: left-posterior-superior\nsizes: 30 26 28\nspacings: 0.25 0.25 "
@@ -178,7 +178,7 @@ TEST(ImportSpacing, SpacingsBesideASpaceWithoutDirectionsCount) {
   expect_reference(import_tissue(scratch("space.nrrd"), {}));
 }
 
-TEST(ImportFiles, VoxelsThatAreNoNumberBecomeTheGreyThatIsGiven) {
+TEST(ImportFiles, NanVoxelsGetTheGivenGreyValue) {
   std::vector<double> with_nan = greys();
   with_nan[0] = with_nan[77] = std::nan("");
   const auto file = write_nrrd("nans.nrrd", small_ball(), bytes_as<float>(with_nan), "float");
@@ -262,7 +262,7 @@ TEST(ImportOrientation, FlippedAxesKeepPlaceAndHandedness) {
   expect_reference(import_tissue(scratch("flipped.nrrd"), {}));
 }
 
-TEST(ImportLabels, ReadBackTheyLieWhereTheScanHasTheTissueInBothFormats) {
+TEST(ImportLabels, LabelsLieAtTheTissueOfTheScanInBothFormats) {
   // An oblique scan in RAS, its body turned afterwards.
   const double a = 20 * kPi / 180;
   const dvec3 x(0.25 * std::cos(a), 0.25 * std::sin(a), 0), y(-0.25 * std::sin(a), 0.25 * std::cos(a), 0);

@@ -86,7 +86,7 @@ double sphere(double r) {
   return 4 * kPi / 3 * r * r * r;
 }
 
-TEST(ImportShells, OverlappingShellsAreTheirUnionWhicheverWayTheyFace) {
+TEST(ImportShells, OverlappingShellsAreUnitedForAnyOrientation) {
   constexpr double h = 2;  // of the two caps that two balls of radius 5, 6 apart, share
   const double both = 2 * sphere(5) - 2 * kPi * h * h * (5 - h / 3);
   for (const bool turned : {false, true}) {
@@ -125,7 +125,7 @@ TEST(ImportShells, ASolidOfOverlappingShellsIsTheirUnion) {
   EXPECT_GT(solid->distance(dvec3(6, 0.5, 2) * kMillimetre), 0);
 }
 
-TEST(ImportRepair, CornersAHairApartAreWeldedAndThatIsSaid) {
+TEST(ImportRepair, NearlyEqualVerticesAreMergedWithAMessage) {
   Soup s = ball({0, 0, 0}, 5);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> off(-5e-6, 5e-6);
@@ -136,7 +136,7 @@ TEST(ImportRepair, CornersAHairApartAreWeldedAndThatIsSaid) {
   EXPECT_THAT(i.report.repairs, testing::Contains(HasSubstr("welded")));
 }
 
-TEST(ImportRepair, CopiesTurnedTrianglesAndSmallHolesAreMendedAndThatIsSaid) {
+TEST(ImportRepair, DuplicateAndFlippedTrianglesAndSmallHolesAreRepairedWithAMessage) {
   const Soup whole = ball({0, 0, 0}, 5);
   EXPECT_THAT(import_tissue(whole.write("whole.stl"), bone()).report.repairs, IsEmpty());
   Soup s = whole;
@@ -157,7 +157,7 @@ TEST(ImportRepair, ALargeHoleIsRefusedWithItsSize) {
               AllOf(HasSubstr("open edges around 1 holes"), HasSubstr("border of"), HasSubstr("a closed surface")));
 }
 
-TEST(ImportRepair, AMeshInMetresIsToldFromOneInMillimetres) {
+TEST(ImportRepair, AMeshInMetresIsDistinguishedFromOneInMillimetres) {
   Soup s = ball({0, 0, 0}, 0.005);
   EXPECT_THAT(message_of(s.write("metres.stl"), bone()), HasSubstr("with --unit-mm 1000 it would be 10 mm long"));
 }
@@ -186,7 +186,7 @@ TEST(ImportParts, APartThatLaterOnesCoverWhollyIsRefused) {
   EXPECT_THAT(message_of("", o), AllOf(HasSubstr("--part"), HasSubstr("no voxel of dentin"), HasSubstr("outermost")));
 }
 
-TEST(ImportParts, ACrackBetweenTwoPartsIsNoSurface) {
+TEST(ImportParts, AGapBetweenTwoPartsIsClosed) {
   ImportOptions o = bone(0.1);
   o.parts = {{Tissue::kCorticalBone, box({0, 0, 0}, {4.03, 6, 6}).write("left.stl")},
              {Tissue::kCancellousBone, box({4.06, 0, 0}, {8, 6, 6}).write("right.stl")}};
@@ -320,7 +320,7 @@ ImportOptions arch_options() {
   return o;
 }
 
-TEST(ImportArch, AnOpenScanIsClosedWithABaseAndItsTissuesAreToldByColour) {
+TEST(ImportArch, AnOpenScanIsClosedWithABaseAndItsTissuesAreFoundByColour) {
   for (const bool turned : {false, true}) {
     SCOPED_TRACE(turned);
     test::write(scratch("arch.ply"), Arch::ply(1, true, turned));
@@ -348,7 +348,7 @@ TEST(ImportArch, AnOpenScanIsClosedWithABaseAndItsTissuesAreToldByColour) {
   }
 }
 
-TEST(ImportArch, WithoutColoursTheGumIsToldByHeightAndThatIsSaid) {
+TEST(ImportArch, WithoutColoursTheGumIsFoundByHeightWithAMessage) {
   test::write(scratch("grey.ply"), Arch::ply(1, false, false));
   const Imported i = import_tissue(scratch("grey.ply"), arch_options());
   EXPECT_THAT(i.report.notes, testing::Contains(HasSubstr("no colours")));
@@ -391,7 +391,7 @@ TEST(ImportArch, AFloorOfTheMouthFarFromAnyToothIsGum) {
     EXPECT_EQ(tissue_at(kRow * std::cos(angle), kRow * std::sin(angle)), Tissue::kEnamel) << angle;
 }
 
-TEST(ImportArch, MetresAreAskedForNotGuessed) {
+TEST(ImportArch, TheUnitOfAnImplausibleSizeIsAskedForAndNotGuessed) {
   test::write(scratch("m.ply"), Arch::ply(1e-3, true, false));
   EXPECT_THAT(message_of(scratch("m.ply"), arch_options()), HasSubstr("with --unit-mm 1000 it would be 2"));
   ImportOptions o = arch_options();

@@ -102,14 +102,14 @@ TEST(TissueMesh, EveryFormatGivesTheSameMesh) {
   }
 }
 
-TEST(TissueMesh, ATurnedClosedMeshIsTurnedBackAndThatIsSaid) {
+TEST(TissueMesh, AnInsideOutMeshIsReversedWithAMessage) {
   const ReadTissueMesh read = read_tissue_mesh(write("turned.obj", obj(true)), 1e-3, Tissue::kEnamel);
   EXPECT_NEAR(volume_of(read.mesh) * 1e9, 125.0 / 6, 1e-9);
   ASSERT_EQ(read.repairs.size(), 1U);
   EXPECT_THAT(read.repairs[0], HasSubstr("turned"));
 }
 
-TEST(TissueMesh, BadTrianglesAreLeftOutAndThatIsSaid) {
+TEST(TissueMesh, BadTrianglesAreDroppedWithAMessage) {
   const ReadTissueMesh read =
       read_tissue_mesh(write("bad.obj", obj() + "f 1 1 2\nf 3 2 1\nf 1 3 2\n"), 1e-3, Tissue::kEnamel);
   // (1 3 2) is a second copy; (3 2 1) is that face turned, so it stays.
@@ -117,7 +117,7 @@ TEST(TissueMesh, BadTrianglesAreLeftOutAndThatIsSaid) {
               testing::ElementsAre(HasSubstr("1 triangles with two equal corners"), HasSubstr("2 second copies")));
 }
 
-TEST(TissueMesh, WhatIsNoMeshGetsAnExactError) {
+TEST(TissueMesh, InvalidMeshesAreRefusedWithAReason) {
   const std::string open_ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n"
       "property list uchar int vertex_indices\nend_header\n0 0 0\n5 0 0\n";

@@ -91,7 +91,7 @@ TEST(IncludeGraph, AHeaderInASubfolderIsIncludedByItsOwnModuleOnly) {
 }
 
 // A test may look inside the module that it tests, and inside no other.
-TEST(IncludeGraph, ATestLooksInsideOneModuleOnly) {
+TEST(IncludeGraph, ATestIncludesPrivateHeadersOfOneModuleOnly) {
   // One file drives the parsers of every module. Faults arise in the session's threads and in the safety layer. The
   // program's passes on a GPU are held against those of the contact model.
   const std::set<std::string> several = {"tests/fuzz/targets.cpp", "tests/stress/faults_test.cpp",
@@ -127,7 +127,7 @@ std::map<std::string, int> app_order() {
   return rows;
 }
 
-TEST(IncludeGraph, InsideTheProgramAFileIncludesOnlyWhatStandsAboveItInTheOrder) {
+TEST(IncludeGraph, InsideTheProgramAFileIncludesOnlyFoldersAboveItInTheOrder) {
   const std::string app = "engine/app/";
   const auto name_of = [&](const std::string& path) {
     const std::string rest = path.substr(app.size());

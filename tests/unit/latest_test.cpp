@@ -37,7 +37,7 @@ TEST(Latest, AReaderNeverSeesHalfAValueAndNeverGoesBack) {
   }
 }
 
-TEST(Latest, WhatIsTakenBackOrGivenBackIsNeverInTwoHands) {
+TEST(Latest, NoBufferIsEverHeldByTwoThreads) {
   Latest<Block> latest;
   EXPECT_FALSE(latest.take_back()) << "nothing was published";
   for (auto& w : latest.back().words) w = 1;
@@ -78,7 +78,7 @@ TEST(Latest, WhatIsTakenBackOrGivenBackIsNeverInTwoHands) {
 }
 
 // The value is next to nothing, so that the two threads meet where one looks and the other takes back.
-TEST(Latest, FetchesNothingOldWhereTheWriterTakesBackWhatItHasSeen) {
+TEST(Latest, AWithdrawnValueIsNeverRead) {
   constexpr std::uint64_t kLast = 100'000;
   for (int round = 0; round < 10; ++round) {
     Latest<std::uint64_t> latest;
@@ -98,7 +98,7 @@ TEST(Latest, FetchesNothingOldWhereTheWriterTakesBackWhatItHasSeen) {
   }
 }
 
-TEST(Ring, KeepsOrderAcrossThreadsAndCountsWhatFoundNoRoom) {
+TEST(Ring, KeepsOrderAcrossThreadsAndCountsDroppedValues) {
   Ring<std::uint64_t> ring(1024);
   constexpr std::uint64_t kLast = 200'000;
   std::jthread writer([&] {

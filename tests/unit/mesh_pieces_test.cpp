@@ -91,7 +91,7 @@ void edit(EditableMesh& mesh, std::mt19937& random, int count) {
   }
 }
 
-TEST(SurfacePieces, AfterAnyEditsAndTheirUndoingTheyAreThoseOfTheMeshAsItIs) {
+TEST(SurfacePieces, AfterAnyEditsAndUndoTheyAreThePiecesOfTheCurrentMesh) {
   const haptics::TissueVolume volume = labels();
   for (const bool open : {false, true}) {
     EditableMesh mesh(open ? square(6.0_mm, kEdge) : ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
@@ -127,7 +127,7 @@ TEST(SurfacePieces, AfterAnyEditsAndTheirUndoingTheyAreThoseOfTheMeshAsItIs) {
   }
 }
 
-TEST(SurfacePieces, OnlyWhatAnEditTouchedIsMadeAnew) {
+TEST(SurfacePieces, OnlyEditedPiecesAreRebuilt) {
   const haptics::TissueVolume volume = labels();
   EditableMesh mesh(ball(dvec3(5.0_mm), kEdge), kEdge, 5000);
   SurfacePieces pieces(mesh, volume, kCells);
@@ -170,7 +170,7 @@ TEST(SurfacePieces, ABoxKeepsItsEdgesSharpAndItsFacesFlat) {
   EXPECT_EQ(corners, 36u);
 }
 
-TEST(SurfacePieces, CornersOfATriangleNameTheSameTwoTissuesAndTheFacesOwnIsOneOfThem) {
+TEST(SurfacePieces, TheCornersOfATriangleHaveTheSameTwoTissues) {
   const haptics::TissueVolume volume = labels();
   TissueMesh flat = square(6.0_mm, kEdge);
   for (std::size_t t = 0; t < flat.triangles.size(); ++t)

@@ -93,7 +93,7 @@ TEST(EditableMesh, TheGridFindsEveryFaceThatReachesIntoABox) {
   }
 }
 
-TEST(EditableMesh, ARecordTakesEditsBackToTheBitAndBringsThemAgain) {
+TEST(EditableMesh, ARecordUndoesAndRedoesEditsBitForBit) {
   EditableMesh mesh(ball(dvec3(3.0_mm), kEdge), kEdge, 5000);
   std::mt19937 random(11);
   std::vector<std::uint64_t> hashes{mesh.hash()};
@@ -160,7 +160,7 @@ TEST(EditableMesh, EditsDoNotAllocate) {
   EXPECT_EQ(guard.count(), 0u);
 }
 
-TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndPutsNearOnesTogether) {
+TEST(SpatialOrder, KeepsEveryTriangleWithItsTissueAndSortsNeighboursTogether) {
   haptics::TissueMesh mesh = test::ball(dvec3(3e-3), 0.3e-3);
   std::mt19937 random(4);
   std::vector<std::size_t> shuffled(mesh.triangles.size());
@@ -228,7 +228,7 @@ TEST(EditableMesh, WithoutRoomNothingIsSplit) {
   EXPECT_EQ(broken(mesh), "");
 }
 
-TEST(EditableMesh, EdgesOfManyFacesBecomeBordersAndTouchingFansBecomeApart) {
+TEST(EditableMesh, NonManifoldEdgesAndVerticesAreSplit) {
   // Three triangles on one edge, and two that touch in one vertex.
   TissueMesh fin;
   fin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
@@ -247,7 +247,7 @@ TEST(EditableMesh, EdgesOfManyFacesBecomeBordersAndTouchingFansBecomeApart) {
   EXPECT_EQ(two.vertex_count(), 6u);
 }
 
-TEST(EditableMesh, TrianglesThatPassThroughEachOtherCrossAndThoseThatTouchDoNot) {
+TEST(EditableMesh, IntersectingTrianglesAreDetectedAndTouchingOnesAreNot) {
   using haptics::mesh::Corners;
   using haptics::mesh::cross_each_other;
   const Corners flat{{0, 1, 2}, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};

@@ -37,7 +37,7 @@ TEST(ReferenceContact, OnABallTheCentreLiesOnTheLineToTheHand) {
   EXPECT_LT(glm::distance(rest, 4.6_mm * way), 1e-12);
 }
 
-TEST(ReferenceContact, InAGrooveBothWallsHoldTheBall) {
+TEST(ReferenceContact, InAGrooveTheBallTouchesBothWalls) {
   // Half an angle of 30 degrees: the centre rests r / sin 30 above the bottom, wherever the hand is below it.
   const dvec3 rest = led(tissue_named("groove"), {0, 0.4_mm, 1.0_mm}, {0.05_mm, 0.4_mm, -1.3_mm}, 100);
   EXPECT_LT(glm::distance(rest, dvec3(0, 0.4_mm, -2.0_mm + kProbeRadius / std::sin(30 * kDegree))), 1e-9);
@@ -56,7 +56,7 @@ TEST(ReferenceContact, NoHandPullsTheBallThroughAThinSheet) {
   EXPECT_LT(glm::distance(rest, dvec3(0.3_mm, 0.2_mm, 0.15_mm + kProbeRadius)), 1e-9);
 }
 
-TEST(ReferenceContact, AlongEveryCourseTheBallStaysOutsideTheTissue) {
+TEST(ReferenceContact, AlongEveryPathTheBallStaysOutsideTheTissue) {
   for (const ModelTissue& tissue : analytic_tissues()) {
     const Course course = slide_course(tissue, 1500);
     double deepest = 0, away = 0;
@@ -105,7 +105,7 @@ TEST(ModelBench, EveryModelIsMeasuredWithFiniteErrors) {
   for (const BenchRow& row : rows()) EXPECT_TRUE(std::isfinite(row.error) || row.time_ns > 0) << row.name;
 }
 
-TEST(ModelBench, OnABallTheOffsetSurfacePointsTruestAndVoxelsAloneLeast) {
+TEST(ModelBench, OnABallTheOffsetSurfaceHasTheLeastDirectionErrorAndVoxelPenaltyTheLargest) {
   const auto direction = [](const char* model) {
     return least(std::string("ball, slide, ") + model + ": direction", "degree, rms");
   };
@@ -115,7 +115,7 @@ TEST(ModelBench, OnABallTheOffsetSurfacePointsTruestAndVoxelsAloneLeast) {
   EXPECT_GT(direction("voxel_penalty"), 100 * direction("offset"));
 }
 
-TEST(ModelBench, BehindTheLedgerATapGivesTheHandNoEnergy) {
+TEST(ModelBench, BehindThePassivityControllerATapGivesTheHandNoEnergy) {
   for (const std::string& model : haptics::contact_method_names())
     EXPECT_LT(least("ball, tap, " + model + ": energy given, felt", "uJ"), 1e-3) << model;
 }

@@ -35,7 +35,7 @@ struct Exercise : testing::Test {
   void TearDown() override { unsetenv("TYPODONT_HOME"); }
 };
 
-TEST_F(Exercise, HoldsWhatWasPaintedWhereItWasPainted) {
+TEST_F(Exercise, ContainsThePaintAtItsPosition) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   const std::vector<PaintStroke> strokes = {{Tissue::kCaries, {0, 0, 2e-3}, {0, 0, 2e-3}, 1e-3},
                                             {Tissue::kCaries, {0, 0, 2e-3}, {1e-3, 0, 2e-3}, 1e-3}};
@@ -71,7 +71,7 @@ TEST_F(Exercise, EveryStrokeKeepsTheHardnessItWasPaintedWith) {
   EXPECT_NEAR(mean, (0.8 * 7 + 0.2) / 8, 0.02);
 }
 
-TEST_F(Exercise, TheInstructorsStiffnessColourStepsAndRulesAreTheScenes) {
+TEST_F(Exercise, TheSceneHasTheInstructorsStiffnessColourStepsAndRules) {
   const Scene base = parse_scene(Json::parse(kBase, "base.json"), folder / "base.json");
   NewExercise made{.name = "Soft", .goal = "Take it out.", .steps = {"Feel it.", "Drill it."}, .base = &base};
   auto& caries = made.tissues[static_cast<std::size_t>(Tissue::kCaries)];
@@ -441,7 +441,7 @@ std::filesystem::path session_of(const std::filesystem::path& folder, const std:
   return folder / file;
 }
 
-TEST_F(Exercise, ReportsCompareWithTheNewestSessionThatWasMadeTheExpertsOfTheSameExercise) {
+TEST_F(Exercise, ReportsCompareWithTheNewestExpertSessionOfTheExercise) {
   const auto ours = session_of(folder / "sessions/bo", "2026-02-02_10-00-00_pit.h5", "pit");
   const session::SessionReader reader(ours);
   const auto experts = expert_folder(ours.parent_path());

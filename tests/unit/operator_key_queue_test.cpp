@@ -35,7 +35,7 @@ TEST(KeyQueue, AKeyPressedTwiceBetweenTwoFramesIsPressedTwice) {
   EXPECT_EQ(frames, 4);
 }
 
-TEST(KeyQueue, WhatIsTypedAfterAKeyThatLeadsElsewhereComesWhenItHas) {
+TEST(KeyQueue, KeysAfterAPageChangeGoToTheNewPage) {
   KeyQueue queue;
   queue.add(std::vector<Key>{{keys::kLeftControl, true}, {'H', true}, {'H', false}, {keys::kLeftControl, false}});
   queue.add(write('s'));
@@ -69,7 +69,7 @@ TEST(KeyQueue, AKeyGoesDownWithTheControlKeyItWasPressedWith) {
   EXPECT_EQ(pressed, "Ctrl Z Y ");
 }
 
-TEST(KeyQueue, WhereEscapeAndSpaceAreTheEmergencyStopTheyOvertakeWhatWaits) {
+TEST(KeyQueue, EscapeAndSpaceAsEmergencyStopOvertakeWaitingKeys) {
   for (const int stop : {static_cast<int>(keys::kEscape), static_cast<int>(' ')}) {
     KeyQueue queue;
     queue.add(press(keys::kTab));
@@ -82,7 +82,7 @@ TEST(KeyQueue, WhereEscapeAndSpaceAreTheEmergencyStopTheyOvertakeWhatWaits) {
   }
 }
 
-TEST(KeyQueue, ElsewhereEscapeComesFramesAfterTheKeyThatItCancels) {
+TEST(KeyQueue, OnOtherPagesEscapeIsProcessedAfterTheKeyBeforeIt) {
   constexpr int kFilm = keys::kF1 + 3;
   KeyQueue queue;
   queue.add(press(kFilm));
@@ -107,7 +107,7 @@ TEST(KeyQueue, AHeldKeyThatRepeatsIsDownOnce) {
   EXPECT_TRUE(queue.empty());
 }
 
-TEST(KeyQueue, LosesAndReordersNothingHoweverItIsCutIntoFrames) {
+TEST(KeyQueue, NoDivisionIntoFramesLosesOrReordersKeys) {
   std::mt19937 dice(11);
   for (int round = 0; round < 200; ++round) {
     KeyQueue queue;

@@ -20,7 +20,7 @@ struct WatchedHand {
   }
 };
 
-TEST(Steps, AStepIsDoneByItsDeedAndNotByAnother) {
+TEST(Steps, AStepIsCompletedByItsActionOnly) {
   WatchedHand h{StepWatcher(task_of(R"({"en": "Move", "done": "move"}, {"en": "Drill", "done": "drill"}, "Look")")),
                 {}};
   h.after(0);
@@ -76,7 +76,7 @@ TEST(Steps, ToolSpeedUndoViewAndHoldAreSeenAsChanges) {
   EXPECT_TRUE(h.after(0.1));
 }
 
-TEST(Steps, AnUnknownDeedIsNamed) {
+TEST(Steps, AnUnknownActionIsRefusedByName) {
   try {
     task_of(R"({"en": "t", "done": "dance"})");
     FAIL();

@@ -38,7 +38,7 @@ class PackingFile : public ::testing::Test {
   SpherePacking packing_;
 };
 
-TEST_F(PackingFile, APackingComesBackBitForBit) {
+TEST_F(PackingFile, APackingIsReadBackBitForBit) {
   save_packing(path("p.h5"), packing_);
   const SpherePacking back = load_packing(path("p.h5"));
   EXPECT_EQ(back.center, packing_.center);
@@ -80,7 +80,7 @@ TEST_F(PackingFile, AFileCutShortIsRefused) {
   }
 }
 
-TEST_F(PackingFile, SpheresThatCannotBeAreRefused) {
+TEST_F(PackingFile, ImpossibleSpheresAreRefused) {
   for (const auto& spoil : {+[](SpherePacking& p) { p.radius[3] = 0; }, +[](SpherePacking& p) { p.radius[3] = -1e-4; },
                             +[](SpherePacking& p) { p.tissue[3] = Tissue::kAir; },
                             +[](SpherePacking& p) { p.tissue[3] = static_cast<Tissue>(200); },
@@ -92,7 +92,7 @@ TEST_F(PackingFile, SpheresThatCannotBeAreRefused) {
   }
 }
 
-TEST_F(PackingFile, WhatIsNoPackingIsRefusedByName) {
+TEST_F(PackingFile, OtherFilesAreRefusedByName) {
   std::ofstream(path("text.h5")) << "hello";
   for (const auto& file : {path("text.h5"), path("missing.h5"), folder_}) {
     try {
@@ -104,7 +104,7 @@ TEST_F(PackingFile, WhatIsNoPackingIsRefusedByName) {
   }
 }
 
-TEST_F(PackingFile, APlaceThatCannotBeWrittenIsAnErrorAndLeavesNothing) {
+TEST_F(PackingFile, AnUnwritablePathIsAnErrorAndLeavesNoFile) {
   EXPECT_THROW(save_packing(folder_ / "no" / "p.h5", packing_), Error);
   EXPECT_THROW(save_packing(folder_, packing_), Error);
   EXPECT_TRUE(std::filesystem::is_empty(folder_));

@@ -9,7 +9,7 @@
 namespace typodont {
 namespace {
 
-TEST(Progress, StagesShareTheWholeInTheirOrder) {
+TEST(Progress, StagesFillTheWholeRangeInOrder) {
   Progress p;
   p.stage("reading", 0, 0.25);
   p.at(0.5);
@@ -21,7 +21,7 @@ TEST(Progress, StagesShareTheWholeInTheirOrder) {
   EXPECT_DOUBLE_EQ(p.fraction(), 1) << "never more than all";
 }
 
-TEST(Progress, AWatcherStopsTheWorkAtItsNextWord) {
+TEST(Progress, AWatcherStopsTheWorkAtTheNextReport) {
   Progress p;
   bool stopped = false;
   std::jthread worker([&] {
@@ -36,7 +36,7 @@ TEST(Progress, AWatcherStopsTheWorkAtItsNextWord) {
   EXPECT_TRUE(stopped);
 }
 
-TEST(Progress, OnTheTerminalAnInterruptCancelsOnceAndAfterwardsIsAsBefore) {
+TEST(Progress, OnTheTerminalAnInterruptCancelsTheWorkAndLaterInterruptsAreNormal) {
   const auto before = signal(SIGINT, SIG_IGN);
   {
     Progress p("work");

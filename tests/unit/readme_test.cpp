@@ -101,7 +101,7 @@ TEST(Readme, TheReadmeLeadsToEveryPageForPeople) {
     EXPECT_TRUE(reached.contains(page)) << page;
 }
 
-TEST(Readme, EveryPathOfTheTreeIsThere) {
+TEST(Readme, EveryPathThatAPageNamesExists) {
   static const std::regex path(
       R"re([`\s(]((?:engine|haptics|audio|calibration|shaders|assets|docs|tests|cmake)/[\w./-]*\w\.[a-z]+)[`\s,.:;)])re");
   std::size_t paths = 0;
@@ -180,6 +180,29 @@ TEST(Readme, EveryTypeAndFunctionThatAPageNamesIsInTheCode) {
   EXPECT_GT(names, 50u);
 }
 
+TEST(Readme, EveryTestThatAPageNamesExists) {
+  static const std::regex title(R"(\n(?:TYPED_)?TEST\w*\((\w+),\s*(\w+))"), named(R"(\b([A-Z]\w+\.[A-Z]\w+))");
+  std::set<std::string> suites, titles;
+  for (const auto& entry : fs::recursive_directory_iterator("tests")) {
+    if (entry.path().extension() != ".cpp") continue;
+    const std::string text = text_of(entry.path());
+    for (std::sregex_iterator it(text.begin(), text.end(), title), end; it != end; ++it) {
+      suites.insert((*it)[1]);
+      titles.insert((*it)[1].str() + "." + (*it)[2].str());
+    }
+  }
+  std::size_t names = 0;
+  for (const fs::path& page : pages())
+    for (const std::string& name : all(text_of(page), named)) {
+      if (!suites.contains(name.substr(0, name.find('.')))) continue;
+      // A page may give only the beginning of a title.
+      const auto first = titles.lower_bound(name);
+      EXPECT_TRUE(first != titles.end() && first->starts_with(name)) << page << ": " << name;
+      ++names;
+    }
+  EXPECT_GT(names, 30u);
+}
+
 const std::regex kNamedOption(R"re((?:^|[\s`[(])(--[a-z][a-z-]*\w))re");
 
 /// What the source of a command (COMMAND.cpp, a hyphen of its name an underscore) declares; --json, which every command
@@ -213,7 +236,7 @@ TEST(Readme, EveryOptionIsOneOfTheProgram) {
   }
 }
 
-TEST(Readme, EveryOptionOfACommandIsToldOfWhereTheCommandIsNamed) {
+TEST(Readme, EveryOptionIsDocumentedWithItsCommand) {
   std::vector<std::string> paragraphs;
   static const std::regex empty_line(R"(\n\s*\n)");
   for (const fs::path& page : pages()) {
@@ -244,7 +267,7 @@ struct Licensed {
   }
 };
 
-TEST(Assets, EveryFileStandsInATableWithItsLicenceAndThatOfOthersLiesBesideIt) {
+TEST(Assets, EveryFileIsListedWithItsLicence) {
   static const std::regex row(R"(\|([^|]*`[^|]*)\|.*\|([^|]*)\|)"), quoted("`([^`]*)`");
   std::vector<Licensed> rows;
   std::vector<fs::path> files;

@@ -224,7 +224,7 @@ TEST(Frame, BricksOutOfViewOrFacingAwayAreNotDrawn) {
   EXPECT_LT(close.bricks_drawn, near.bricks_drawn);
 }
 
-TEST(Frame, FirstBricksWithinAnotherBodyAreDrawnOnlyOnceTheyChange) {
+TEST(Frame, CoveredBricksAreDrawnOnlyAfterTheyChange) {
   Stage stage({160, 128});
   const auto tooth = tooth_mesh(0, 0.4e-3);
   stage.renderer->cover(0, {0, 0, 1, 3e-3});  // all below −3 mm
@@ -306,7 +306,7 @@ TEST(Frame, TheNeckJoinsHeadAndShankHoweverLargeAPixelIs) {
   }
 }
 
-TEST(Frame, TheCursorsRingIsDrawnRoundItsLineOnWhatItMeetsFirst) {
+TEST(Frame, TheCursorsRingIsDrawnOnTheFirstSurfaceAlongItsLine) {
   for (const std::size_t step : {0u, 4u}) {
     Stage stage({320, 256}, render::kQualityLadder[step]);
     stage.renderer->update(0, tooth_mesh(0, 0.4e-3));

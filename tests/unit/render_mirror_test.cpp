@@ -62,7 +62,7 @@ TEST(Mirror, TheReflectedEyeSeesAPointWhereTheEyeSeesItsReflection) {
   }
 }
 
-TEST(Mirror, OnlyWhatStandsBeforeTheGlassIsReflected) {
+TEST(Mirror, OnlyObjectsBeforeTheGlassAreReflected) {
   const MouthMirror mirror = turned_to_the_eyes();
   const dvec3 n = mirror.X_WM.rotate({0, 0, 1});
   EXPECT_GT(glm::dot(render::before_glass(mirror.X_WM), glm::dvec4(mirror.X_WM.p + 1e-6 * n, 1)), 0);
@@ -121,7 +121,7 @@ TEST(Mirror, AKnownPointAppearsInTheGlassWhereTheMirroredCameraPutsIt) {
   }
 }
 
-TEST(Mirror, NoEyeSeesTheGlassNoSecondPass) {
+TEST(Mirror, WithoutAnEyeThatSeesTheGlassThereIsNoSecondPass) {
   Stage stage({160, 128});
   stage.renderer->update(0, tooth_mesh(0, 0.6e-3));
   render::Frame frame = frame_of(desk(0.03, 0.024, 0.35));
@@ -146,7 +146,7 @@ TEST(Mirror, NoEyeSeesTheGlassNoSecondPass) {
   EXPECT_EQ(stage.device.validation_messages(), 0);
 }
 
-TEST(Mirror, FogHidesWhatTheGlassShows) {
+TEST(Mirror, FogHidesTheReflection) {
   Stage stage(kSize);
   const dvec3 ball_at = kBefore;
   const render::MeshUpdate body = ball(1, glm::vec3(ball_at), 0.45e-3f, Tissue::kGingiva, 24);

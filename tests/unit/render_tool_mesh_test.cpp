@@ -41,7 +41,7 @@ TEST(ToolMesh, TrianglesFaceOutwards) {
   }
 }
 
-TEST(ToolMesh, AShapeWithoutALookOfItsOwnIsDrawnAlongItsOutline) {
+TEST(ToolMesh, AShapeWithoutItsOwnMeshIsDrawnFromItsOutline) {
   const ToolMesh mesh = make_tool_mesh(outlined_shape({{0, -1e-3}, {0.5e-3, 0}, {0.6e-3, 1e-3}}));
   double head = 0;
   for (const ToolVertex& v : mesh.vertices) {

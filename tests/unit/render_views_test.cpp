@@ -67,7 +67,7 @@ TEST_F(Views, ASectionRemovesTissueInFrontOfThePlane) {
   EXPECT_NEAR(covered(cut_picture) / static_cast<double>(covered(whole)), 21.0 / 25, 0.05);
 }
 
-TEST_F(Views, DifferenceIsBlueWhereTissueIsToGoAndRedWhereItShouldHaveStayed) {
+TEST_F(Views, DifferenceIsBlueForTissueToRemoveAndRedForMissingTissue) {
   render::MeshUpdate tooth = ball(1, glm::vec3(0), 5e-3f, Tissue::kEnamel, 40);
   frame.view = render::View::kDifference;
   const auto color_at = [&](float difference) {

@@ -161,7 +161,7 @@ TEST(Cavity, OverAndUnderCutAreDistinguishedWithDepthAndPosition) {
   EXPECT_NEAR(m.done, (3 * 2 * 1.5 - 0.4 * 2 * 1.5) * kMm3, 0.05 * kMm3);
 }
 
-TEST(Cavity, ThatIsTheIdealHasNoErrorAtAll) {
+TEST(Cavity, EqualToTheIdealHasZeroError) {
   Preparation in = a_block();
   in.ideal = in.after = without(tapered_hole(1.1e-3, 1.7e-3, 5 * kDegree));
   const CavityMeasures m = measure_cavity(in);
@@ -173,7 +173,7 @@ TEST(Cavity, ThatIsTheIdealHasNoErrorAtAll) {
   EXPECT_EQ(m.done, m.wanted);
 }
 
-TEST(Cavity, AFillingIsTooMuchOrTooLittleLikeACut) {
+TEST(Cavity, AFillingIsMeasuredAgainstTheIdealLikeACut) {
   Preparation in = a_block();
   in.ideal = in.before;
   in.before = without(tapered_box({1e-3, 1e-3}, 1.5e-3, 0));  // the work begins with a cavity …
@@ -208,7 +208,7 @@ TEST(Cavity, APoreInAFillingCountsInItsVolumeAndNotInItsSurface) {
   EXPECT_GT(open.contour.value(), 100 * kUm);
 }
 
-TEST(Cavity, MarginIsAsRoughAsItsWaves) {
+TEST(Cavity, TheRoughnessOfAMarginIsTheRmsOfItsWaves) {
   const auto wavy = [](double amplitude) {
     return measure_hole([=](const dvec3& p) {
              const double angle = std::atan2(p.y - kMiddle.y, p.x - kMiddle.x);
@@ -228,7 +228,7 @@ TEST(Cavity, MarginIsAsRoughAsItsWaves) {
   }
 }
 
-TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndNothingOnceOpened) {
+TEST(Cavity, DistanceToThePulpIsThatOfTheNearestPointAndZeroOnceExposed) {
   Preparation in = a_block();
   const auto pulp = ball(kMiddle - dvec3(0, 0, 2.4e-3), 0.5e-3);
   for (int x = 0; x < kBlock.x; ++x) {

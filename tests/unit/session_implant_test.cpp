@@ -77,7 +77,7 @@ struct Hand {
   }
 };
 
-TEST(ImplantMeter, PhasesAreDoneOneAfterTheOther) {
+TEST(ImplantMeter, PhasesAreCompletedInOrder) {
   Hand hand;
   hand.drill(0, 6e-3);
   EXPECT_EQ(hand.meter.phase(), 1u);
@@ -184,7 +184,7 @@ TEST(ImplantMeter, TheBoneWarmsAndCoolsAsTheModelSays) {
               1e-6);
 }
 
-TEST(ImplantMeter, AForceCurveKeepsItsMeanHoweverLongThePhaseLasts) {
+TEST(ImplantMeter, AForceCurveKeepsItsMeanForAnyLengthOfThePhase) {
   for (const int ticks : {300, 30'000}) {
     Hand hand;
     for (int i = 0; i < ticks; ++i)

@@ -32,7 +32,7 @@ std::string bytes_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-TEST(SessionFile, EverythingAReplayNeedsComesBackBitForBit) {
+TEST(SessionFile, DataForAReplayAreReadBackBitForBit) {
   TemporaryFolder folder;
   const auto ticks = random_ticks(3001, 1);
   const auto cuts = random_cuts(517, 2);
@@ -133,7 +133,7 @@ TEST(SessionFile, AnyBitsOfTheHandAreKeptEvenNotANumber) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(same_for_replay(ticks[i], back[i])) << i;
 }
 
-TEST(SessionFile, TheHeaderComesBack) {
+TEST(SessionFile, TheHeaderIsReadBack) {
   TemporaryFolder folder;
   const SessionHeader h = some_header();
   { ASSERT_TRUE(SessionWriter(folder / "s.h5", h).finish({})); }
@@ -179,7 +179,7 @@ TEST(SessionFile, AToolTakenUpIsInItsTickAndAnEventByName) {
                                                          {ticks[20].t, EventKind::kTool, "flame_012"}}));
 }
 
-TEST(SessionFile, HowTheLoopFaredComesBackAlsoFromASessionThatWasCutOffAndRepaired) {
+TEST(SessionFile, LoopTimingIsReadBackAlsoFromARepairedSession) {
   TemporaryFolder folder;
   const LoopReport loop = some_loop();
   const auto expect_same = [&](const std::optional<LoopReport>& read) {
@@ -291,7 +291,7 @@ TEST(SessionFile, GarbageIsAnErrorThatNamesTheFile) {
   EXPECT_THAT(message_of([&] { SessionReader r(folder.path); }), HasSubstr("a directory"));
 }
 
-TEST(SessionWriter, AnImpossiblePlaceIsAnErrorAtOnce) {
+TEST(SessionWriter, AnUnwritablePathIsAnErrorImmediately) {
   TemporaryFolder folder;
   EXPECT_THAT(message_of([&] { SessionWriter w("/nowhere/s.h5", some_header()); }),
               HasSubstr("/nowhere/s.h5: found No such file or directory"));
@@ -335,7 +335,7 @@ TEST(SessionWriter, ADiskThatIsAlmostFullIsRefusedAtTheStartAndLeavesNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path));
 }
 
-TEST(SessionWriter, ADiskThatFillsUpIsSaidWhileWhatFitsIsStillKept) {
+TEST(SessionWriter, AFillingDiskIsReportedWhileEntriesStillFit) {
   TemporaryFolder folder;
   std::uint64_t free = 1u << 30;
   WriterOptions options;
@@ -389,7 +389,7 @@ TEST(SessionWriter, WhenTheDiskHasRoomAgainItGoesOnAndTheGapIsAnEvent) {
   EXPECT_EQ(reader.events()[0].text, "{\"fault\": \"disk_full\", \"rows_lost\": 450}");
 }
 
-TEST(SessionWriter, PicturesThatTheDiskHadNoRoomForAreCountedAndTheRecordingDoesNotPassForWhole) {
+TEST(SessionWriter, PicturesLostToAFullDiskAreCountedAndTheRecordingIsIncomplete) {
   TemporaryFolder folder;
   std::uint64_t free = 1u << 30;
   WriterOptions options;
@@ -410,7 +410,7 @@ TEST(SessionWriter, PicturesThatTheDiskHadNoRoomForAreCountedAndTheRecordingDoes
   EXPECT_TRUE(reader.result()->pictures.empty());
 }
 
-TEST(SessionWriter, WhatTheRingsDroppedIsInTheFile) {
+TEST(SessionWriter, EntriesDroppedByTheRingsAreCountedInTheFile) {
   TemporaryFolder folder;
   SessionWriter writer(folder / "s.h5", some_header());
   writer.count_ring_losses(12, 3, 7);

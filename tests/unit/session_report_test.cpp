@@ -45,7 +45,7 @@ void record(const std::filesystem::path& file, std::size_t ticks, const std::str
   ASSERT_TRUE(writer.finish(result));
 }
 
-TEST(Report, TellsTheFramesOfAPictureOnlyWhereThereWasOne) {
+TEST(Report, ShowsFrameTimingOnlyIfThereWasAPicture) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "picture.h5";
   SessionHeader header = some_header();
   header.streams.push_back({"picture",
@@ -66,8 +66,9 @@ TEST(Report, TellsTheFramesOfAPictureOnlyWhereThereWasOne) {
     ASSERT_TRUE(writer.finish({}));
   }
   const std::string html = report_html(SessionReader(file));
-  EXPECT_THAT(html, HasSubstr("101 frames were drawn because something had moved, on average 25 % of each anew; "
-                              "quality between steps 2 and 4 (1: best)."));
+  EXPECT_THAT(html,
+              HasSubstr("101 frames were drawn because something had moved; on average 25 % of a frame was redrawn; "
+                        "quality between steps 2 and 4 (1: best)."));
   EXPECT_THAT(html, HasSubstr("<td>6.00\u00a0ms</td><td>10.9\u00a0ms</td><td>11.0\u00a0ms</td>"));  // the GPU's time
   EXPECT_THAT(html, HasSubstr("<td>12.0\u00a0ms</td><td>21.8\u00a0ms</td><td>22.0\u00a0ms</td>"));  // hand to screen
   ReportOptions german;
@@ -77,7 +78,7 @@ TEST(Report, TellsTheFramesOfAPictureOnlyWhereThereWasOne) {
   EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames of the picture")));
 }
 
-TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
+TEST(Report, ShowsHeadsetTimingOnlyIfThereWasAHeadset) {
   const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "headset.h5";
   SessionHeader header = some_header();
   header.streams.push_back({"headset",
@@ -115,7 +116,7 @@ TEST(Report, TellsTheFramesOfAHeadsetOnlyWhereThereWasOne) {
   EXPECT_THAT(report_html(SessionReader(file)), Not(HasSubstr("Frames in the headset")));
 }
 
-TEST(Catalogue, EveryTextIsThereInEveryLanguageWithTheSameGaps) {
+TEST(Catalogue, EveryTextExistsInEveryLanguageWithTheSamePlaceholders) {
   const auto gaps = [](std::string_view s) {
     int n = 0;
     for (std::size_t i = 0; (i = s.find("{}", i)) != std::string_view::npos; ++i) ++n;
@@ -188,7 +189,7 @@ TEST(Report, SaysWhatTheSessionHolds) {
   EXPECT_LT(html.find("Picture of the tissue: Before"), html.find("Picture of the tissue: After"));
 }
 
-TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
+TEST(Report, StatesLoopTimingPermissionsAndMotorHeat) {
   TemporaryFolder folder;
   {
     SessionWriter writer(folder / "s.h5", some_header());
@@ -204,7 +205,7 @@ TEST(Report, SaysHowTheLoopKeptItsTimeWhatItWasGrantedAndHowWarmTheMotorsWere) {
   EXPECT_THAT(html, HasSubstr("<td>1700 µs</td></tr>"));
   EXPECT_THAT(html, HasSubstr("Histogram of the jitter of 59999 wake-ups"));
   EXPECT_THAT(html, HasSubstr("<dt>Real-time priority</dt><dd>granted</dd>"));
-  EXPECT_THAT(html, HasSubstr("<dt>A core of its own</dt><dd>not granted"));
+  EXPECT_THAT(html, HasSubstr("<dt>Reserved processor core</dt><dd>not granted"));
   EXPECT_THAT(html, HasSubstr("93 % of their limit"));
   EXPECT_THAT(html, HasSubstr("force limited because of warm motors; the servo stopped writing: no force"));
   EXPECT_THAT(report_html(session, in_language(Language::kGerman)),
@@ -249,7 +250,7 @@ TEST(Report, TextFromTheSessionCannotBecomeMarkup) {
   EXPECT_THAT(html, HasSubstr("&lt;img src=x onerror=&quot;alert(&#39;1&#39;)&quot;&gt; &amp; more"));
 }
 
-TEST(Report, ASessionThatWasCutOffOrIsEmptySaysSo) {
+TEST(Report, StatesThatASessionIsTruncatedOrEmpty) {
   TemporaryFolder folder;
   { SessionWriter(folder / "s.h5", some_header()).append(random_ticks(10, 1)); }
   EXPECT_THAT(report_html(SessionReader(folder / "s.h5")), HasSubstr("cut off before its end"));
@@ -257,7 +258,7 @@ TEST(Report, ASessionThatWasCutOffOrIsEmptySaysSo) {
   EXPECT_THAT(report_html(SessionReader(folder / "e.h5")), HasSubstr("Nothing was recorded"));
 }
 
-TEST(Report, SaysWhatDidNotReachTheFile) {
+TEST(Report, StatesWhatIsMissingFromTheFile) {
   TemporaryFolder folder;
   SessionWriter writer(folder / "s.h5", some_header());
   writer.count_ring_losses(12, 0, 3);
@@ -279,7 +280,7 @@ TEST(Report, AMistakeInTheScenesRulesIsAnErrorThatNamesTheSession) {
   }
 }
 
-TEST(LearningCurve, ShowsEverySessionOfASceneInTheOrderOfDatesWithWhatCounts) {
+TEST(LearningCurve, ShowsEverySessionOfASceneByDateWithItsScores) {
   TemporaryFolder folder;
   std::vector<SessionSummary> sessions;
   for (const char* date : {"2025-03-01T10:00:00Z", "2025-01-01T10:00:00Z", "2025-02-01T10:00:00Z"}) {
@@ -349,7 +350,7 @@ ReportOptions with_result() {
   return options;
 }
 
-TEST(ReportPicture, ShowsTheModelWhereItIsAndTheDifferenceInItsColours) {
+TEST(ReportPicture, ShowsTheModelAtItsPlaceAndTheDifferenceInColours) {
   const auto png = draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, true);
   ASSERT_GT(png.size(), 100u);
   EXPECT_EQ(png[1], 'P');
@@ -358,7 +359,7 @@ TEST(ReportPicture, ShowsTheModelWhereItIsAndTheDifferenceInItsColours) {
   EXPECT_EQ(png, draw_model(some_model(), {{0, 0, -1}, {0, 1, 0}}, {64, 64}, true));
 }
 
-TEST(Report, OfAResultHasItsPicturesTheTurnableViewSectionsAndWorstPlaces) {
+TEST(Report, ContainsPicturesATurnableViewSectionsAndTheWorstPlaces) {
   TemporaryFolder folder;
   record(folder / "s.h5", 500);
   const std::string html = report_html(SessionReader(folder / "s.h5"), with_result());
@@ -366,7 +367,7 @@ TEST(Report, OfAResultHasItsPicturesTheTurnableViewSectionsAndWorstPlaces) {
   EXPECT_THAT(html, HasSubstr("<noscript>"));
   EXPECT_THAT(html, HasSubstr("default-src 'none'"));
   EXPECT_THAT(html, HasSubstr("alt=\"Picture of the tissue: Difference from the ideal: From the side\""));
-  EXPECT_THAT(html, HasSubstr("Cut too deep by 0.300"));
+  EXPECT_THAT(html, HasSubstr("Cut too deep: greatest depth 0.300"));
   EXPECT_THAT(html, HasSubstr("<svg class=\"section\""));
   EXPECT_THAT(html, Not(HasSubstr("http:")));
   EXPECT_THAT(html, Not(HasSubstr("https:")));
@@ -390,7 +391,7 @@ TEST(Report, ShowsAMissedPassMarkInRedWithItsSourceAndAMetOneNot) {
   EXPECT_THAT(met, Not(HasSubstr("Not passed")));
 }
 
-TEST(Report, TellsTheWorstPlacesInADentistsWordsWhereTheSceneSaysHowTheToothStands) {
+TEST(Report, NamesTheWorstPlacesInDentalTermsIfTheSceneGivesTheOrientation) {
   TemporaryFolder folder;
   SessionHeader header = some_header();
   header.scene_json = R"({"name": "n", "tooth": {"mesial": [1, 0, 0], "buccal": [0, 1, 0]}})";
@@ -406,8 +407,8 @@ TEST(Report, TellsTheWorstPlacesInADentistsWordsWhereTheSceneSaysHowTheToothStan
     options.language = language;
     return report_html(SessionReader(folder / "s.h5"), options);
   };
-  EXPECT_THAT(page(Language::kEnglish), HasSubstr("Cut too deep by 0.300\u00a0mm at most: mesial floor."));
-  EXPECT_THAT(page(Language::kGerman), HasSubstr("zu tief: Boden, mesial."));
+  EXPECT_THAT(page(Language::kEnglish), HasSubstr("Cut too deep: greatest depth 0.300\u00a0mm, mesial floor."));
+  EXPECT_THAT(page(Language::kGerman), HasSubstr("größte Tiefe 0,300\u00a0mm, Boden, mesial."));
   EXPECT_THAT(page(Language::kChinese), HasSubstr("近中洞底"));
   EXPECT_EQ(place_name(p, {}, kMiddle + dvec3(0, -0.8e-3, -0.2e-3)).side, "lingual");
   EXPECT_THAT(page(Language::kEnglish), HasSubstr("Difference from the ideal: Lingual view"));
@@ -526,7 +527,7 @@ TEST(ReportPicture, MustBeAPng) {
   EXPECT_EQ(read_picture(folder / "good.png", "before").png, kPng);
 }
 
-TEST(Plot, StepsAreRoundAndBase64IsTheStandards) {
+TEST(Plot, AxisStepsAreRoundNumbersAndBase64IsStandard) {
   EXPECT_DOUBLE_EQ(nice_step(1, 4), 0.5);
   EXPECT_DOUBLE_EQ(nice_step(0.8, 4), 0.2);
   EXPECT_DOUBLE_EQ(nice_step(41.2, 10), 5);
@@ -571,7 +572,7 @@ TEST(Film, WithoutAnEncoderThereIsAMessageAndNoFile) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path));
 }
 
-TEST(Film, AnEncoderThatDiesIsAMessageAndNoFile) {
+TEST(Film, AFailingEncoderGivesAMessageAndNoFile) {
   TemporaryFolder folder;
   // Stands in for an encoder that refuses.
   std::filesystem::create_directory(folder / "bin");

@@ -164,7 +164,7 @@ ScoreInput carious() {
   return in;
 }
 
-TEST(Score, DoingNothingEarnsNothing) {
+TEST(Score, DoingNothingScoresZero) {
   const ScoreInput in = carious();
   const Score s = score(in, default_rules(in));
   EXPECT_EQ(s.points, 0);
@@ -183,7 +183,7 @@ TEST(Score, OneToleranceBeyondTheTargetLeavesHalfTwoAThird) {
   EXPECT_DOUBLE_EQ(score(in, {&rule, 1}).points, 100.0 / 3);
 }
 
-TEST(Score, HasAHundredPointsWhateverTheWeightsAndDividesThemByTheWeights) {
+TEST(Score, HasAHundredPointsDividedByTheWeights) {
   ScoreInput in = carious();
   in.after[3] = 0;
   in.hand.force_max = 5;
@@ -338,7 +338,7 @@ TEST(ScoreRules, AMissingTargetIsNeverTakenFromTheScoredSessionItself) {
   }
 }
 
-TEST(ScoreRules, MistakesAreNamed) {
+TEST(ScoreRules, InvalidRulesAreReported) {
   EXPECT_THAT(message_of(R"({"rules": [{"name": "taper_deg", "tolerance": 1, "weight": 1}]})"),
               HasSubstr("there is no ideal to take it from"));
   EXPECT_THAT(message_of(R"({"rulez": []})"), HasSubstr("\"rulez\": found an unknown key"));

@@ -37,7 +37,7 @@ void write_csv(const std::filesystem::path& file, std::span<const ServoTick> tic
   writer.finish();
 }
 
-TEST(TicksCsv, HasTheColumnsOfTheContractInItsOrderAndThenPedalAndTool) {
+TEST(TicksCsv, HasTheDocumentedColumnsInOrderThenPedalAndTool) {
   TemporaryFolder folder;
   write_csv(folder / "t.csv", {});
   EXPECT_EQ(
@@ -119,7 +119,7 @@ TEST(TicksCsv, BadFilesAreNamedByLineAndColumn) {
   EXPECT_THAT(message_of([&] { read_ticks_csv(folder / "none.csv"); }), HasSubstr("No such file"));
 }
 
-TEST(TicksCsv, AnAbandonedTableLeavesNothingAndAnImpossiblePlaceIsAnError) {
+TEST(TicksCsv, AnAbandonedTableLeavesNoFileAndAnUnwritablePathIsAnError) {
   TemporaryFolder folder;
   { TicksCsvWriter(folder / "t.csv").append(random_ticks(5000, 23)); }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path));
@@ -136,7 +136,7 @@ TEST(SessionFormat, TheDocumentNamesEveryColumn) {
   expect_named(patch_columns());
 }
 
-TEST(SessionFormat, EveryFaultHasANameOfItsOwnAndABitOfItsOwn) {
+TEST(SessionFormat, EveryFaultHasItsOwnNameAndBit) {
   std::uint32_t all = 0;
   for (const FaultName& fault : fault_names()) {
     EXPECT_EQ(all & bits(fault.fault), 0u) << fault.name;

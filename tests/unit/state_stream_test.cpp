@@ -113,7 +113,7 @@ ServoTick a_tick(Nanos t) {
 
 const StreamedSession kSession{"a scene", {"round_012"}, 1000};
 
-TEST(StateStream, AReaderIsToldOfTheSessionThenItsStatesAndEventsInTheirOrder) {
+TEST(StateStream, AReaderGetsTheSessionThenStatesAndEventsInOrder) {
   StateStream stream({"ws:0"}, kSession);
   Client client(stream.port());
   client.greet();
@@ -156,7 +156,7 @@ TEST(StateStream, AReaderThatNeverReadsLosesMessagesAndDelaysNeitherTheSenderNor
   EXPECT_EQ(alive.messages().back()["tick"], kStates);
 }
 
-TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsLetGo) {
+TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsDisconnected) {
   StateStream stream({"ws:0"}, kSession);
   {
     Client client(stream.port());
@@ -171,7 +171,7 @@ TEST(StateStream, AReaderThatIsGoneOrSpeaksNoWebSocketIsLetGo) {
   EXPECT_EQ(nonsense.status(), "HTTP/1.1 400 Bad Request");
 }
 
-TEST(StateStream, APageFromElsewhereInABrowserIsRefused) {
+TEST(StateStream, AWebPageFromAnotherOriginIsRefused) {
   StateStream stream({"ws:0"}, kSession);
   const auto status_of = [&](const std::string& origin) {
     Client client(stream.port());
@@ -186,7 +186,7 @@ TEST(StateStream, APageFromElsewhereInABrowserIsRefused) {
     EXPECT_EQ(status_of(here), "HTTP/1.1 101 Switching Protocols") << here;
 }
 
-TEST(StateStream, AReaderThatNeverStopsTalkingDelaysNobody) {
+TEST(StateStream, AReaderThatSendsContinuouslyDelaysNobody) {
   StateStream stream({"ws:0"}, kSession);
   Client loud(stream.port()), quiet(stream.port());
   loud.greet();
@@ -204,7 +204,7 @@ TEST(StateStream, AReaderThatNeverStopsTalkingDelaysNobody) {
   EXPECT_EQ(quiet.messages().back()["tick"], 200);
 }
 
-TEST(StateStream, AnAddressThatIsNoneOrInUseIsAnError) {
+TEST(StateStream, AnInvalidAddressOrOneInUseIsAnError) {
   for (const char* bad : {"", "ws", "ws:", "http:80", "ws:70000", "ws:12x", "osc:0", "osc:", "ws::80"})
     EXPECT_THROW(StateStream({bad}, kSession), Error) << bad;
   StateStream stream({"ws:0"}, kSession);
@@ -212,7 +212,7 @@ TEST(StateStream, AnAddressThatIsNoneOrInUseIsAnError) {
 }
 
 #ifdef TYPODONT_LIBLO
-TEST(StateStream, OscCarriesTheStateInOneBundleWithTheTickSTime) {
+TEST(StateStream, OscSendsTheStateInOneBundleWithTheTimeOfTheTick) {
   const int fd = ::socket(AF_INET, SOCK_DGRAM, 0);
   sockaddr_in address = loopback(0);
   ASSERT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
@@ -260,7 +260,7 @@ class DownHand final : public haptics::HapticDevice {
 constexpr const char* kBlock = R"({"tissue": {"voxel_mm": 0.1, "solids": [
   {"tissue": "enamel", "solid": {"box": {"size_mm": [4, 4, 2]}}}]}, "tool": "round_012", "spindle_krpm": 300})";
 
-TEST(StateStream, AServoWhoseStreamStandsStillDoesAllItsTicksAndCountsWhatWasNotTold) {
+TEST(StateStream, AStalledStreamDelaysNoTickAndItsLostMessagesAreCounted) {
   const Scene scene = parse_scene(Json::parse(kBlock, "scene"), "scene.json");
   LiveSession s(scene, load_tissue(scene));
   DownHand hand;

@@ -23,7 +23,7 @@ Cut cut_of(double mm3) {
   return cut;
 }
 
-TEST(StrokeHistory, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes) {
+TEST(StrokeHistory, RemovalAndPaintAreUndoneAndRedoneWithTheStrokes) {
   haptics::TissueVolume volume = block();
   StrokeHistory book;
   const auto removed = [&] {
@@ -73,7 +73,7 @@ TEST(StrokeHistory, WhatWasRemovedAndPaintedGoesBackAndComesAgainWithTheStrokes)
   EXPECT_NEAR(removed(), 11, 1e-9);
 }
 
-TEST(Look, TheSectionKeepsWhatLiesBehindItForWhoeverLooks) {
+TEST(Look, TheSectionKeepsTheSideBehindThePlaneForEveryViewer) {
   Look look;
   look.section_axis = 1;
   look.section = 1e-3;
@@ -87,7 +87,7 @@ TEST(Look, TheSectionKeepsWhatLiesBehindItForWhoeverLooks) {
   }
 }
 
-TEST(Viewpoint, OfARigIsWhereItsUserLooksFromAndShowsTheMiddleUpright) {
+TEST(Viewpoint, OfARigIsTheEyesOfItsUserAndShowsTheCentreUpright) {
   display::DisplayRig rig;
   rig.head.eye_center = {0.1, -0.3, 0.25};
   const dvec3 middle(6.8e-3, 6e-3, 18e-3);

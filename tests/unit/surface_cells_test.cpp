@@ -26,7 +26,7 @@ TEST(CellShapes, CrossExactlyTheEdgesWhoseEndsDiffer) {
   }
 }
 
-TEST(CellShapes, SolidCornersAcrossADiagonalKeepPatchesOfTheirOwn) {
+TEST(CellShapes, DiagonallyOppositeSolidCornersHaveSeparatePatches) {
   const CellShapes& shapes = CellShapes::get();
   EXPECT_EQ(shapes[1 | 1 << 3].patches, 2);  // across a face
   EXPECT_EQ(shapes[1 | 1 << 7].patches, 2);  // across the cell
@@ -35,7 +35,7 @@ TEST(CellShapes, SolidCornersAcrossADiagonalKeepPatchesOfTheirOwn) {
   EXPECT_EQ(shapes[0b10010110].patches, 4);
 }
 
-TEST(CellShapes, FlippingADoubtfulFaceSplitsThePatchThatTouchedItTwice) {
+TEST(CellShapes, FlippingAnAmbiguousFaceSplitsThePatchThatTouchedItTwice) {
   const CellShapes& shapes = CellShapes::get();
   int doubtful = 0;
   for (int config = 0; config < 256; ++config) {
@@ -85,7 +85,7 @@ TEST(Crossing, OfAPlaneIsExactUpToTheCreaseOfABox) {
   EXPECT_NEAR(at.nb, 0, 1e-6);
 }
 
-TEST(Crossing, OfASphereIsOfSecondOrder) {
+TEST(Crossing, OfASphereHasAnErrorOfSecondOrder) {
   double error[2];
   for (int i = 0; i < 2; ++i) {
     const double radius = i ? 40 : 20;
@@ -144,7 +144,7 @@ TEST(GreatestCurvature, OfACylinderIsThatOfItsRoundDirection) {
   EXPECT_NEAR(greatest_curvature(strip, 0.016f), 0.1f, 0.03f);
 }
 
-TEST(Moments, DoNotDependOnWhereTheyAreAdded) {
+TEST(Moments, DoNotDependOnTheOrderOfAddition) {
   Moments near, far, moved;
   const glm::vec3 shift(3.5f, -2, 1);
   for (const glm::vec3 p : {glm::vec3(0.1f, 0.2f, 0.3f), glm::vec3(-0.4f, 0.1f, 0.2f), glm::vec3(0.3f, -0.3f, 0)}) {

@@ -42,7 +42,7 @@ TEST(XrHand, LosingTheControllerFreezesTheToolAndStopsTheDrill) {
   EXPECT_TRUE(filter.lost());
 }
 
-TEST(XrHand, AControllerThatComesBackElsewhereLeadsTheToolThereWithoutAJump) {
+TEST(XrHand, AControllerThatReturnsElsewhereMovesTheToolThereWithoutAJump) {
   XrHandFilter filter({});
   haptics::HandSample last{};
   run(filter, at({0, 0, 0}), true, 600, last);
@@ -52,7 +52,7 @@ TEST(XrHand, AControllerThatComesBackElsewhereLeadsTheToolThereWithoutAJump) {
   EXPECT_NEAR(last.X_WT.p.x, 0.2, 1e-6);
 }
 
-TEST(XrHand, ATriggerHeldThroughALossDrillsOnlyAfterItWasLetGo) {
+TEST(XrHand, ATriggerHeldDuringATrackingLossDrillsOnlyAfterItsRelease) {
   XrHandFilter filter({});
   haptics::HandSample last{};
   run(filter, at({}, 0), true, 600, last);
@@ -64,7 +64,7 @@ TEST(XrHand, ATriggerHeldThroughALossDrillsOnlyAfterItWasLetGo) {
   EXPECT_DOUBLE_EQ(last.pedal, 0.7);
 }
 
-TEST(XrHand, ALostHandGivesWayUntilTheForceIsGone) {
+TEST(XrHand, ALostHandMovesBackUntilTheForceIsZero) {
   XrHandFilter filter({});
   haptics::HandSample last{};
   run(filter, at({0, 0, -2e-3}), true, 1500, last);
@@ -101,7 +101,7 @@ TEST(HeadsetRig, MeasuredSpaceAndMagnificationExcludeEachOther) {
   EXPECT_THROW(rig("\"wait\": 3"), Error);
 }
 
-TEST(HeadsetRig, TakesARegistrationOfTheArmOverAsTheInverseOfWhatTheCalibrationFound) {
+TEST(HeadsetRig, UsesTheInverseOfTheRegistrationThatTheCalibrationFound) {
   const std::string file = testing::TempDir() + "/typodont_reg.json";
   write_file_atomically(file,
                         R"({"X_DH": {"translation_mm": [100, 0, 0], "rotation_wxyz": [0.70710678, 0, 0, 0.70710678]},

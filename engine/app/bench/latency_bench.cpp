@@ -205,7 +205,7 @@ void start_rows(const Folder& folder, std::vector<BenchRow>& rows) {
     const Took took = time(fmt::format("render '{}' --out '{}' --size 1280x1024", scene, folder.path.string()));
     pictures = {std::min(pictures.there, took.there), std::min(pictures.end, took.end)};
   }
-  add("command to its end, nothing done", kWarm, nothing);
+  add("start and end of the command without work", kWarm, nothing);
   add("command to first tick", kWarm, tick);
   if (desktop) add("command to first picture in a window", kWarm, frame);
   add("command to first picture in a file", "molar, two eyes of 1280x1024, warm caches, best of 3", pictures.there);

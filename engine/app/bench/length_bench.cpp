@@ -128,7 +128,7 @@ std::vector<BenchRow> bench_length(const BenchRun& run) {
     row("recorder, mean", BenchRow::kNone, "", recording / static_cast<double>(count - recorded));
     row("memory of the process", resident_megabytes(), "MB");
     row("kept for undo", static_cast<double>(strokes.bytes) / 1e6, "MB");
-    row("strokes that can be taken back", static_cast<double>(strokes.done), "strokes");
+    row("strokes that can be undone", static_cast<double>(strokes.done), "strokes");
     row("cuts and fillings made", static_cast<double>(loop.carver().cuts()), "cuts");
     row("recording", static_cast<double>(fs::file_size(file)) / static_cast<double>(count), "bytes a tick");
     row("open files", entries("/proc/self/fd"), "files");

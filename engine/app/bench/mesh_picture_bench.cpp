@@ -108,10 +108,10 @@ void rows_of(const char* what, haptics::TissueVolume volume, bool quick, std::ve
     r.size = size, r.size_unit = unit;
     rows.push_back(r);
   };
-  row("what changed in 16 ms, made, median", quantile(made, 0.5), quantile(triangles, 0.5), "triangles");
-  row("the same, uploaded, median", quantile(uploaded, 0.5), quantile(triangles, 0.5), "triangles");
+  row("changes of 16 ms, prepared, median", quantile(made, 0.5), quantile(triangles, 0.5), "triangles");
+  row("changes of 16 ms, uploaded, median", quantile(uploaded, 0.5), quantile(triangles, 0.5), "triangles");
   row("both, 99 %", quantile(together, 0.99), quantile(triangles, 0.99), "triangles");
-  row("all of it, once", whole, static_cast<double>(all), "pieces");
+  row("whole mesh, once", whole, static_cast<double>(all), "pieces");
 }
 
 }  // namespace

@@ -36,19 +36,19 @@ struct Question {
 };
 
 constexpr Question kPlotted[] = {
-    {"Is the direction right?",
-     "The hand slides over the tissue with 20 mm/s, 0.3 mm ahead of where the tissue holds the ball. Angle between the "
-     "force that the model asks for and the exact one.",
+    {"How accurate is the direction of the force?",
+     "The hand slides over the tissue with 20 mm/s, at a depth of 0.3 mm. The error is the angle between model force "
+     "and exact force.",
      "direction", "slide", "direction", "rms", "direction error, degree rms"},
-    {"Is the magnitude right?", "The same slide: by how much the force's size is off.", "magnitude", "slide",
-     "magnitude", "rms", "magnitude error, % rms"},
+    {"How accurate is the magnitude of the force?", "The same slide; the error is the relative error of the magnitude.",
+     "magnitude", "slide", "magnitude", "rms", "magnitude error, % rms"},
     {"Is the tool drawn inside the tissue?",
-     "The same slide: how deep the tool as it is drawn lies in the exact shape, at most.", "penetration", "slide",
+     "The same slide; the largest depth of the drawn tool inside the exact shape.", "penetration", "slide",
      "penetration", "greatest", "penetration, mm"},
-    {"Is what was removed what the bur swept?",
-     "A round bur of 1.2 mm in a hand of 0.15 kg that pushes with 1 N and swings to and fro. The volume that the "
-     "tissue "
-     "lost, against the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 mm.",
+    {"Does the removed volume equal the swept volume?",
+     "A hand of 0.15 kg presses a round bur of 1.2 mm with 1 N and moves it back and forth. The volume lost by the "
+     "tissue is compared with the volume inside the exact shape that the bur's cuts swept, counted on a grid of 0.02 "
+     "mm.",
      "removal", "drill", "removal", "swept volume", "removal error, % of the swept volume"}};
 
 bool answers(const ModelFigure& f, const Question& q) {
@@ -128,45 +128,46 @@ struct Tabled {
 };
 constexpr Tabled kTabled[] = {
     {{"Does friction follow Coulomb's law?",
-      "The slide with friction: tangential over normal force against 0.15, % rms. Sticking counts as an error; in the "
-      "groove two walls hold the ball, and there is no one normal.",
+      "The slide with friction; error of the ratio of tangential to normal force, relative to 0.15, in % rms. Sticking "
+      "counts as an error. In the groove the ball touches two walls, so there is no single normal.",
       "", "drag", "friction", "rms", ""},
      error_of},
-    {{"What does a tick cost, at worst?", "Thread processor time of the servo's tick while sliding: 99.9 %, µs.", "",
+    {{"How long does a tick take at worst?", "CPU time of the servo's tick while sliding, 99.9 % quantile, µs.", "",
       "slide", "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"And while drilling?", "The same while the bur cuts: 99.9 %, µs.", "", "drill", "tick, 99.9 %", "", ""},
+    {{"How long does a tick take while drilling?", "The same while the bur cuts, 99.9 % quantile, µs.", "", "drill",
+      "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"What does a cut cost the carver?", "The other thread's work for one cut, median, µs.", "", "drill",
-      "carver's cut, median", "", ""},
+    {{"How long does a cut take in the carver?", "CPU time of the carver's thread for one cut, median, µs.", "",
+      "drill", "carver's cut, median", "", ""},
      microseconds_of},
-    {{"How large is the largest step of the force, as the model asks for it?",
-      "Sliding; N in a tick, beyond the step of the exact force.", "", "slide", "step, asked", "", ""},
+    {{"How large is the largest step of the model force?", "Sliding; N per tick, minus the step of the exact force.",
+      "", "slide", "step, asked", "", ""},
      error_of},
-    {{"And as the hand feels it?", "The same behind the servo's slew, limits and energy ledger.", "", "slide",
-      "step, felt", "", ""},
+    {{"How large is the largest step of the output force?",
+      "The same after the servo's slew limit, force limit and passivity controller.", "", "slide", "step, felt", "",
+      ""},
      error_of},
-    {{"How much energy does a tap give, as the model asks for it?",
-      "Taps with 10, 30, 100 and 200 mm/s, 0.3 mm deep: µJ given to the hand, at most.", "", "tap",
+    {{"How much energy does the model force of a tap give to the hand?",
+      "Taps with 10, 30, 100 and 200 mm/s, 0.3 mm deep; largest energy given to the hand, µJ.", "", "tap",
       "energy given, asked", "", ""},
      error_of},
-    {{"And as the hand feels it?", "The same behind the energy ledger.", "", "tap", "energy given, felt", "", ""},
+    {{"How much energy does the output force of a tap give to the hand?", "The same after the passivity controller.",
+      "", "tap", "energy given, felt", "", ""},
      error_of},
-    {{"Does the bur come through a sheet?",
-      "The bur that pushes with 1 N on a sheet of 0.3 mm: seconds until it has left the sheet; – where it never did.",
-      "", "break-through", "time", "", ""},
+    {{"How long does the bur take to drill through a sheet?",
+      "The bur is pressed with 1 N on a sheet of 0.3 mm; seconds until it has left the sheet; – if it never did.", "",
+      "break-through", "time", "", ""},
      error_of},
-    {{"And what does the hand feel beyond it?", "N, at most, when the bur has left the sheet.", "", "break-through",
-      "force left", "", ""},
+    {{"How large is the force behind the sheet?", "Largest force after the bur has left the sheet, N.", "",
+      "break-through", "force left", "", ""},
      error_of},
-    {{"Do hands escape through thin walls, 1 mm a tick?",
-      "A ball is moved through a sheet and stays 4 mm or more below it: % of hands that no force holds back then. A "
-      "sheet of "
-      "each "
-      "thickness, random places and directions.",
+    {{"Do hands escape through thin walls at 1 mm per tick?",
+      "A ball moves through a sheet and stays at least 4 mm behind it. A hand escapes if no force then pushes it back; "
+      "% of the hands, for each thickness, with random places and directions.",
       "", "escape", "hands of 1 mm a tick", "", ""},
      error_of},
-    {{"And 20 mm a tick?", "The same.", "", "escape", "hands of 20 mm a tick", "", ""}, error_of},
+    {{"Do hands escape at 20 mm per tick?", "The same.", "", "escape", "hands of 20 mm a tick", "", ""}, error_of},
     {{"What do hostile hands get out of it?",
       "Hands that wander with up to 0.2 m/s and 20 m/s², turn in all directions and drill: µJ that any of them got, at "
       "most, behind the energy ledger.",
@@ -178,9 +179,10 @@ constexpr Tabled kTabled[] = {
      error_of},
     {{"What does a hostile tick cost, at worst?", "99.9 %, µs.", "", "hostile", "tick, 99.9 %", "", ""},
      microseconds_of},
-    {{"What does it take to set up?", "Memory of tissue, snapshots and model, MiB.", "", "set-up", "memory", "", ""},
+    {{"How much memory does the set-up need?", "Memory of tissue, snapshots and model, MiB.", "", "set-up", "memory",
+      "", ""},
      error_of},
-    {{"And how long?", "Processor time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
+    {{"How long does the set-up take?", "CPU time of all threads, s.", "", "set-up", "time", "", ""}, error_of}};
 
 /// A task in the table of recommendations. The best model has the least figure among those that meet the tick's time
 /// limit and do not let the hand through.
@@ -205,7 +207,7 @@ const std::vector<Task>& tasks() {
        error_of,
        "°, direction"},
       {"feel a tooth from CT", {"", "", "", "slide", "direction", "rms", ""}, {"molar"}, error_of, "°, direction"},
-      {"feel a scan as it was triangulated",
+      {"feel the unchanged mesh of a scan",
        {"", "", "", "slide", "direction", "rms", ""},
        {"arch", "pelvis"},
        error_of,
@@ -230,7 +232,7 @@ const std::vector<Task>& tasks() {
        {"thin sheet"},
        error_of,
        "N beyond it"},
-      {"a cheap tick",
+      {"a short tick",
        {"", "", "", "slide", "tick, 99.9 %", "", ""},
        {"ball", "torus", "box edges", "groove"},
        microseconds_of,
@@ -281,9 +283,9 @@ std::vector<Ranked> ranked(const std::vector<ModelFigure>& figures, const Task& 
 
 std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   std::string out =
-      "\n## Which model for which task\n\nLeast figure among the models whose tick takes at most 500 µs (99.9 %) there "
-      "and "
-      "that do not fail; geometric mean over the tissues.\n\n| task | take | figure | next | its figure |\n"
+      "\n## Which model for which task\n\nThe model with the smallest figure among those whose tick takes at most 500 "
+      "µs (99.9 %) on these tissues and that do not fail. Figures are geometric means over the tissues.\n\n| task | "
+      "best model | figure | second | its figure |\n"
       "|---|---|---|---|---|\n";
   for (const Task& task : tasks()) {
     const std::vector<Ranked> order = ranked(figures, task);
@@ -297,7 +299,7 @@ std::string table_of_choice(const std::vector<ModelFigure>& figures) {
   const std::string best = model_of_most_tasks(figures);
   const std::string_view used = haptics::default_contact_method()->name();
   out += fmt::format("\n`{}` is first in most tasks. The program's default is `{}`{}\n", best, used,
-                     best == used ? "." : ", which these figures do not bear out.");
+                     best == used ? "." : ", which these figures do not support.");
   return out;
 }
 
@@ -337,27 +339,28 @@ void write_models_page(const std::filesystem::path& file, const std::vector<Benc
   std::string page = fmt::format(
       R"(# Contact models compared
 
-Every contact model of the program on the same tissue, with the same hand and the same clock, against the exact answer.
+All contact models with the same tissue, the same hand and the same clock, compared with the exact solution.
 Made by `./run bench models` (`typodont bench models --out docs/models/rows.csv --page docs/models.md`); not typed by
-hand. Every figure is a row of [rows.csv]({0}/rows.csv), which has also those that are not shown here.
+hand. Every figure is a row of [rows.csv]({0}/rows.csv), which also contains figures that are not shown here.
 
 - **Measured on**: {1}.
 - **Tissue**: ball of 8 mm; torus of 8 and 3 mm; box of 6 × 6 × 4 mm whose edges are crossed; sheet of 0.3 mm; groove of
   60°, 2 mm deep; and the shipped molar (CT), lower arch (an open mesh) and hip socket (a mesh). Stiffness 1 N/mm,
   specific energy 8 J/mm³, friction 0.15.
-- **Hand and clock**: a ball of 1.2 mm, 1 kHz. Sliding and tapping hands go where they are told, whatever they feel, so
-  all models get the same input to the bit; no friction (but for drag), no damper. The drilling hand is a simulated mass. Hands through
-  sheets and hostile hands are random with the seed 1: a run gives the same errors again.
-- **Truth**: where a ball comes to rest that must stay outside the exact shape, nearest to the hand, found by sequential
-  quadratic programming in double precision (`haptics/bench/reference_contact.h`).
-- **Asked and felt**: the force that the model asks for, before the servo's slew, limits and energy ledger; and the force
-  that the hand feels, behind them. Errors are those of the force asked for.
-- **Time**: processor time of the servo's thread, the least of three passes for each tick. Memory and set-up are those of
-  tissue, snapshots and model together.
-- **Knobs**: field models by the voxel, `packing` by the number of spheres, `mesh_lod` by the number of vertices, `vertex`
-  by the voxel of the field that its mesh is made from. In plots each point is one setting; tables show the finest.
-  Meshes of arch and socket are used as they are. Escape and hostile hands: one setting a model (0.1 mm, 10,000 spheres,
-  8,000 vertices).
+- **Hand and clock**: a ball of 1.2 mm, 1 kHz. Sliding and tapping hands follow a prescribed path regardless of the
+  force, so all models get the same input bit for bit; without friction (except in the drag test) and without damper. The
+  drilling hand is a simulated mass. Hands that pass sheets and hostile hands are random with seed 1, so errors are
+  reproducible.
+- **Exact solution**: the position nearest to the hand at which a ball stays outside the exact shape, computed by
+  sequential quadratic programming in double precision (`haptics/bench/reference_contact.h`).
+- **Model force and output force**: the model force is the model's result, before the servo's slew limit, force limit and
+  passivity controller; the output force is sent to the hand after them. Errors are those of the model force.
+- **Time**: CPU time of the servo's thread, the least of three passes for each tick. Memory and set-up time include tissue,
+  snapshots and model.
+- **Knobs**: voxel size for models with a field, number of spheres for `packing`, number of vertices for `mesh_lod`, voxel
+  size of the field from which the mesh is made for `vertex`. In plots each point is one setting; tables show the finest.
+  The meshes of arch and socket are used unchanged. Escape and hostile hands have one setting per model (0.1 mm,
+  10,000 spheres, 8,000 vertices).
 )",
       folder, machine);
   page += table_of_choice(figures);

@@ -87,23 +87,24 @@ Rows calibration(const BenchRun& run) {
 
 constexpr BenchPart kParts[] = {
     {"contact", "Contact and cutting",
-     "Direction of the force while sliding on a ball, cutting ticks of a simulated hand, removed volume against the "
-     "formula.",
+     "Error of the force direction while sliding on a ball, cutting ticks of a simulated hand, and removed volume "
+     "compared with the formula.",
      contact, true},
     {"models", "Contact models compared",
-     "Every contact model on the same tissue, with the same hand and the same clock, against the exact answer.", models,
-     false, write_models_page},
+     "All contact models with the same tissue, the same hand and the same clock, compared with the exact solution.",
+     models, false, write_models_page},
     {"stress", "What each contact model survives",
-     "Every contact model under hostile hands, nonsense, late carvers, uneven clocks, 200 N, fast probes, thin walls.",
+     "All contact models with hostile hands, invalid input, carver stalls, uneven clocks, 200 N, fast probes and thin "
+     "walls.",
      stress, false, write_stress_page},
     {"motions", "Motions of a hand",
-     "The servo's tick for every shipped tool, sunk into a block of 0.1 mm voxels and then moved as a hand moves it. "
-     "What counts is the 99.9 %: half of the period is 500 µs.",
+     "The servo's tick for every shipped tool, which is first pressed into a block of 0.1 mm voxels and then moved "
+     "like a hand. The relevant figure is the 99.9 % quantile: half of the period is 500 µs.",
      motions},
     {"packing", "Sphere packings",
-     "A ball of 10 mm packed with spheres: what they leave unfilled, first contact with the tree on either side, "
-     "direction "
-     "of the normal, a groove's volume as printed in the paper and mended, and the three passes of a cutting tick.",
+     "A ball of 10 mm packed with spheres: unfilled fraction, first contact with the tree over the tissue or over the "
+     "tool, direction of the normal, volume of a groove by the published and by the corrected formula, and the three "
+     "passes of a cutting tick.",
      [](const BenchRun& run) { return haptics::bench_packing(run.quick); }},
     {"mesh_lod", "Triangle meshes",
      "The tip of an explorer slides over a dental arch at 30 mm/s, 0.3 mm deep, on meshes of more and more vertices; "
@@ -115,57 +116,56 @@ constexpr BenchPart kParts[] = {
      "is near the head. Then burs widen a cavity 1.5 mm deep.",
      vertex},
     {"implant", "Implant surgery",
-     "Ticks of the model implant with tools of 0.06 mm voxels, free on the bone and in a bed; bone voxels of 0.15 mm.",
+     "Ticks of the model `implant` with tools of 0.06 mm voxels, moving freely on the bone and in a bed; bone voxels "
+     "of 0.15 mm.",
      [](const BenchRun& run) { return haptics::bench_implant(run.quick); }},
     {"mesh_picture", "Picture of a carved mesh",
-     "A round bur carves a molar of four tissues, and the arch; 60 times a second what changed of the mesh is made "
-     "ready for the picture and uploaded.",
+     "A round bur carves a molar of four tissues, and the arch; 60 times per second, the changed part of the mesh is "
+     "prepared for drawing and uploaded.",
      bench_mesh_picture},
     {"stability", "Stability",
-     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, by rate, delay and jitter; "
-     "and what hands on the molar feel while the carver stands still, beside other laws for that.",
+     "The stiffness at which a pushed mass (0.15 kg, 5 N·s/m) no longer settles at a wall, for different rates, delays "
+     "and jitter; and the force on hands at the molar during a stall of the carver, compared with other force laws.",
      bench_stability},
     {"devices", "Hands",
-     "From a device's sample to its force written, beside the same loop with no work in it, and how well a hand's "
-     "velocity is known at an arm's quantisation. The link is memory: our share, not USB's.",
+     "Time from a device's sample to its written force, compared with an empty loop, and the error of the velocity "
+     "estimate at an arm's encoder resolution. The link is in memory, so the time of USB is not included.",
      devices},
     {"surface", "Surface",
-     "From distance field to triangles: a sphere of 50 voxels; then, with what is seen beneath the surface, the "
-     "molar's "
-     "whole and its drilling frames beside volumeToMesh's whole, and a ball at equal error. Ratios of 0.02 and 0.33 "
-     "are "
-     "50 and 3 times as fast.",
+     "From distance field to triangles: a sphere of 50 voxels; then, with the tissues visible below the surface, the "
+     "whole molar and its drilling frames, compared with volumeToMesh of the whole molar, and a ball at equal error. "
+     "Ratios of 0.02 and 0.33 mean 50 and 3 times as fast.",
      bench_surface},
-    {"debris", "Debris", "A step of all particles beside reading and writing the same memory once.", debris},
+    {"debris", "Debris", "A step of all particles, compared with reading and writing the same memory once.", debris},
     {"render", "Picture",
-     "A stereo frame of the molar while it is drilled, step by step of the quality ladder; the error is against the "
-     "best "
-     "step at twice the size.",
+     "A stereo frame of the molar while it is drilled, for each step of the quality ladder; the error is relative to "
+     "the best step at twice the size.",
      bench_render},
-    {"sound", "Sound", "Autoregressive models of a recorded drill, and the filters that play them.", sound},
-    {"calibration", "Calibration", "Every solver against the number of touches, beside Eigen's and OpenCV's own.",
-     calibration},
-    {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, by strength of compression.", bench_recording},
+    {"sound", "Sound", "Autoregressive models of a recorded drill, and the filters that synthesize sound from them.",
+     sound},
+    {"calibration", "Calibration",
+     "Time and error of every solver for different numbers of touches, compared with Eigen and OpenCV.", calibration},
+    {"recording", "Recording", "A minute of drilling at 1 kHz into HDF5, for different compression levels.",
+     bench_recording},
     {"latency", "Latency",
      "The whole program: from a step of the hand to force, sound and picture; from the command to the first of them. "
-     "Wall clock.",
+     "Wall-clock times.",
      bench_latency},
     {"import", "Import",
-     "Scans and meshes in the sizes that clinics have: processor time per voxel, the most memory at a time beside the "
-     "estimate that is made before the work begins.",
+     "Scans and meshes of clinical size: CPU time per voxel, and peak memory compared with the estimate before the "
+     "work.",
      bench_import},
     {"undo", "Undo",
-     "A stroke taken back and brought again, and the memory it takes: on the CT molar, and by several burs in a block "
-     "of 0.05 mm voxels.",
+     "Undo and redo of a stroke, and the memory it needs: on the CT molar, and with several burs in a block of 0.05 mm "
+     "voxels.",
      bench_undo},
     {"scaling", "Scaling",
-     "The same drilling in ever larger bodies: what must not grow, and what grows with the surface.", bench_scaling},
+     "The same drilling in bodies of increasing size: times that must not grow, and times that grow with the surface.",
+     bench_scaling},
     {"length", "Length",
      "Eight hours in simulated time: pits drilled, filled and felt, all recorded, every stroke kept for undo. Each row "
-     "is "
-     "of what was done since the row before it. Memory grows by what is kept for undo, which has no end by contract, "
-     "with the "
-     "allocator's share of it, and by where the recording's chunks are.",
+     "covers the time since the previous row. Memory grows with the undo history, which is unlimited by design, "
+     "its overhead in the allocator, and the index of the recording's chunks.",
      bench_length}};
 
 }  // namespace

@@ -116,10 +116,9 @@ void write_performance_page(const std::filesystem::path& file, const std::vector
   std::filesystem::create_directories(file.parent_path() / folder, code);
   if (code) throw Error(file.string(), "", code.message(), "a place where files can be made");
   std::string page = fmt::format(
-      "# Performance: error against time\n\nMade by `./run bench`; not typed by hand. Measured on: {}. Times are "
-      "processor time of the measuring "
-      "thread unless a row says otherwise; ratios are taken within one run, against a peer's method or a measured "
-      "floor.\n",
+      "# Performance: error against time\n\nMade by `./run bench`; not typed by hand. Measured on: {}. Times are CPU "
+      "times of the measuring thread unless a row says otherwise. A ratio compares with another method or with a "
+      "measured lower bound (floor) of the same run.\n",
       machine);
   for (const MeasuredPart& m : parts) {
     page += fmt::format("\n## {}\n\n{}\n\n", m.part->title, m.part->what);

@@ -219,15 +219,14 @@ std::vector<BenchRow> bench_stability(const BenchRun& run) {
       row(fmt::format("servo without the controller, {}", kind.name), found, "critical stiffness, N/m");
       row(fmt::format("servo against theory, {}", kind.name), std::abs(found / expected - 1), "relative");
       if (kind.delay == 0)
-        row(fmt::format("energy given by a wall of twice that, controller on, {}", kind.name),
+        row(fmt::format("energy given by a wall of twice this stiffness, controller on, {}", kind.name),
             std::abs(servo(2 * expected, clock, true).least_energy), "J");
     }
   }
   for (const double rate : {100.0, 200.0, 500.0, 1000.0, 4000.0}) {
     const auto row = [&](const char* name, double depth) { rate_row(name, rate, depth / kMillimetre, "depth, mm"); };
     row("first 0.1 N of a hand at 20 mm/s, controller on", first_felt(20e-3, 0.1, rate));
-    row("the least that any controller could promise a hand that may go back as it came",
-        least_first_felt(20e-3, 0.1, rate));
+    row("lower bound for any controller if the hand may reverse", least_first_felt(20e-3, 0.1, rate));
   }
   carver_stall_rows(run.quick, rows);
   return rows;

@@ -34,47 +34,48 @@ struct Campaign {
 };
 constexpr Campaign kCampaigns[] = {
     {"hostile hand",
-     "hands that wander with up to 0.2 m/s and 20 m/s² and turn in all directions, half of them drilling; the force is "
-     "limited to 8 N"},
+     "hands in random motion with up to 0.2 m/s and 20 m/s² that rotate in all directions; half of them drill; the "
+     "force is limited to 8 N"},
     {"nonsense",
-     "the same, with one tick of fifty spoiled: positions that are no numbers, infinite or far away, leaps, a clock "
-     "that "
-     "goes back or on by 3 s, strokes undone"},
+     "the same hands, with invalid input in one tick of fifty: positions that are NaN, infinite or far away, jumps of "
+     "the hand, a clock that jumps back or forward by 3 s, undone strokes"},
     {"carver stalls",
-     "a hand slides, drills and taps while the other thread stands still for 50 ms to 3 s: largest step of the force "
-     "beyond that of the same hand without a stall"},
-    {"uneven clock", "the same hands with ticks of ±20 and ±50 %, and one of a hundred five times as long"},
-    {"200 N", "a head of 20 mm on a ball of bone, pressed with 200 N by a hand of 1 kg, sliding and reaming; 60 N/mm"},
+     "a hand slides, drills and taps while the carver's thread stalls for 50 ms to 3 s; the step is the largest force "
+     "step minus that of the same hand without a stall"},
+    {"uneven clock",
+     "the same hands with tick periods that vary by ±20 % and ±50 %, and one tick of a hundred five times as long"},
+    {"200 N",
+     "a hand of 1 kg presses a head of 20 mm on a ball of bone with 200 N, sliding and reaming; the stiffness is 60 "
+     "N/mm"},
     {"fast probe",
-     "the tip of an explorer, 0.25 mm, over a box's edges, a groove and the dental arch with 30, 60 and 120 mm/s, half "
-     "its "
-     "radius deep"},
+     "the tip of an explorer (0.25 mm) slides over a box's edges, a groove and the dental arch with 30, 60 and 120 "
+     "mm/s, at a depth of half its radius"},
     {"thin wall",
-     "a ball of 1.2 mm through a sheet of 0.3 mm with 1 mm a tick: hands that no force holds back beyond it"}};
+     "a ball of 1.2 mm moves through a sheet of 0.3 mm with 1 mm per tick; a hand escapes if no force pushes it back "
+     "behind the sheet"}};
 
 /// Known reason why a model does not survive a campaign. Printed only if it did not survive.
 struct Cause {
   std::string_view campaign, model, why;
 };
 constexpr std::string_view kUnpaidLeap =
-    "the tool stays above the sheet, but a hand that leapt so deep has not paid for the force, and the energy ledger "
-    "takes it away while the hand rests";
+    "the proxy stays above the sheet, but the hand did no work against the force during the jump; so the passivity "
+    "controller removes the force while the hand rests";
 constexpr std::string_view kFissures =
-    "seen on the arch only, with forces of 0.06 N: a hand that is led along whatever it feels changes its way at the "
-    "fissures faster than the ledger foresees";
+    "on the arch only, with forces of 0.06 N: a scripted hand changes its direction at the fissures faster than the "
+    "passivity controller predicts";
 constexpr Cause kCauses[] = {
     {"thin wall", "offset", kUnpaidLeap},
     {"thin wall", "implant", kUnpaidLeap},
     {"fast probe", "offset", kFissures},
     {"fast probe", "implant", kFissures},
-    {"thin wall", "voxel_penalty",
-     "there is no proxy: nothing holds a hand that has passed the wall between two ticks"},
+    {"thin wall", "voxel_penalty", "without a proxy nothing stops a hand that passes the wall between two ticks"},
     {"fast probe", "voxel_penalty",
-     "with fewer than ten samples in contact the springs are weaker, and a tip of a voxel's size has few"},
+     "the springs are weaker with fewer than ten samples in contact, and a tip as small as a voxel has few samples"},
     {"carver stalls", "voxel_penalty",
      "it knows no tissue outside its patch, and has no last contact plane that could hold the hand there"},
     {"fast probe", "packing",
-     "gaps between 10,000 spheres are as wide as the tip, which falls in; more spheres, or another model for "
+     "gaps between 10,000 spheres are as wide as the tip, which falls in; use more spheres, or another model for "
      "explorers"}};
 
 template <class T, class Member>
@@ -171,10 +172,12 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       "typed by\nhand. Every figure is a row of [rows.csv]({0}/rows.csv). A short version runs in the tests.\n\n"
       "**Measured on**: {1}.\n\n"
       "![models in rows, campaigns in columns]({0}/map.svg)\n\n"
-      "- **survives**: every figure is within what passes.\n"
-      "- **flawed**: the force is finite, within its limit, and holds the hand; but it gives energy (more than 1 nJ), "
-      "steps (more\n  than 0.25 N in a tick beyond the hand's own way), or is off.\n"
-      "- **falls**: the force is not finite or beyond its limit, the hand comes through, or feels nothing in the "
+      "- **survives**: every figure is within its limit.\n"
+      "- **flawed**: the force is finite, within its limit, and holds the hand; but the model generates energy (more "
+      "than "
+      "1 nJ), has\n  force steps (0.25 N per tick more than without the disturbance), or has a large error.\n"
+      "- **falls**: the force is not finite or exceeds its limit, or the hand passes the tissue or feels no force in "
+      "the "
       "tissue.\n\n## The campaigns\n\n",
       folder.filename().string(), machine);
   for (const Campaign& campaign : kCampaigns) page += fmt::format("- **{}**: {}.\n", campaign.name, campaign.what);
@@ -185,7 +188,7 @@ void write_stress_page(const std::filesystem::path& file, const std::vector<Benc
       causes += fmt::format("- `{}`, {}: {}.\n", cause.model, cause.campaign, cause.why);
   }
   if (!causes.empty()) page += "\n## Why some do not survive\n\n" + causes;
-  page += "\n## Figures\n\n| campaign | measure | passes |";
+  page += "\n## Figures\n\n| campaign | measure | limit |";
   const std::vector<std::string> models = distinct(cells, &SurvivalCell::model);
   for (const std::string& model : models) page += fmt::format(" `{}` |", model);
   page += "\n|---|---|---|";

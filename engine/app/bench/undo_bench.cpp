@@ -69,7 +69,7 @@ void measure(std::vector<BenchRow>& rows, Cutter& cutter, std::uint32_t tool, in
     carver.undo();                            // the next stroke must meet the same tissue
   }
   const double kilobytes = static_cast<double>(bytes) / 1024;
-  rows.push_back({.name = "made ready in the pause after it",
+  rows.push_back({.name = "prepared in the pause after it",
                   .knob = knob,
                   .time_ns = quantile(rest, 0.5),
                   .per = "stroke",

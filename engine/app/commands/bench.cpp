@@ -185,7 +185,7 @@ void run(const Options& options) {
     log::info("measuring {}", part.name);
     measured.push_back({&part, part.rows(asked)});
   }
-  const std::string made = machine() + (options.quick ? "; a quick look (--quick), no measurement" : "");
+  const std::string made = machine() + (options.quick ? "; quick run (--quick), not a measurement" : "");
   if (!options.out.empty()) write_file_atomically(options.out, csv(measured, made), FileKind::kTable, Over::kItsInput);
   if (!options.page.empty()) write_performance_page(options.page, measured, made);
   if (options.json) {
@@ -199,20 +199,20 @@ void run(const Options& options) {
 
 void add_bench_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  cli::Command* command = app.add_command("bench", "Measure error against time, part by part, beside baselines");
+  cli::Command* command = app.add_command("bench", "Measure time and error of each part, compared with baselines");
   command->footer("Example:\n  typodont bench surface sound --out bench.csv");
   std::vector<std::string> names;
   for (const BenchPart& part : bench_parts()) names.emplace_back(part.name);
   command->add_option("name", options->names, "parts to measure; all when none is named")->check(cli::one_of(names));
   command->add_option("--out", options->out, "write the rows as CSV, with machine, compiler, flags and date")
       ->check(cli::writes({FileKind::kTable}, Over::kItsInput));
-  command->add_option("--keep", options->keep, "of the parts not named take the rows that this CSV has of them")
+  command->add_option("--keep", options->keep, "keep the rows that this CSV has of the other parts")
       ->check(cli::existing_file());
   command->add_option("--page", options->page, "write them as a page (.md) with plots beside it");
   command->add_option(
       "--model", options->model,
       "contact model that `contact` measures instead of the default, " + haptics::known_contact_methods());
-  command->add_flag("--quick", options->quick, "fewer repeats: a look, not a measurement");
+  command->add_flag("--quick", options->quick, "fewer repeats: fast, but not a measurement");
   command->add_flag("--json", options->json, "print the rows as JSON");
   command->callback([options] { run(*options); });
 }

@@ -63,7 +63,7 @@ void add_register(cli::Command& calibrate) {
       ->check(cli::more_than_zero());
   command->add_option("--workspace-mm", options->workspace_mm, "box in H: x0 y0 z0 x1 y1 z1; else that of the inliers")
       ->expected(6);
-  command->add_option("--rig", options->rig, "take X_DH over as X_WH of this rig file, unless it is not to be trusted");
+  command->add_option("--rig", options->rig, "store X_DH as X_WH in this rig file, unless the result is unreliable");
   options->out.add_to(*command);
   command->footer(
       "X_DH takes points of the haptic base H to the display D. Covariance: rotation vector (rad), then translation\n"
@@ -117,14 +117,14 @@ struct PoseCommand {
   bool camera_on_arm;
 };
 constexpr PoseCommand kPoseCommands[] = {
-    {"hand-eye", "where a camera sits on the stylus, from poses of stylus and target (A X = X B)", "X_SK", "X_HM",
+    {"hand-eye", "the pose of a camera on the stylus, from poses of stylus and target (A X = X B)", "X_SK", "X_HM",
      "the camera K on the stylus S", "the target M in the base H", "of the target in the camera (X_KM)",
      "Solves X_HS X_SK X_KM = X_HM for X_SK and X_HM. With --motions every row holds a motion of the stylus and the "
      "one\n"
      "of the camera: A X_SK = X_SK B.\nTurn the stylus by 30° and more, about two axes; 15 poses or more.\n"
      "Example: typodont calibrate hand-eye --poses poses.csv --out hand_eye.json",
      true},
-    {"robot-world", "where a tracker stands and where its marker sits on the stylus (A X = Z B)", "X_SM", "X_HK",
+    {"robot-world", "the poses of a tracker and of its marker on the stylus (A X = Z B)", "X_SM", "X_HK",
      "the marker M on the stylus S", "the tracker K in the base H", "of the marker in the tracker (X_KM)",
      "Solves X_HS X_SM = X_HK X_KM for X_SM and X_HK.\n"
      "Turn the stylus by 30° and more, about two axes; 15 poses or more.\n"
@@ -194,16 +194,15 @@ void add_delay(cli::Command& calibrate) {
   cli::Command* command = calibrate.add_command("delay", "time offset between two recordings of one motion");
   command->add_option("--a", options->a, "CSV: t_s,x_mm,y_mm,z_mm");
   command->add_option("--b", options->b, "CSV: t_s,x_mm,y_mm,z_mm");
-  command->add_option("--rig", options->rig, "rig file: the recordings are, or go, beside it, and the delay into it");
+  command->add_option("--rig", options->rig,
+                      "rig file: recordings are read from or written beside it, and the delay is stored in it");
   command->add_option("--hand", options->live.hand, "record A from this hand (typodont devices) …");
   command->add_option("--with", options->live.with, "… and B at the same time from this one, or from opentrack:PORT");
   command->add_option("--pedal", options->live.pedal, "\"none\", or the pedal's path or serial")->show_default();
-  command
-      ->add_option("--seconds", options->live.seconds,
-                   "record at most so long; it ends sooner where 0.1 ms are reached")
+  command->add_option("--seconds", options->live.seconds, "longest recording; it ends earlier once 0.1 ms is reached")
       ->check(cli::range(4.0, 600.0))
       ->show_default();
-  command->add_option("--max-ms", options->max_ms, "search this far both ways")
+  command->add_option("--max-ms", options->max_ms, "search range in both directions")
       ->check(cli::range(1.0, 60000.0))
       ->show_default();
   options->out.add_to(*command);
@@ -241,7 +240,7 @@ void add_delay(cli::Command& calibrate) {
     if (result.ambiguous)
       log::warn("{}", result.reason);
     else if (!result.rich)
-      log::warn("the motion was not rich enough for 0.1 ms: move faster, or longer");
+      log::warn("the motion was not enough for 0.1 ms: move faster or longer");
     std::string text = fmt::format("delay   {:.4f} ms ± {:.4f} ms (positive: B lags A){}\n", result.delay * 1e3,
                                    result.sigma * 1e3, result.ambiguous ? ", ambiguous" : "");
     if (result.skew != 0) {
@@ -261,7 +260,7 @@ std::string summary(const BenchState& bench) {
     text += fmt::format("arm       {:.3f} mm rms before, {:.3f} after; {} captures, {} set aside\n",
                         r->before_rms * 1e3, r->after_rms * 1e3, r->residuals.size(), r->rejected.size());
     text += fmt::format("          not observable: {}\n", fmt::join(r->not_observable, "; "));
-    if (!r->misfit.empty()) text += fmt::format("          not taken over: {}\n", r->misfit);
+    if (!r->misfit.empty()) text += fmt::format("          rejected: {}\n", r->misfit);
   }
   if (const auto& r = bench.panel_result) {
     text += r->not_determined.empty() ? fmt::format("panel     {:.2f} × {:.2f} mm, {:.3f} mm rms, {} set aside\n",
@@ -279,13 +278,15 @@ std::string summary(const BenchState& bench) {
                               r->ipd_sigma * 1e3, r->rms * 1e3, r->rejected.size())
                 : fmt::format("eyes      not determined: {}\n", r->not_determined);
     if (const auto& offset = r->user_offset) {
-      text += fmt::format("          this user feels ({}) ± ({}) mm beside what is seen; {} touches, {} set aside\n",
-                          words(offset->W * 1e3), words(offset->sigma * 1e3), offset->touches, offset->rejected);
+      text += fmt::format(
+          "          this user feels points ({}) ± ({}) mm from where they are seen; {} touches, {} set aside\n",
+          words(offset->W * 1e3), words(offset->sigma * 1e3), offset->touches, offset->rejected);
     }
   }
   if (const auto& r = bench.joint) {
-    text += fmt::format("together  eyes {:.2f} ± {:.2f} mm apart; this user feels ({}) mm beside what is seen\n",
-                        r->eyes.ipd * 1e3, r->ipd_sigma * 1e3, words(r->user_offset_W * 1e3));
+    text += fmt::format(
+        "together  eyes {:.2f} ± {:.2f} mm apart; this user feels points ({}) mm from where they are seen\n",
+        r->eyes.ipd * 1e3, r->ipd_sigma * 1e3, words(r->user_offset_W * 1e3));
   }
   if (const auto& r = bench.registration) {
     text += fmt::format("register  {:.3f} mm per axis, {:.3f} mm predicted error, {} pairs, {} set aside{}\n",
@@ -309,8 +310,7 @@ struct HandOptions : GuideOptions {
     command.add_option("--hand", hand,
                        "take touches from this hand: an address as typodont devices lists them, or script:HAND.csv");
     command.add_option("--pedal", pedal, "\"auto\", \"none\", or the pedal's path or serial")->show_default();
-    command
-        .add_option("--still-mm", still_mm, "a touch is refused when the tip strayed farther than this within 100 ms")
+    command.add_option("--still-mm", still_mm, "a touch is refused if the tip moved farther than this within 100 ms")
         ->show_default()
         ->check(cli::range(0.001, 10.0));
     command.add_flag("--fast", fast, "a script: hand runs as fast as it can");
@@ -412,7 +412,7 @@ void add_drift(cli::Command& calibrate) {
     Output out;
   };
   auto options = std::make_shared<Options>();
-  cli::Command* command = calibrate.add_command("drift", "three marks at the start of a session: has anything moved?");
+  cli::Command* command = calibrate.add_command("drift", "check three marks at the start of a session for drift");
   command->add_option("--rig", options->rig, "rig file; drift.csv of its captures holds the marks")->required();
   command->add_option("--touches", options->touches,
                       "CSV of the same marks touched now: x_mm,y_mm,z_mm; else they are asked for");
@@ -469,7 +469,7 @@ void add_drift(cli::Command& calibrate) {
 
 void add_status(cli::Command& calibrate) {
   auto file = std::make_shared<std::string>();
-  cli::Command* command = calibrate.add_command("status", "which steps are done, and which to do again");
+  cli::Command* command = calibrate.add_command("status", "list the completed steps, and those to repeat");
   command->add_option("--rig", *file, "rig file")->required();
   command->footer("Example: typodont calibrate status --rig bench.json");
   command->callback([file] {
@@ -514,7 +514,7 @@ void add_guide(cli::Command& calibrate) {
   };
   auto options = std::make_shared<Options>();
   cli::Command* command = calibrate.add_command(
-      "guide", "guided capture of one step, or of all that are to do; can be broken off and goes on where it was");
+      "guide", "guided capture of one step, or of all open steps; can be interrupted and continued");
   command->add_option(
       "step", options->step,
       "arm, screen, mirror, eyes, register, verify or drift; without it all steps that are not done, in order");
@@ -697,7 +697,8 @@ void add_calibrate_command(cli::Command& app) {
     std::uint64_t seed = 1;
   };
   auto options = std::make_shared<Options>();
-  cli::Command* calibrate = app.add_command("calibrate", "set up a bench: what you see is where you feel it");
+  cli::Command* calibrate =
+      app.add_command("calibrate", "Calibrate a bench, so that objects are felt where they are seen");
   calibrate->add_flag("--simulate", options->simulate,
                       "run the whole routine against a simulated bench, e.g. --simulate --seed 7 --out bench");
   calibrate->add_option("--out", options->out, "with --simulate: folder for the rig, the captures and the report");
@@ -705,21 +706,21 @@ void add_calibrate_command(cli::Command& app) {
   calibrate->add_option("--noise-mm", options->noise_mm, "with --simulate: noise of a touch per axis")
       ->show_default()
       ->check(cli::range(0.0, 5.0));
-  calibrate->add_option("--outliers", options->outliers, "with --simulate: share of touches that slip")
+  calibrate->add_option("--outliers", options->outliers, "with --simulate: fraction of touches that slip")
       ->show_default()
       ->check(cli::range(0.0, 0.4));
-  calibrate->add_option("--seed", options->seed, "with --simulate: which bench")->show_default();
+  calibrate->add_option("--seed", options->seed, "with --simulate: seed of the bench")->show_default();
   calibrate->footer(
       "Example: typodont calibrate --simulate --out bench\nExample: typodont calibrate guide screen --rig "
       "bench/rig.json --hand haply:");
-  add_rig_step(*calibrate, "arm", "the arm's own geometry, from the tip in sockets and on a plate", "arm.csv");
+  add_rig_step(*calibrate, "arm", "the arm's geometry, from the tip in sockets and on a plate", "arm.csv");
   add_rig_step(*calibrate, "screen", "panel and mirror, from touches of the stylus", "marks.csv and mirror.csv");
   add_rig_step(*calibrate, "eyes", "eye centre and distance, from alignments through the mirror", "eyes.csv");
   add_register(*calibrate);
   for (const PoseCommand& kind : kPoseCommands) add_pose_command(*calibrate, kind);
   add_delay(*calibrate);
-  add_rig_step(*calibrate, "verify", "fresh points: does it hold?", "verify.csv");
-  add_rig_step(*calibrate, "solve", "every step again, from all captures", "all files");
+  add_rig_step(*calibrate, "verify", "check the calibration with new points", "verify.csv");
+  add_rig_step(*calibrate, "solve", "solve every step again from all captures", "all files");
   add_drift(*calibrate);
   add_guide(*calibrate);
   add_status(*calibrate);

@@ -15,9 +15,9 @@ void add_demo_command(cli::Command& app) {
   auto options = std::make_shared<DemoOptions>();
   auto size = std::make_shared<std::string>();
   cli::Command* command =
-      app.add_command("demo", "The showcase: a scripted hand removes the caries of a CT molar, offscreen");
+      app.add_command("demo", "A demonstration: a scripted hand removes the caries of a CT molar, offscreen");
   command->footer("Example:\n  typodont demo --out demo");
-  command->add_option("--out", options->out, "folder for what it makes")->show_default();
+  command->add_option("--out", options->out, "folder for the results")->show_default();
   command->add_option("--scene", options->scene, "another scene with caries (JSON)");
   command->add_option("--rig", options->rig, "another rig (JSON), or the name of one in assets/rigs");
   command->add_option("--size", *size, "WIDTHxHEIGHT of one eye's picture; where not given the rig's (full HD)");
@@ -26,7 +26,7 @@ void add_demo_command(cli::Command& app) {
   command->add_option("--fps", options->fps, "frames a second of the film")
       ->check(cli::range(1.0, 120.0))
       ->show_default();
-  command->add_option("--seconds", options->seconds, "stop after so much session time")
+  command->add_option("--seconds", options->seconds, "stop after this session time")
       ->check(cli::range(0.1, kLongestSession));
   command->callback([options, size] {
     if (!size->empty()) options->eye_size = parse_size(*size);

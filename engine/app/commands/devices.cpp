@@ -48,7 +48,7 @@ void print_text(const std::vector<haptics::FoundDevice>& found) {
     if (d.force_limit > 0) fmt::print(", up to {:g} N", d.force_limit);
     if (!d.node.empty() && !d.address.empty()) fmt::print(", {}", d.node);
     fmt::print("\n");
-    if (!d.permitted) fmt::print("    may not be opened; mend it by: {}\n", d.mend);
+    if (!d.permitted) fmt::print("    no permission to open it; remedy: {}\n", d.mend);
   }
   fmt::print("\nAddresses that --hand takes:\n");
   for (const auto& driver : haptics::drivers()) {
@@ -80,7 +80,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_devices_command(cli::Command& app) {
-  auto* command = app.add_command("devices", "List haptic devices, 6-DoF mice and pedals, and what each still needs");
+  auto* command = app.add_command("devices", "List haptic devices, 6-DoF mice and pedals, and how to make each usable");
   command->footer(
       "Examples:\n"
       "  typodont devices\n"

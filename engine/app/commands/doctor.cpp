@@ -180,9 +180,8 @@ Check realtime() {
   c.state = State::kDegraded;
   c.found = "SCHED_FIFO is refused";
   c.without =
-      "ticks come up to milliseconds late when the machine is busy: a hard surface then buzzes; hands with motors ask "
-      "for "
-      "--no-real-time";
+      "when the computer is busy, ticks are several milliseconds late and a hard surface vibrates; hands with motors "
+      "then need --no-real-time";
   c.mend =
       "printf '@realtime - rtprio 95\\n@realtime - memlock unlimited\\n' | sudo tee "
       "/etc/security/limits.d/95-typodont.conf "
@@ -218,7 +217,7 @@ Check clock_speed() {
                         source.empty() ? "unknown" : source);
   if (governor == "powersave" || governor == "conservative") {
     c.state = State::kDegraded;
-    c.without = "the core of the servo sleeps deeper and wakes later";
+    c.without = "the servo's core enters deep sleep states and wakes late";
     c.mend = "sudo cpupower frequency-set -g performance";
   }
   return c;
@@ -475,7 +474,7 @@ void run(bool json) {
       fmt::print("{}{:<9}{} {:<25} {}\n", on, name_of(c.state), color ? "\033[0m" : "", c.name, c.found);
       if (!c.without.empty())
         fmt::print("{:36}{}: {}\n", "", c.state == State::kMissing ? "without it" : "as it is", c.without);
-      if (!c.mend.empty()) fmt::print("{:36}mend: {}\n", "", c.mend);
+      if (!c.mend.empty()) fmt::print("{:36}remedy: {}\n", "", c.mend);
     }
     if (refusal.empty()) fmt::print("\nTypodont runs on this machine.\n");
   }
@@ -487,7 +486,7 @@ void run(bool json) {
 
 void add_doctor_command(cli::Command& app) {
   cli::Command* command =
-      app.add_command("doctor", "Say what this machine has, what is missing, and the command that mends it");
+      app.add_command("doctor", "Report what this computer has, what is missing, and the command that installs it");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "print the findings as JSON");
   command->footer(

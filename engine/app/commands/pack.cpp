@@ -114,8 +114,9 @@ void add_pack_command(cli::Command& app) {
   command->add_option("--spheres", options->spheres, "how many")->show_default();
   command->add_option("--seed", options->seed, "equal seeds, equal packings")->show_default();
   command
-      ->add_option("--max-radius-mm", options->max_radius_mm,
-                   "no sphere is larger (default: twice the radius at which equal spheres have the tissue's volume)")
+      ->add_option(
+          "--max-radius-mm", options->max_radius_mm,
+          "largest radius of a sphere (default: twice the radius at which equal spheres have the tissue's volume)")
       ->check(cli::range(1e-4, 1000.0));
   command->add_option("--out", options->out, "packing to write (.h5)")
       ->required()

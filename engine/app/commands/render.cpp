@@ -298,13 +298,12 @@ void run(const Options& options) {
 
 void add_render_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
-  cli::Command* command = app.add_command("render", "Pictures of a scene for both eyes, and the matrices behind them");
+  cli::Command* command = app.add_command("render", "Pictures of a scene for both eyes, and their matrices");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
   command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
-  command->add_option("--magnify", options->magnify, "show the work so many times larger than life")
-      ->check(cli::range(0.1, 100.0));
+  command->add_option("--magnify", options->magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();
   command->add_option("--size", options->size, "WIDTHxHEIGHT of one eye's picture; the rig's pixels when not given");
   command->add_option("--eye", options->eye, "which eye to write; screen.png comes with both")
@@ -315,11 +314,11 @@ void add_render_command(cli::Command& app) {
   command
       ->add_option(
           "--view", options->view,
-          "as it looks, or for teaching: cut open, as glass, against an ideal, the spheres of the model packing")
+          "natural, or a view for teaching: section, X-ray, difference from an ideal, the spheres of the model packing")
       ->check(cli::one_of({"look", "section", "xray", "difference", "spheres"}))
       ->show_default();
   command->add_option("--plane", options->plane,
-                      "section: NX,NY,NZ,OFFSET_MM, what lies where N·p > OFFSET stays; else through the middle");
+                      "section: NX,NY,NZ,OFFSET_MM; the side with N·p > OFFSET is kept; default: through the centre");
   command->add_option("--ideal", options->ideal,
                       "difference: the tooth as it should become (.vdb); else the scene's task says");
   command->add_option("--volume", options->volume, "draw this volume (.vdb) instead of the scene's tissue");
@@ -328,7 +327,7 @@ void add_render_command(cli::Command& app) {
   command->add_option("--quality", options->quality, "step of the quality ladder")
       ->check(cli::one_of(steps))
       ->show_default();
-  command->add_flag("--hud", options->hud, "draw the writing too");
+  command->add_flag("--hud", options->hud, "also draw text");
   command->add_flag("--validate", options->validate, "run under the Vulkan validation layer and count its messages");
   command->add_flag("--json", options->json, "print frame.json on standard output too");
   command->callback([options] { run(*options); });

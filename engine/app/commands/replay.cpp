@@ -145,42 +145,42 @@ void run(Options options) {
 void add_replay_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
   PlaybackOptions& p = options->playback;
-  cli::Command* command = app.add_command("replay", "Run a recorded session again, bit for bit; watch it, film it");
+  cli::Command* command =
+      app.add_command("replay", "Replay a recorded session bit for bit, watch it, or make a film of it");
   command->footer(
       "In the window: space pauses, arrows left and right seek 5 s, up and down change the speed, R plays backwards, L "
       "loops,\n"
-      "[ and ] set where the loop begins and ends, Backspace forgets that, Home and End, V another view, Esc ends.\n"
+      "[ and ] set the beginning and end of a loop, Backspace clears them, Home and End, V another view, Esc ends.\n"
       "Example:\n  typodont replay demo/session.h5 --check --json\n"
       "  typodont replay student.h5 --beside expert.h5 --show\n"
       "  typodont replay student.h5 --beside expert.h5 --from 20 --to 40 --speed 0.5 --film both.mp4\n"
       "  typodont replay student.h5 --with '{\"force_filter\": \"slew\"}' --out slew.h5");
   command->add_option("session", options->session, "recorded session (.h5)")->required();
-  command->add_flag("--check", options->check, "exit 1 where the replay differs from the recording");
-  command->add_option("--key", options->key, "exit 1 where the session is not signed with the key in this file");
+  command->add_flag("--check", options->check, "exit 1 if the replay differs from the recording");
+  command->add_option("--key", options->key, "exit 1 if the session is not signed with the key in this file");
   command->add_flag("--show", options->show, "watch it in a window");
   command->add_option("--film", p.film, "make a film of it (.mp4)")->check(cli::writes({FileKind::kFilm}));
   command->add_option("--beside", p.beside,
-                      "another session at its right: an expert's, or the same hand in another scene");
+                      "another session, shown to the right: an expert's, or the same hand in another scene");
   command->add_option("--rig", p.rig,
                       "rig file (JSON), or the name of one in assets/rigs; window, or closeup for a film");
-  command->add_option("--eye-mm", options->eye, "X,Y,Z: other eyes, where the head is in the workbench");
+  command->add_option("--eye-mm", options->eye, "X,Y,Z: another viewpoint, the position of the head in the workbench");
   command->add_option("--ipd-mm", options->ipd, "distance between the eyes")->check(cli::range(0.0, 100.0));
-  command->add_option("--magnify", p.magnify, "show the work so many times larger than life")
-      ->check(cli::range(0.1, 100.0));
-  command->add_option("--from", p.from, "where to begin, s of the recording");
+  command->add_option("--magnify", p.magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
+  command->add_option("--from", p.from, "start time in the recording, s");
   command->add_option("--to", p.to, "where to end");
   command->add_option("--speed", p.speed, "how many times as fast; negative: backwards")
       ->check(cli::range(-64.0, 64.0));
-  command->add_option("--loop", p.loops, "how often a film shows it; a window loops unless 0")
+  command->add_option("--loop", p.loops, "number of repetitions in a film; a window repeats unless 0")
       ->check(cli::range(0, 1000));
   command->add_option("--fps", p.fps, "pictures a second of a film")->check(cli::range(1.0, 240.0))->show_default();
-  command->add_option("--view", p.view, "as it looks, or for teaching")
+  command->add_option("--view", p.view, "natural, or a view for teaching")
       ->check(cli::one_of({"look", "section", "xray", "difference"}))
       ->show_default();
   command->add_option("--monitor", p.monitor, "show it full screen on this monitor, 0 is the first")
       ->check(cli::from_zero());
   command->add_option("--with", options->with,
-                      "the same hand with another contact: a JSON file or object with keys of a scene that differ");
+                      "replay the hand with other settings: a JSON file or object with the changed keys of the scene");
   command->add_option("--out", options->out, "the session that --with makes (.h5)")
       ->check(cli::writes({FileKind::kSession}));
   command->add_flag("--json", options->json, "print the result as JSON");

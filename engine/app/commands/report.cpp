@@ -228,8 +228,8 @@ void add_report_command(cli::Command& app) {
   command->add_option("--earlier", options->earlier, "A folder with the trainee's earlier sessions, to compare with");
   command->add_flag(
       "--verify", options->verify,
-      "Replay the recorded hand first; the page says whether the recording is what it makes, exit 1 if not");
-  command->add_option("--key", options->key, "No page and exit 1 where it is not signed with the key in this file");
+      "Replay the recorded hand first; the page states whether the recording agrees with it, exit 1 if not");
+  command->add_option("--key", options->key, "No page and exit 1 if it is not signed with the key in this file");
   command->add_flag("--json", options->json, "Print the score as JSON");
   command->footer("Example: typodont report out/session.h5 --out report.html --language de");
   command->callback([options, command] {

@@ -240,7 +240,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_rescore_command(cli::Command& app) {
-  cli::Command* command = app.add_command("rescore", "Score recorded sessions anew, e.g. after a rule has changed");
+  cli::Command* command = app.add_command("rescore", "Score recorded sessions again, e.g. after a rule has changed");
   const auto options = std::make_shared<Options>();
   command
       ->add_option("SESSIONS", options->sessions, "a folder of sessions, those in its folders included, or one session")

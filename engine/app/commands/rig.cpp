@@ -188,13 +188,12 @@ void plan(const Options& options) {
 }  // namespace
 
 void add_rig_command(cli::Command& app) {
-  cli::Command* rig = app.add_command("rig", "plan a bench: where panel, mirror, eyes and arm go");
+  cli::Command* rig = app.add_command("rig", "Plan a bench: positions of panel, mirror, eyes and arm");
   rig->expect_commands(1, 1);
   rig->footer("Example: typodont rig plan --out bench.pdf");
   auto options = std::make_shared<Options>();
-  cli::Command* command = rig->add_command("plan",
-                                           "a mirror bench with its measures: what fits, where, and how large the "
-                                           "shared workspace is");
+  cli::Command* command =
+      rig->add_command("plan", "plan a mirror bench: positions of its parts, and the size of the shared workspace");
   command->add_option("--screen-mm", options->panel_mm, "width and height of the panel's lit area")
       ->expected(2)
       ->show_default();
@@ -227,7 +226,7 @@ void add_rig_command(cli::Command& app) {
   command->add_option("--ipd-mm", options->ipd_mm, "between the eyes")->check(cli::range(40.0, 80.0))->show_default();
   std::vector<std::string> arms;
   for (const ArmReach& arm : kArms) arms.emplace_back(arm.name);
-  command->add_option("--arm", options->arm, "whose reach (from its maker's data sheet)")
+  command->add_option("--arm", options->arm, "arm; its reach comes from the maker's data sheet")
       ->check(cli::one_of(arms))
       ->show_default();
   command
@@ -248,11 +247,11 @@ void add_rig_command(cli::Command& app) {
       ->show_default();
   command->add_option("--out", options->out, "write a drawing with measures: .svg or .pdf, one A4 page")
       ->check(cli::writes({FileKind::kDrawing, FileKind::kDocument}));
-  command->add_option("--rig", options->rig, "write a rig file to begin the calibration with, where the bench fits")
+  command->add_option("--rig", options->rig, "write a rig file as the start of a calibration, if the bench fits")
       ->check(cli::writes({FileKind::kJson}));
   command->add_flag("--json", options->json, "print the plan as JSON");
   command->footer(
-      "Exit status 1 where something is in the way; the drawing shows it.\n"
+      "Exit status 1 if parts of the bench collide; the drawing shows where.\n"
       "Example: typodont rig plan --screen-mm 531 299 --mirror-deg 0 --arm touch --eye-mm 520 --out bench.pdf");
   command->callback([options] { plan(*options); });
 }

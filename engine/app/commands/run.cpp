@@ -95,30 +95,28 @@ void run(const Options& options) {
 void add_run_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
   WorkbenchOptions& w = options->workbench;
-  cli::Command* command = app.add_command("run", "Run a scene live: with a display, the mouse is the hand");
+  cli::Command* command = app.add_command("run", "Run a live session of a scene; on a desktop, the mouse is the hand");
   command->footer(
-      "Z takes the last stroke back, Y brings it again; S saves the tissue.\n"
+      "Z undoes the last stroke, Y redoes it; S saves the tissue.\n"
       "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
       "Example: typodont run assets/scenes/molar-caries.json --resume session.h5 --record second.h5");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
   command->add_option("--rig", w.rig,
                       "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
-  command
-      ->add_option("--magnify", w.magnify, "show the work so many times larger than life, instead of as the rig says")
+  command->add_option("--magnify", w.magnify, "magnify the scene by this factor instead of the one in the rig")
       ->check(cli::range(0.1, 100.0));
   command->add_option("--hand", w.hand, "script:HAND.csv, expert:, mouse:, spacemouse:, woodenhaptics:[PATH], …");
   command->add_option("--left-hand", w.left_hand, "a second hand, with the mouth mirror: the same addresses");
   command->add_option("--pedal", w.pedal, "auto, none, or a pedal's path or serial (typodont devices)");
-  command->add_option("--rate", w.rate, "servo rate where the hand leaves the choice, Hz")
+  command->add_option("--rate", w.rate, "servo rate, Hz, for hands that do not set it")
       ->check(cli::range(500.0, 10000.0))
       ->show_default();
   command->add_option("--audio", w.audio, "portaudio:[DEVICE], wav:FILE or none:");
   command->add_option("--record", w.record, "record the session (.h5)")->check(cli::writes({FileKind::kSession}));
-  command->add_option(
-      "--stream", w.stream,
-      "tell other programs of the session: osc:[HOST:]PORT, ws:[HOST:]PORT; this computer where no host "
-      "is given; can be repeated");
-  command->add_option("--stream-rate", w.stream_rate, "states a second that they are told, Hz")
+  command->add_option("--stream", w.stream,
+                      "stream the session to other programs: osc:[HOST:]PORT, ws:[HOST:]PORT; without a host, this "
+                      "computer; can be repeated");
+  command->add_option("--stream-rate", w.stream_rate, "rate of the streamed states, Hz")
       ->check(cli::range(1.0, 1000.0))
       ->show_default();
   command->add_option("--monitor", w.monitor, "show the picture full screen on this monitor, 0 is the first")
@@ -130,15 +128,15 @@ void add_run_command(cli::Command& app) {
   command->add_option("--save", w.save, "save the tissue here at the end, and whenever S is pressed (.vdb)")
       ->check(cli::writes({FileKind::kVolume}));
   command->add_option("--resume", options->resume,
-                      "go on from a saved tissue (.vdb) or from a recorded session's end (.h5)");
+                      "continue from a saved tissue (.vdb) or from a recorded session's end (.h5)");
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
-  command->add_option("--seconds", w.seconds, "end after so many seconds, a day at most")
+  command->add_option("--seconds", w.seconds, "end after this number of seconds, at most a day")
       ->check(cli::more_than_zero(kLongestSession));
   command->add_flag("--no-real-time", w.no_real_time,
                     "use a hand with motors although the system grants this program no real-time priority");
   command->add_flag("--explain", w.explain,
-                    "say what is active, and why the rest is not; at the end, what was done, kind by kind");
+                    "list the active parts and why the others are inactive; at the end, list the work that was done");
   command->add_flag("--json", options->json, "print the summary as JSON");
   command->callback([options, command] {
     command->refuse_without({"--stream-rate"}, !options->workbench.stream.empty(), "--stream");

@@ -198,7 +198,7 @@ void run(const Options& options) {
 void add_servo_command(cli::Command& app) {
   auto options = std::make_shared<Options>();
   cli::Command* command =
-      app.add_command("servo", "Run the haptic core alone on a scripted hand: same input, same bytes out");
+      app.add_command("servo", "Run only the haptic core with a scripted hand; equal input gives equal output bytes");
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
   command->add_option("scene", options->scene, "scene file (JSON)")->required();
@@ -213,7 +213,7 @@ void add_servo_command(cli::Command& app) {
   command->add_option("--rate", options->rate, "servo rate, Hz")->check(cli::range(10.0, 100000.0))->show_default();
   command->add_option("--model", options->model,
                       "contact model instead of the scene's, " + haptics::known_contact_methods());
-  command->add_option("--stall-carver-ms", options->stall_ms, "once a second the carver stands still for so long")
+  command->add_option("--stall-carver-ms", options->stall_ms, "stall the carver for this time once a second")
       ->check(cli::range(0.0, 500.0));
   command->add_option("--save", options->save, "save the tissue afterwards (.vdb)")
       ->check(cli::writes({FileKind::kVolume}));

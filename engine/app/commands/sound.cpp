@@ -155,8 +155,8 @@ void run_synth(const SynthCommand& c) {
     if (beyond || far_below) {
       if (models.free_speed > 0) {
         log::info(
-            "{}: runs at {:.1f} krpm, the recorded drill at {:.1f}{}: its sound stands for the fastest here "
-            "(--spindle-krpm says otherwise)",
+            "{}: runs at {:.1f} krpm, the recorded drill at {:.1f}{}: its sound is used for the highest speed here "
+            "(--spindle-krpm changes this)",
             c.contact, track.fastest / kKrpm, models.free_speed / kKrpm, told ? "" : " (estimated)");
       }
       models.free_speed = track.fastest;

@@ -184,7 +184,7 @@ class VulkanSpherePasses final : public haptics::SpherePasses {
       work();
       return true;
     } catch (const std::exception& e) {
-      log::warn("the GPU's passes over spheres have failed, the processor goes on: {}", e.what());
+      log::warn("the GPU's passes over spheres failed; the CPU continues: {}", e.what());
       loaded_ = false;
       return false;
     }

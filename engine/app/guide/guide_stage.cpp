@@ -389,7 +389,7 @@ class Guide {
   }
 
   GuideEnd run() {
-    if (capture_.taken() > 0) log::info("going on after {} touches", capture_.taken());
+    if (capture_.taken() > 0) log::info("continuing after {} touches", capture_.taken());
     cue(Cue::kReady);
     ask("");
     while (!end_) {
@@ -512,7 +512,7 @@ class Guide {
     } else if (line == "u" || line == "undo") {
       const bool undone = capture_.undo();
       if (undone) cue(Cue::kUndone);
-      ask(undone ? "the last touch is forgotten" : "there is nothing to undo");
+      ask(undone ? "the last touch is undone" : "there is nothing to undo");
     } else if (const auto touch = parse_touch(line, capture_.bench().arm)) {
       add(*touch);
     } else {
@@ -524,8 +524,9 @@ class Guide {
 
   [[noreturn]] void lose_hand() {
     if (voice_) voice_->finish();
-    throw RunFailure(fmt::format("{}: no more samples; {} of {} touches are kept, the same command goes on from there",
-                                 options_.hand, capture_.taken(), capture_.planned()));
+    throw RunFailure(
+        fmt::format("{}: no more samples; {} of {} touches are kept, the same command continues from there",
+                    options_.hand, capture_.taken(), capture_.planned()));
   }
 
   GuidedCapture& capture_;

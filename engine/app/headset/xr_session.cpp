@@ -312,7 +312,7 @@ bool XrSession::step() {
   if (silent > stall_)
     throw RunFailure(
         fmt::format("headset: the runtime has not answered for {:.1f} s (in {})", silent, thread_->gate.call()));
-  if (thread_->gate.busy() > kLongestFrame) throw RunFailure("headset: its picture does not come: the GPU hangs");
+  if (thread_->gate.busy() > kLongestFrame) throw RunFailure("headset: no picture arrives: the GPU hangs");
   return true;
 }
 

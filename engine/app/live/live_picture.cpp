@@ -49,11 +49,10 @@ void LivePicture::open(const display::DisplayRig& rig, std::vector<std::string>&
   session_.wiring.tolerance = detail_->tolerance();
   if (stage_->device().processor) session_.mesh_interval = kProcessorMeshInterval;
   explanations.push_back("drawn by " + stage_->device_name());
-  explanations.push_back(
-      fmt::format("picture quality: begins at \"{}\"; steps down while a frame takes over {:.0f} ms, "
-                  "up when there is room",
-                  ladder_.step().name, 1e3 * ladder_.slow()));
-  explanations.push_back(rig.head.tracker.empty() ? "head: at rest, the rig names no tracker"
+  explanations.push_back(fmt::format(
+      "picture quality: starts at \"{}\"; lower while a frame takes over {:.0f} ms, higher when there is time",
+      ladder_.step().name, 1e3 * ladder_.slow()));
+  explanations.push_back(rig.head.tracker.empty() ? "head: fixed, the rig names no tracker"
                                                   : "head: " + rig.head.tracker);
   update_tissue_visibility();
   if (!session_.debris) return;
@@ -311,7 +310,7 @@ void LivePicture::follow(const render::FrameStats& stats, double dt, const Servo
   ladder_cuts_ = tick.cuts;
   if (!refined && ladder_.frame_took(on_end && dt > ladder_.slow() ? std::max(dt, took.cost()) : took.cost())) {
     stage_->set_quality(ladder_.step());
-    log::info("picture quality: {}, for a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
+    log::info("picture quality: {}, because a frame took {:.0f} ms", ladder_.step().name, 1e3 * frame_seconds_);
   }
 }
 

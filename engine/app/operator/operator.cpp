@@ -125,7 +125,7 @@ class Operator {
   /// kReviveInterval, it counts as broken.
   void recreate_device(const gpu::DeviceLost& e) {
     if (now() - revived_ < kReviveInterval) throw RunFailure(e.what());
-    log::warn("{}; the window is made anew", e.what());
+    log::warn("{}; the window is created again", e.what());
     revived_ = now();
     s_.live = nullptr;
     desk_.drop_picture();
@@ -408,7 +408,7 @@ class Operator {
     for (const SceneChoice& choice : s_.scenes)
       if (choice.fault.empty() && file_name_of(choice.name) == chosen_session().scene) return read_scene(choice.file);
     throw Error(from.string(), "", fmt::format("no exercise \"{}\"", chosen_session().scene),
-                "the exercise it was made in");
+                "the exercise in which it was made");
   }
 
   /// True if the trainee's picture changed.

@@ -97,7 +97,7 @@ void SessionDesk::start(const Scene& scene, const RigChoice& rig, const std::str
   }
   s_.page = Page::kSession;
   log::info("session started: {}", scene.name);
-  if (!scene.resume.empty()) log::info("going on from {}", scene.resume);
+  if (!scene.resume.empty()) log::info("continued from {}", scene.resume);
 }
 
 SessionDesk::Turn SessionDesk::step() {

@@ -16,7 +16,7 @@ void Placement::follow(XrTime display_time) {
     } else if (X_old_new) {
       X_WD_ = X_WD_ * *X_old_new;
     } else {
-      log::warn("headset: its space moved, nobody knows how far: register it with the arm again");
+      log::warn("headset: its space moved by an unknown distance: register it with the arm again");
     }
     moves_.pop_front();
   }

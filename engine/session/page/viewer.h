@@ -10,7 +10,7 @@ const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
 const meshes = data.meshes.map(m => ({
   position: new Int16Array(bytes(m.position)), normal: new Int8Array(bytes(m.normal)), tissue: new Uint8Array(bytes(m.tissue)),
   off: new Int8Array(bytes(m.off)), index: new Uint32Array(bytes(m.index)), labels: unpacked(m.labels)}));
-function unpacked(labels) {  // from runs: label in the upper four bits, length in the lower twelve
+function unpacked(labels) {  // Expands runs: label in the upper four bits, length in the lower twelve.
   const tissue = new Uint8Array(labels.size[0] * labels.size[1] * labels.size[2]);
   let at = 0;
   for (const run of new Uint16Array(bytes(labels.runs))) { tissue.fill(run >> 12, at, at + (run & 4095)); at += run & 4095; }
@@ -22,10 +22,10 @@ const start = data.view;
 const cross = (a, b) => [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0]];
 const dot = (a, b) => a[0]*b[0] + a[1]*b[1] + a[2]*b[2];
 const unit = a => { const l = Math.hypot(...a); return a.map(v => v / l); };
-// A turntable: it turns about the vertical, and tilts between below and above. Angles in rad, both 0 from the front.
+// Turntable camera: azimuth about the vertical axis, elevation from below to above. Angles in rad; both are 0 for the front view.
 const vertical = unit(start.front.up), ahead = unit(start.front.back), aside = cross(vertical, ahead);
 let azimuth, elevation, zoom, mode = data.has_ideal ? 'difference' : 'result', cut = 1;
-let right, up, back;  // what the eye sees, in W
+let right, up, back;  // axes of the view, in W
 function turn(by_azimuth, by_elevation) {
   azimuth += by_azimuth;
   elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, elevation + by_elevation));
@@ -36,7 +36,7 @@ function turn(by_azimuth, by_elevation) {
 }
 function look(view) {
   const to = unit(view.back), level = Math.hypot(dot(to, ahead), dot(to, aside));
-  const from = level > 1e-6 ? to : view.up.map(v => dot(to, vertical) > 0 ? -v : v);  // straight from above or below
+  const from = level > 1e-6 ? to : view.up.map(v => dot(to, vertical) > 0 ? -v : v);  // A view from directly above or below uses its up vector.
   elevation = Math.atan2(dot(to, vertical), level);
   azimuth = Math.atan2(dot(from, aside), dot(from, ahead));
   turn(0, 0);
@@ -55,7 +55,7 @@ function colors(mesh, kind) {
   return out;
 }
 const painted = meshes.map(m => ({result: colors(m, 'result'), difference: data.has_ideal ? colors(m, 'difference') : null}));
-let reach = 0;  // of the slice plane: as far as the result goes
+let reach = 0;  // largest distance of the result from the centre, along the normal of the slice plane
 for (const m of meshes) for (let k = 0; k < m.position.length; k += 3) {
   reach = Math.max(reach, Math.abs((m.position[k]-data.focus[0])*start.slice[0] + (m.position[k+1]-data.focus[1])*start.slice[1] + (m.position[k+2]-data.focus[2])*start.slice[2]));
 }
@@ -66,7 +66,7 @@ function size() {
   wide = canvas.width = w; high = canvas.height = h;
   image = pen.createImageData(w, h); pixels = new Uint32Array(image.data.buffer); depth = new Float32Array(w * h); inside = new Uint8Array(w * h);
 }
-// The tissue that most of the eight samples around a point have, by their weights; air does not count.
+// The tissue with the largest trilinear weight among the eight samples around a point; air is ignored.
 const weight = new Float32Array(data.tissues.length);
 function tissue_at(labels, px, py, pz) {
   const n = labels.size, o = labels.offset, f = data.focus, k = labels.scale;
@@ -88,7 +88,7 @@ function draw() {
   const n = mesh.tissue.length, x = new Float32Array(n), y = new Float32Array(n), z = new Float32Array(n), shade = new Float32Array(n), side = new Float32Array(n);
   const scale = 0.9 * Math.min(wide, high) * zoom / data.extent * data.step;
   const light = unit(back.map((b, i) => b + 0.5 * up[i] - 0.4 * right[i]));
-  const last = cut === 1 ? Infinity : (2 * cut - 1) * reach;  // what lies farther along the slice's direction is cut off
+  const last = cut === 1 ? Infinity : (2 * cut - 1) * reach;  // Points farther than this along the slice's normal are cut off.
   for (let i = 0, k = 0; i < n; ++i, k += 3) {
     const p0 = mesh.position[k] - data.focus[0], p1 = mesh.position[k+1] - data.focus[1], p2 = mesh.position[k+2] - data.focus[2];
     x[i] = wide / 2 + scale * (p0*right[0] + p1*right[1] + p2*right[2]);
@@ -104,7 +104,7 @@ function draw() {
     const a = index[k], b = index[k+1], c = index[k+2];
     if (side[a] > last && side[b] > last && side[c] > last) continue;
     const area = (x[b]-x[a])*(y[c]-y[a]) - (x[c]-x[a])*(y[b]-y[a]);
-    const inner = area > 0;  // seen from inside: only where it was cut open
+    const inner = area > 0;  // back face: visible only through the cut
     if (area === 0 || (inner && cut === 1)) continue;
     const x0 = Math.max(0, Math.floor(Math.min(x[a],x[b],x[c]))), x1 = Math.min(wide-1, Math.ceil(Math.max(x[a],x[b],x[c])));
     const y0 = Math.max(0, Math.floor(Math.min(y[a],y[b],y[c]))), y1 = Math.min(high-1, Math.ceil(Math.max(y[a],y[b],y[c])));
@@ -114,7 +114,7 @@ function draw() {
       const at = py * wide + px, d = u*z[a] + v*z[b] + w*z[c];
       if (d <= depth[at]) continue;
       depth[at] = d; inside[at] = inner ? 1 : 0;
-      if (inner) continue;  // there the cut face is seen
+      if (inner) continue;  // This pixel shows the cut face.
       const s = u*shade[a] + v*shade[b] + w*shade[c];
       const r = s*(u*paint[3*a]+v*paint[3*b]+w*paint[3*c]), g = s*(u*paint[3*a+1]+v*paint[3*b+1]+w*paint[3*c+1]),
             l = s*(u*paint[3*a+2]+v*paint[3*b+2]+w*paint[3*c+2]);
@@ -122,8 +122,8 @@ function draw() {
     }
   }
   const facing = dot(back, start.slice);
-  if (facing > 0) {  // the solid's inner side is seen through the plane: there the plane cuts tissue
-    const across = dot(right, start.slice), along = dot(up, start.slice), s = 0.93;  // lit evenly, as a drawing is
+  if (facing > 0) {  // Pixels with a back face show the cut face: draw the tissue there.
+    const across = dot(right, start.slice), along = dot(up, start.slice), s = 0.93;  // constant brightness, as in a drawing
     for (let at = 0; at < inside.length; ++at) {
       if (!inside[at]) continue;
       const h = (at % wide + 0.5 - wide / 2) / scale, v = (high / 2 - Math.floor(at / wide) - 0.5) / scale;
