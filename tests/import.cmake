@@ -9,6 +9,6 @@ typodont_test(stress_import KIND stress SOURCES stress/import_garbage_test.cpp L
 if(TARGET typodont_gdcm)
   target_compile_definitions(stress_import PRIVATE TYPODONT_DICOM)
 endif()
-typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp LIBS typodont_haptics typodont_import ZLIB::ZLIB)
+typodont_test(acceptance_import KIND acceptance SOURCES acceptance/import_molar_test.cpp acceptance/import_fuse_test.cpp LIBS typodont_haptics typodont_import ZLIB::ZLIB)
 target_compile_definitions(acceptance_import PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_import typodont)

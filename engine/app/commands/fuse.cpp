@@ -24,7 +24,7 @@ namespace typodont {
 
 namespace {
 
-constexpr double kClickNoise = 0.7e-3;     // m per axis, of points clicked on a scan and in a CT
+constexpr double kClickNoise = 0.5e-3;     // m per axis, of points clicked on a scan and in a CT
 constexpr double kPointSpacing = 0.25e-3;  // m, between the points of the scan that are registered
 constexpr double kLeastPoints = 2000, kMostPoints = 40000;
 
@@ -63,7 +63,9 @@ calibration::RegistrationResult register_clicks(const Arguments& a) {
   calibration::RegistrationOptions options;
   options.known_sigma = kClickNoise;
   calibration::RegistrationResult start = calibration::register_points(pairs.H, pairs.D, options);
-  if (start.degeneracy.defect != calibration::Defect::kNone) {
+  // Noisy clicks are accepted: the fine registration decides whether they were good enough.
+  const calibration::Defect defect = start.degeneracy.defect;
+  if (defect != calibration::Defect::kNone && defect != calibration::Defect::kNoise) {
     throw Error(a.pairs, "",
                 fmt::format("pairs that do not give a pose (H: the scan, D: the CT): {}", start.degeneracy.reason),
                 "three pairs or more of the same points in scan and CT, in mm and not on one line");
