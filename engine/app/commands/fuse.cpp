@@ -155,7 +155,7 @@ nlohmann::ordered_json as_json(const Outcome& o, const Arguments& a, const hapti
 
 std::string as_text(const Outcome& o, const Arguments& a, const haptics::IntraoralScan& scan) {
   std::string s;
-  const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<14}{}\n", name, text); };
+  const auto line = [&](std::string_view name, std::string_view text) { s += fmt::format("{:<18}{}\n", name, text); };
   for (const std::string& repair : scan.repairs()) line("repaired", repair);
   line("start", fmt::format("{} pairs used, {} set aside, {:.2f} mm rms residual", o.start.inliers.size(),
                             o.start.outliers.size(), o.start.fre_rms / kMillimetre));
