@@ -127,6 +127,8 @@ class Crowns {
   }
 
   const FuseReport& report() const { return report_; }
+  /// Largest distance between the crowns and the CT's surface, m.
+  double largest() const { return largest_; }
 
   struct Near {
     dvec3 point, normal;
@@ -240,6 +242,7 @@ class Crowns {
     if (sizes.empty()) return;
     report_.mean /= report_.covered_area;
     std::ranges::sort(sizes);
+    largest_ = sizes.back().first;
     double sum = 0;
     for (const auto& [size, of] : sizes) {
       sum += of;
@@ -311,6 +314,7 @@ class Crowns {
   std::vector<bool> at_border_, covered_;  // per triangle of the scan
   std::vector<double> weights_;            // per point
   FuseReport report_;
+  double largest_ = 0;  // m
 };
 
 }  // namespace
@@ -398,7 +402,7 @@ Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, c
   out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
 
   // The blended field, positive inside. Only samples near both surfaces change.
-  const double far = options.reach + 2 * coarse;
+  const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
   const auto set = blocks_near_surface(ct, out, far);
   const auto inverse = static_cast<float>(1 / voxel);
   importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
