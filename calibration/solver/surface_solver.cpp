@@ -211,8 +211,9 @@ class SurfaceFit {
   void judge(const Pose& start) {
     std::string& why = result_.distrust;
     if (residuals_.size() < kLeastPoints / 2 || result_.area < options_.least_area) {
-      why = fmt::format("{:.1f} mm² of the scan agree with the other surface, expected at least {:.0f} mm²",
-                        result_.area / kSquareMillimetre, options_.least_area / kSquareMillimetre);
+      why = fmt::format(
+          "{:.1f} mm² of the scan agree with the other surface, expected at least {:.0f} mm²: the start may be wrong",
+          result_.area / kSquareMillimetre, options_.least_area / kSquareMillimetre);
     } else if (!result_.converged) {
       why = fmt::format("no convergence in {} rounds", kMostRounds);
     } else if (result_.median > options_.resolution || result_.agreement < options_.least_agreement) {

@@ -238,7 +238,7 @@ void add_fuse_command(cli::Command& app) {
       ->check(cli::range(0.1, 3.0))
       ->show_default();
   command->add_option("--blend-mm", a->blend_mm, "width of the transition to the CT at the rim of the crowns")
-      ->check(cli::range(0.0, 5.0))
+      ->check(cli::range(0.05, 5.0))
       ->show_default();
   command->add_option("--preview", a->preview, "folder for pictures of slices");
   command->add_flag("--json", a->json, "print the report as JSON");
