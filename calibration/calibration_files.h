@@ -24,8 +24,9 @@ struct PosePairs {
   std::vector<Pose> A, B;
 };
 
-PointPairs read_pairs(const std::filesystem::path& file);  // columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm
-Stream read_stream(const std::filesystem::path& file);     // columns t_s,x_mm,y_mm,z_mm
+/// Columns hx_mm,hy_mm,hz_mm,dx_mm,dy_mm,dz_mm, or with other letters for the two frames.
+PointPairs read_pairs(const std::filesystem::path& file, const std::string& H = "h", const std::string& D = "d");
+Stream read_stream(const std::filesystem::path& file);  // columns t_s,x_mm,y_mm,z_mm
 /// Columns ax_mm,ay_mm,az_mm,aqw,aqx,aqy,aqz and the same with b; quaternions within 1 % of unit length.
 PosePairs read_pose_pairs(const std::filesystem::path& file);
 /// Points in H: columns x_mm,y_mm,z_mm or hx_mm,hy_mm,hz_mm. All points may be at the origin.

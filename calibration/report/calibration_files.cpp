@@ -84,9 +84,9 @@ struct LengthColumns {
 
 }  // namespace
 
-PointPairs read_pairs(const std::filesystem::path& file) {
+PointPairs read_pairs(const std::filesystem::path& file, const std::string& H_name, const std::string& D_name) {
   const auto header = header_of(file);
-  const LengthColumns H(header, "h"), D(header, "d");
+  const LengthColumns H(header, H_name), D(header, D_name);
   std::vector<std::string> columns;
   H.add_to(columns), D.add_to(columns);
   // Additional columns that guided capture writes to the same file.

@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   add_servo_command(program);
   add_fit_material_command(program);
   add_import_command(program);
+  add_fuse_command(program);
   add_mesh_command(program);
   add_fit_damping_command(program);
   add_pack_command(program);

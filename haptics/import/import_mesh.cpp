@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
+#include "haptics/import/arch.h"
 #include "haptics/import/import_scan.h"
 #include "haptics/import/mesh.h"
 #include "haptics/import/mesh_fill.h"
@@ -453,15 +454,13 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
   return result;
 }
 
-Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3, kUsualCrown = 7e-3;  // m
-  constexpr double kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;                               // m
+ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
+  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;  // m
   check_unit(options);
-  Imported result;
-  ImportReport& report = result.report;
-  report.format = file.extension().string().substr(1);
+  ArchSurface arch;
   MeshRepairs repairs;
-  Mesh mesh = read_surface(file, options.mesh_unit, repairs);
+  Mesh& mesh = arch.mesh;
+  mesh = read_surface(file, options.mesh_unit, repairs);
   drop_copies(mesh, repairs);
   orient(mesh, repairs);
   const std::size_t pieces = drop_pieces(mesh);
@@ -471,10 +470,9 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
 
   // Up is the direction from the border to the surface; the triangles face up.
   close_holes(mesh, kSmallHole, repairs);
-  std::size_t scanned = mesh.corners.size();  // number of the scan's triangles, with closed holes, without the base
+  arch.scanned = mesh.corners.size();
   std::vector<Border> open = borders(mesh);
   std::erase_if(open, [](const Border& b) { return !b.closed || b.points.size() < 3; });
-  dvec3 up(0, 0, 1);
   if (!open.empty()) {
     const auto main = std::ranges::max_element(open, {}, &Border::length);
     dvec3 rim(0), middle(0);
@@ -482,32 +480,46 @@ Imported import_arch(const std::filesystem::path& file, const ImportOptions& opt
       rim += mesh.points[static_cast<std::size_t>(i)] / static_cast<double>(main->points.size());
     for (const auto& c : mesh.corners)
       middle += mesh.points[static_cast<std::size_t>(c[0])] / static_cast<double>(mesh.corners.size());
-    up = area_vector(mesh);
-    if (!(glm::length(up) > 0)) up = middle - rim;
-    if (glm::dot(up, middle - rim) < 0) {
+    arch.up = area_vector(mesh);
+    if (!(glm::length(arch.up) > 0)) arch.up = middle - rim;
+    if (glm::dot(arch.up, middle - rim) < 0) {
       for (auto& c : mesh.corners) std::swap(c[1], c[2]);
       for (Border& b : open) std::ranges::reverse(b.points);
-      up = -up;
+      arch.up = -arch.up;
       ++repairs.shells_turned;
     }
     const Border base = *main;
-    up = across_border(mesh, base, glm::normalize(up));
+    arch.up = across_border(mesh, base, glm::normalize(arch.up));
     for (const Border& b : open) {
       if (&b != &*main) close_border(mesh, b);
     }
-    add_words(report.repairs, repairs, "");
-    if (open.size() > 1) report.repairs.push_back(fmt::format("{} large openings closed", open.size() - 1));
-    scanned = mesh.corners.size();
-    add_base(mesh, base, up, kBaseDepth);
-    report.repairs.push_back(fmt::format("a base added under the border of {:.0f} mm, {:g} mm below the lowest point",
-                                         base.length / kMillimetre, kBaseDepth / kMillimetre));
+    add_words(arch.repairs, repairs, "");
+    if (open.size() > 1) arch.repairs.push_back(fmt::format("{} large openings closed", open.size() - 1));
+    arch.scanned = mesh.corners.size();
+    add_base(mesh, base, arch.up, kBaseDepth);
+    arch.repairs.push_back(fmt::format("a base added under the border of {:.0f} mm, {:g} mm below the lowest point",
+                                       base.length / kMillimetre, kBaseDepth / kMillimetre));
   } else {
-    add_words(report.repairs, repairs, "");
+    add_words(arch.repairs, repairs, "");
   }
-  if (pieces > 0) report.repairs.push_back(fmt::format("{} loose pieces left out", pieces));
+  if (pieces > 0) arch.repairs.push_back(fmt::format("{} loose pieces left out", pieces));
+  return arch;
+}
+
+Imported import_arch(const std::filesystem::path& file, const ImportOptions& options) {
+  constexpr double kUsualCrown = 7e-3, kUsualEnamel = 1.3e-3, kTaper = 2.5e-3, kGumDepth = 2e-3;  // m
+  Imported result;
+  ImportReport& report = result.report;
+  report.format = file.extension().string().substr(1);
+  ArchSurface arch = read_arch(file, options);
+  const Mesh& mesh = arch.mesh;
+  const dvec3& up = arch.up;
+  const std::size_t scanned = arch.scanned;
+  report.repairs = std::move(arch.repairs);
+  Bounds bounds;
   std::vector<std::uint8_t> gum = find_gum(mesh, up, options.crown.value_or(kUsualCrown), report.notes);
 
-  for (const dvec3& p : mesh.points) bounds.lo = glm::min(bounds.lo, p), bounds.hi = glm::max(bounds.hi, p);
+  bounds.add(mesh);
   DenseTissue& out = result.tissue;
   out = volume_around(bounds, options, report);
   const double voxel = out.frame.voxel;

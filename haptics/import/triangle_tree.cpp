@@ -2,13 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace typodont::haptics::importing {
 
 using glm::dvec3;
 
 TriangleTree::TriangleTree(std::vector<Triangle> triangles) : triangles_(std::move(triangles)) {
+  given_.resize(triangles_.size());
+  std::iota(given_.begin(), given_.end(), std::size_t{0});
   build(0, triangles_.size());
+  std::vector<Triangle> in_leaves;
+  in_leaves.reserve(triangles_.size());
+  for (const std::size_t i : given_) in_leaves.push_back(triangles_[i]);
+  triangles_ = std::move(in_leaves);
 }
 
 static double distance2(const dvec3& lo, const dvec3& hi, const dvec3& p) {
@@ -22,7 +29,7 @@ std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
   nodes_.emplace_back();
   Node node;
   for (std::size_t i = first; i < end; ++i) {
-    const Triangle& t = triangles_[i];
+    const Triangle& t = triangles_[given_[i]];
     node.lo = glm::min(node.lo, glm::min(t.a, glm::min(t.b, t.c)));
     node.hi = glm::max(node.hi, glm::max(t.a, glm::max(t.b, t.c)));
   }
@@ -32,8 +39,9 @@ std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
     const dvec3 extent = node.hi - node.lo;
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
     const std::size_t middle = (first + end) / 2;
-    const auto at = [&](std::size_t i) { return triangles_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(first), at(middle), at(end), [axis](const Triangle& s, const Triangle& t) {
+    const auto at = [&](std::size_t i) { return given_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(first), at(middle), at(end), [&, axis](std::size_t i, std::size_t k) {
+      const Triangle &s = triangles_[i], &t = triangles_[k];
       return s.a[axis] + s.b[axis] + s.c[axis] < t.a[axis] + t.b[axis] + t.c[axis];
     });
     node.left = build(first, middle);
@@ -44,23 +52,32 @@ std::size_t TriangleTree::build(std::size_t first, std::size_t end) {
 }
 
 double TriangleTree::distance_squared(const dvec3& p) const {
-  double best2 = 1e300;
-  nearest(0, p, best2);
-  return best2;
+  Nearest best{.distance_squared = 1e300};
+  nearest(0, p, best);
+  return best.distance_squared;
 }
 
-void TriangleTree::nearest(std::size_t index, const dvec3& p, double& best2) const {
+std::optional<TriangleTree::Nearest> TriangleTree::nearest(const dvec3& p, double reach) const {
+  Nearest best{.distance_squared = reach * reach};
+  if (distance2(lo(), hi(), p) >= best.distance_squared) return std::nullopt;
+  nearest(0, p, best);
+  if (!(best.distance_squared < reach * reach)) return std::nullopt;
+  best.triangle = given_[best.triangle];
+  return best;
+}
+
+void TriangleTree::nearest(std::size_t index, const dvec3& p, Nearest& best) const {
   const Node& node = nodes_[index];
   for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-    const dvec3 off = p - closest_on(triangles_[i], p);
-    best2 = std::min(best2, glm::dot(off, off));
+    const dvec3 c = closest_on(triangles_[i], p), off = p - c;
+    if (const double d2 = glm::dot(off, off); d2 < best.distance_squared) best = {i, c, d2};
   }
   if (node.count > 0) return;
   const Node &l = nodes_[node.left], &r = nodes_[node.right];
   const double left = distance2(l.lo, l.hi, p), right = distance2(r.lo, r.hi, p);
   const bool left_first = left <= right;
-  if (std::min(left, right) < best2) nearest(left_first ? node.left : node.right, p, best2);
-  if (std::max(left, right) < best2) nearest(left_first ? node.right : node.left, p, best2);
+  if (std::min(left, right) < best.distance_squared) nearest(left_first ? node.left : node.right, p, best);
+  if (std::max(left, right) < best.distance_squared) nearest(left_first ? node.right : node.left, p, best);
 }
 
 int TriangleTree::winding(const dvec3& p) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "haptics/import/distance.h"
@@ -12,6 +13,13 @@ class TriangleTree {
  public:
   explicit TriangleTree(std::vector<Triangle> triangles);
 
+  struct Nearest {
+    std::size_t triangle = 0;  // index in the list given to the constructor
+    glm::dvec3 point{0};
+    double distance_squared = 0;
+  };
+  /// The nearest point of the triangles, if it is closer than `reach`.
+  std::optional<Nearest> nearest(const glm::dvec3& p, double reach) const;
   /// Squared distance to the nearest triangle.
   double distance_squared(const glm::dvec3& p) const;
   /// The winding number of a closed mesh around p: 1 inside, 0 outside, 2 where two parts overlap, negative where the
@@ -33,11 +41,12 @@ class TriangleTree {
   };
 
   std::size_t build(std::size_t first, std::size_t end);
-  void nearest(std::size_t index, const glm::dvec3& p, double& best2) const;
+  void nearest(std::size_t index, const glm::dvec3& p, Nearest& best) const;
   /// Signed number of crossings of a ray: +1 where it leaves the mesh, −1 where it enters the mesh.
   int crossings(std::size_t index, const glm::dvec3& p, const glm::dvec3& way, const glm::dvec3& inverse) const;
 
-  std::vector<Triangle> triangles_;
+  std::vector<Triangle> triangles_;  // in the order of the leaves
+  std::vector<std::size_t> given_;   // index of each triangle in the list given to the constructor
   std::vector<Node> nodes_;
 };
 

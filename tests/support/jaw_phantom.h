@@ -21,6 +21,7 @@ struct JawArtefacts {
   bool metal = false;     // the second tooth has a crown of metal
   bool lamina = true;     // sockets have a bright wall; else cancellous bone begins behind the ligament
   std::size_t teeth = 2;  // 1: the second tooth is missing, and its socket is bone
+  double fissure = 0;     // mm, depth of a groove across the top of each crown, 0.7 mm wide
   double texture = 60;    // Hounsfield units, of the cancellous bone, at a wavelength of 3 mm
 };
 
@@ -39,7 +40,7 @@ class JawPhantom {
       const glm::dvec3 r = q - glm::dvec3(kTeeth[k], kY, 0);
       const double out = std::hypot(r.x, r.y);
       if (q.z >= kNeck) {
-        if (!inside_ellipsoid(out, r.z - 26.5, 4, 4.5)) continue;
+        if (crown_distance(k, r) >= 0) continue;
         if (inside_ellipsoid(out, r.z - 25.5, 1.2, 2) || (out < 0.5 && r.z < 25)) return Tissue::kPulp;
         if (inside_ellipsoid(out, r.z - 26, 2.7, 3.4)) return Tissue::kDentin;
         return a_.metal && k == 1 ? Tissue::kAmalgam : Tissue::kEnamel;
@@ -59,6 +60,20 @@ class JawPhantom {
       return Tissue::kCancellousBone;
     }
     return Tissue::kCorticalBone;
+  }
+
+  /// Signed distance to the surface of crown k, mm, to first order; r: mm, from the tooth's axis at z = 0, above the
+  /// neck. The zero set is exact.
+  double crown_distance(std::size_t k, const glm::dvec3& r) const {
+    const glm::dvec3 s = glm::dvec3(r.x, r.y, r.z - 26.5) / glm::dvec3(4, 4, 4.5);
+    const double g = glm::length(s), slope = glm::length(s / glm::dvec3(4, 4, 4.5));
+    const double crown = slope > 0 ? (g - 1) * g / slope : -4;
+    if (a_.fissure == 0) return crown;
+    // The groove: a prism below the crown's top.
+    const double angle = 0.5 + static_cast<double>(k), across = std::abs(r.x * std::cos(angle) + r.y * std::sin(angle));
+    const double top = 26.5 + 4.5 * std::sqrt(std::max(0.0, 1 - (r.x * r.x + r.y * r.y) / 16));
+    const double wall = a_.fissure / kFissureHalf;
+    return std::max(crown, (top - a_.fissure + wall * across - r.z) / -std::hypot(1.0, wall));
   }
 
   static glm::dvec3 canal_centre(double x) { return {x, 13, 8.5 + 0.6 * std::sin(x / 6)}; }
@@ -138,7 +153,7 @@ class JawPhantom {
   }
 
  private:
-  static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2;  // mm
+  static constexpr double kLigament = 0.3, kLamina = 0.6, kShell = 2, kFissureHalf = 0.35;  // mm
 
   static bool inside_ellipsoid(double out, double up, double radius, double half) {
     return out * out / (radius * radius) + up * up / (half * half) < 1;

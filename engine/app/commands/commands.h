@@ -16,6 +16,7 @@ void add_devices_command(cli::Command& program);
 void add_doctor_command(cli::Command& program);
 void add_experiment_command(cli::Command& program);
 void add_fit_material_command(cli::Command& program);
+void add_fuse_command(cli::Command& program);
 void add_import_command(cli::Command& program);
 void add_mesh_command(cli::Command& program);
 void add_fit_damping_command(cli::Command& program);

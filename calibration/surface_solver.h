@@ -1,0 +1,63 @@
+// Rigid registration of a scanned surface S to the distance field of another surface D, from an approximate start.
+// Point-to-plane residuals with robust weights. Metres; any thread; set-up time.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/pose.h"
+
+namespace typodont::calibration {
+
+/// A point of the scanned surface. All points represent the same area.
+struct SurfacePoint {
+  dvec3 p_S;
+  dvec3 n_S;  // unit, outward
+};
+
+/// The field at a point of D. `known`: the nearest surface is close enough and belongs to the part that is registered.
+struct FieldSample {
+  bool known = false;
+  double distance = 0;  // m, negative inside
+  dvec3 gradient{0};    // per m, in D
+};
+using SurfaceField = std::function<FieldSample(const dvec3& p_D)>;
+
+struct SurfaceOptions {
+  double point_area = 1e-6;      // m², area that a point represents
+  double start_reach = 1.5e-3;   // m, largest residual that counts at the start; it decreases with the residuals
+  double resolution = 0.3e-3;    // m, voxel of the field: a good fit leaves a residual below it
+  double correlation = 2e-3;     // m, length over which errors of the surfaces are correlated
+  double least_area = 30e-6;     // m², least area that must agree
+  double least_agreement = 0.7;  // least fraction of the points near D that must agree
+  double most_error = 0.2e-3;    // m, largest accepted predicted error at the scan
+};
+
+struct SurfaceRegistration {
+  Pose X_DS;
+  bool converged = false;
+  int rounds = 0;
+  // Over the points near D: known field, within start_reach, and normals that agree within 60°.
+  std::size_t near = 0;
+  double agreement = 0;  // fraction of these points whose residual is within the robust limit
+  double area = 0;       // m², area of the agreeing points
+  double offset = 0;     // m, mean distance of S outside D, which is fitted together with the pose
+  // Over the agreeing points, of |residual|, with the offset removed.
+  double median = 0, most_of = 0;  // m, 50 % and 95 %
+  /// Row-major 6×6 covariance of (rotation vector, rad; translation, m), both expressed in D, as in RegistrationResult.
+  /// Residuals of neighbouring points are correlated, so it is computed from sums over cells of `correlation`
+  /// (cluster-robust "sandwich" estimator, Liang & Zeger 1986).
+  std::array<double, 36> covariance{};
+  double predicted_error = 0;  // m, rms error that the covariance predicts at the agreeing points
+  std::string distrust;        // the reason why the result cannot be trusted, one sentence; empty: it can
+};
+
+/// Gauss–Newton with Tukey's weights. The robust limit decreases from start_reach to the limit that follows from the
+/// median residual. At least 100 points; throws Error otherwise.
+SurfaceRegistration register_surface(std::span<const SurfacePoint> points, const SurfaceField& field,
+                                     const Pose& X_DS_start, const SurfaceOptions& options = {});
+
+}  // namespace typodont::calibration

@@ -1,0 +1,481 @@
+#include "haptics/import/fuse.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <queue>
+
+#include "engine/base/error.h"
+#include "engine/base/units.h"
+#include "haptics/import/arch.h"
+#include "haptics/import/distance.h"
+#include "haptics/import/import_scan.h"
+#include "haptics/import/triangle_tree.h"
+
+namespace typodont::haptics {
+
+namespace {
+
+using importing::ArchSurface;
+using importing::Grid;
+using importing::Triangle;
+using importing::TriangleTree;
+
+constexpr double kSameSide = 0.7;       // cosine of the largest angle between normals of scan and CT on a crown
+constexpr double kGapArea = 10e-6;      // m², gaps in the crowns below this area belong to them
+constexpr double kLeastPiece = 5e-6;    // m², smaller pieces are no crowns
+constexpr double kLabelDepth = 0.75;    // voxels below the surface at which its tissue is read
+constexpr double kLeastGradient = 0.1;  // of a distance field; less: the sample is not near a surface
+
+bool is_of_tooth(Tissue t) {
+  return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kCaries || t == Tissue::kPulp ||
+         t == Tissue::kAmalgam || t == Tissue::kComposite;
+}
+
+double smooth_step(double low, double high, double x) {
+  const double s = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return s * s * (3 - 2 * s);
+}
+
+/// Distance of a DenseTissue in m and its gradient, at a place in voxels; tricubic (Catmull–Rom).
+importing::Jet distance_at(const DenseTissue& t, const dvec3& place) {
+  const dvec3 at = glm::clamp(place, dvec3(1), dvec3(t.size) - 3.001);
+  const glm::ivec3 base(glm::floor(at));
+  const dvec3 f = at - dvec3(base);
+  double weight[3][4], slope[3][4];
+  for (int a = 0; a < 3; ++a) {
+    const double x = f[a], x2 = x * x, x3 = x2 * x;
+    weight[a][0] = 0.5 * (-x3 + 2 * x2 - x), weight[a][1] = 0.5 * (3 * x3 - 5 * x2 + 2);
+    weight[a][2] = 0.5 * (-3 * x3 + 4 * x2 + x), weight[a][3] = 0.5 * (x3 - x2);
+    slope[a][0] = 0.5 * (-3 * x2 + 4 * x - 1), slope[a][1] = 0.5 * (9 * x2 - 10 * x);
+    slope[a][2] = 0.5 * (-9 * x2 + 8 * x + 1), slope[a][3] = 0.5 * (3 * x2 - 2 * x);
+  }
+  importing::Jet jet{0, dvec3(0)};
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      for (int k = 0; k < 4; ++k) {
+        const auto v = static_cast<double>(t.distance[t.at(base.x + i - 1, base.y + j - 1, base.z + k - 1)]);
+        jet.value += weight[0][i] * weight[1][j] * weight[2][k] * v;
+        jet.gradient += v * dvec3(slope[0][i] * weight[1][j] * weight[2][k], weight[0][i] * slope[1][j] * weight[2][k],
+                                  weight[0][i] * weight[1][j] * slope[2][k]);
+      }
+    }
+  }
+  return jet;
+}
+
+/// Index of the sample nearest to a place in voxels.
+std::size_t nearest_sample(const DenseTissue& t, const dvec3& place) {
+  const glm::ivec3 i = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), t.size - 1);
+  return t.at(i.x, i.y, i.z);
+}
+
+/// Index of the sample whose label holds at a place: the sample itself if it is inside, otherwise one just below the
+/// nearest surface.
+std::size_t labelled_sample(const DenseTissue& t, const dvec3& place, const importing::Jet& jet) {
+  const double slope = glm::length(jet.gradient);  // m per voxel
+  if (jet.value <= 0 || !(slope > kLeastGradient * t.frame.voxel)) return nearest_sample(t, place);
+  return nearest_sample(t, place - (jet.value / t.frame.voxel + kLabelDepth) / slope * jet.gradient);
+}
+
+/// The blocks of `out` that lie within `reach` (m) of the CT's surface.
+std::shared_ptr<const importing::BlockSet> blocks_near_surface(const DenseTissue& ct, const DenseTissue& out,
+                                                               double reach) {
+  const glm::ivec3 count = importing::BlockSet::blocks_of(out.size);
+  const double scale = out.frame.voxel / ct.frame.voxel;
+  Grid<std::uint8_t> wanted(count, 0), solid(count, 0);
+  importing::for_each_slab(count.x, [&](int bx) {
+    for (int by = 0; by < count.y; ++by) {
+      for (int bz = 0; bz < count.z; ++bz) {
+        const dvec3 first = dvec3(importing::BlockSet::kEdge * glm::ivec3(bx, by, bz)) * scale;
+        const glm::ivec3 lo = glm::min(glm::ivec3(first), ct.size - 1);
+        const glm::ivec3 hi = glm::min(glm::ivec3(first + importing::BlockSet::kEdge * scale) + 1, ct.size - 1);
+        solid(bx, by, bz) = ct.distance[ct.at(lo.x, lo.y, lo.z)] < 0;
+        for (int x = lo.x; x <= hi.x; ++x) {
+          for (int y = lo.y; y <= hi.y; ++y) {
+            for (int z = lo.z; z <= hi.z; ++z) {
+              if (std::abs(static_cast<double>(ct.distance[ct.at(x, y, z)])) < reach) wanted(bx, by, bz) = 1;
+            }
+          }
+        }
+      }
+    }
+  });
+  auto set = std::make_shared<importing::BlockSet>(out.size, wanted.v);
+  for (std::size_t b = 0; b < set->slot.size(); ++b) {
+    if (set->slot[b] == importing::BlockSet::kOutside && solid.v[b]) set->slot[b] = importing::BlockSet::kInside;
+  }
+  return set;
+}
+
+/// The scan in C, with the part that shows crowns.
+class Crowns {
+ public:
+  Crowns(const ArchSurface& scan, const Pose& X_CS, const ToothField& ct, const FuseOptions& options)
+      : options_(options), corners_(scan.mesh.corners), scanned_(scan.scanned) {
+    for (const dvec3& p : scan.mesh.points) points_.push_back(X_CS * p);
+    std::vector<Triangle> all;
+    for (const auto& c : corners_) all.push_back({point(c[0]), point(c[1]), point(c[2])});
+    skin_.emplace(std::vector<Triangle>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(scanned_)));
+    closed_.emplace(std::move(all));
+    find_edges();
+    find_covered(ct);
+    weigh_points();
+  }
+
+  const FuseReport& report() const { return report_; }
+  /// Largest distance between the crowns and the CT's surface, m.
+  double largest() const { return largest_; }
+
+  struct Near {
+    dvec3 point, normal;
+    double distance = 0;  // m, unsigned
+    double weight = 0;    // 1 within a crown, 0 outside and at its rim
+  };
+  /// The nearest point of the scan within `reach`.
+  std::optional<Near> nearest(const dvec3& p, double reach) const {
+    const auto found = skin_->nearest(p, reach);
+    if (!found) return std::nullopt;
+    Near near{found->point, normal(found->triangle), std::sqrt(found->distance_squared), 0};
+    if (!covered_[found->triangle]) return near;
+    const auto& c = corners_[found->triangle];
+    // Barycentric coordinates.
+    const dvec3 a = point(c[0]), u = point(c[1]) - a, v = point(c[2]) - a, q = near.point - a;
+    const dvec3 n = glm::cross(u, v);
+    const double nn = glm::dot(n, n);
+    if (!(nn > 0)) return near;
+    const double y = glm::dot(glm::cross(q, v), n) / nn, z = glm::dot(glm::cross(u, q), n) / nn;
+    near.weight = std::clamp((1 - y - z) * weight(c[0]) + y * weight(c[1]) + z * weight(c[2]), 0.0, 1.0);
+    return near;
+  }
+  bool inside(const dvec3& p) const { return closed_->winding(p) > 0; }
+
+ private:
+  const dvec3& point(int i) const { return points_[static_cast<std::size_t>(i)]; }
+  double weight(int i) const { return weights_[static_cast<std::size_t>(i)]; }
+  dvec3 normal(std::size_t t) const {
+    const auto& c = corners_[t];
+    const dvec3 n = glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0]));
+    const double length = glm::length(n);
+    return length > 0 ? n / length : dvec3(0);
+  }
+  double area(std::size_t t) const {
+    const auto& c = corners_[t];
+    return 0.5 * glm::length(glm::cross(point(c[1]) - point(c[0]), point(c[2]) - point(c[0])));
+  }
+
+  /// Triangles of the scan that share an edge; an edge with one triangle is the scan's border.
+  void find_edges() {
+    std::map<std::pair<int, int>, std::vector<std::size_t>> edges;
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
+        edges[{std::min(a, b), std::max(a, b)}].push_back(t);
+      }
+    }
+    neighbours_.resize(scanned_);
+    at_border_.assign(scanned_, false);
+    for (const auto& [edge, triangles] : edges) {
+      for (const std::size_t t : triangles) {
+        if (triangles.size() == 1) at_border_[t] = true;
+        for (const std::size_t other : triangles) {
+          if (other != t) neighbours_[t].push_back(other);
+        }
+      }
+    }
+  }
+
+  /// Changes the connected pieces of triangles with covered_ == `covered` for which change(area, at border) is true.
+  template <class Change>
+  void change_pieces(bool covered, Change change) {
+    std::vector<bool> seen(scanned_, false);
+    for (std::size_t first = 0; first < scanned_; ++first) {
+      if (seen[first] || covered_[first] != covered) continue;
+      std::vector<std::size_t> piece{first};
+      seen[first] = true;
+      double sum = 0;
+      bool at_border = false;
+      for (std::size_t k = 0; k < piece.size(); ++k) {
+        sum += area(piece[k]);
+        at_border = at_border || at_border_[piece[k]];
+        for (const std::size_t next : neighbours_[piece[k]]) {
+          if (seen[next] || covered_[next] != covered) continue;
+          seen[next] = true;
+          piece.push_back(next);
+        }
+      }
+      if (!change(sum, at_border)) continue;
+      for (const std::size_t t : piece) covered_[t] = !covered;
+    }
+  }
+
+  void find_covered(const ToothField& ct) {
+    std::vector<ToothField::Value> at;
+    for (const dvec3& p : points_) at.push_back(ct.at(p));
+    covered_.assign(scanned_, false);
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      covered_[t] = std::ranges::all_of(corners_[t], [&](int i) {
+        const ToothField::Value& v = at[static_cast<std::size_t>(i)];
+        const double slope = glm::length(v.gradient);
+        return v.tooth && std::abs(v.distance) < options_.reach && slope > kLeastGradient &&
+               glm::dot(v.gradient, normal(t)) > kSameSide * slope;
+      });
+    }
+    change_pieces(false, [](double piece, bool at_border) { return !at_border && piece < kGapArea; });
+    change_pieces(true, [](double piece, bool) { return piece < kLeastPiece; });
+
+    // Distance to the CT's surface, by area.
+    std::vector<std::pair<double, double>> sizes;  // m, m²
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      report_.scanned_area += area(t);
+      if (!covered_[t]) continue;
+      report_.covered_area += area(t);
+      for (const int i : corners_[t]) {
+        const double d = at[static_cast<std::size_t>(i)].distance;
+        report_.mean += d * area(t) / 3;
+        sizes.emplace_back(std::abs(d), area(t) / 3);
+      }
+    }
+    if (sizes.empty()) return;
+    report_.mean /= report_.covered_area;
+    std::ranges::sort(sizes);
+    largest_ = sizes.back().first;
+    double sum = 0;
+    for (const auto& [size, of] : sizes) {
+      sum += of;
+      if (sum <= 0.5 * report_.covered_area) report_.median_size = size;
+      if (sum <= 0.95 * report_.covered_area) report_.most_size = size;
+    }
+  }
+
+  /// The weight of each point: rises from 0 at the rim of the crowns to 1 at the distance `blend` from it, along edges.
+  void weigh_points() {
+    constexpr double kFar = 1e300;
+    std::vector<double> away(points_.size(), 0);
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      if (!covered_[t]) continue;
+      for (const int i : corners_[t]) away[static_cast<std::size_t>(i)] = kFar;
+    }
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const bool rim = covered_[t] ? is_rim_edge(t, k) : true;
+        if (!rim) continue;
+        away[static_cast<std::size_t>(corners_[t][k])] = 0;
+        away[static_cast<std::size_t>(corners_[t][(k + 1) % 3])] = 0;
+      }
+    }
+    // Dijkstra's algorithm.
+    std::vector<std::vector<int>> next(points_.size());
+    for (std::size_t t = 0; t < scanned_; ++t) {
+      if (!covered_[t]) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        next[static_cast<std::size_t>(corners_[t][k])].push_back(corners_[t][(k + 1) % 3]);
+        next[static_cast<std::size_t>(corners_[t][k])].push_back(corners_[t][(k + 2) % 3]);
+      }
+    }
+    using Item = std::pair<double, std::size_t>;
+    std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (away[i] == 0 && !next[i].empty()) open.emplace(0.0, i);
+    }
+    while (!open.empty()) {
+      const auto [d, i] = open.top();
+      open.pop();
+      if (d > away[i] || d > options_.blend) continue;
+      for (const int to : next[i]) {
+        const auto k = static_cast<std::size_t>(to);
+        const double longer = d + glm::length(points_[k] - points_[i]);
+        if (longer >= away[k]) continue;
+        away[k] = longer;
+        open.emplace(longer, k);
+      }
+    }
+    for (const double d : away) weights_.push_back(smooth_step(0, options_.blend, d));
+  }
+  /// True if no other covered triangle has the edge from corner k of triangle t.
+  bool is_rim_edge(std::size_t t, std::size_t k) const {
+    const int a = corners_[t][k], b = corners_[t][(k + 1) % 3];
+    return std::ranges::none_of(neighbours_[t], [&](std::size_t other) {
+      const auto& c = corners_[other];
+      return covered_[other] && std::ranges::find(c, a) != c.end() && std::ranges::find(c, b) != c.end();
+    });
+  }
+
+  const FuseOptions& options_;
+  const std::vector<std::array<int, 3>>& corners_;
+  std::size_t scanned_;
+  std::vector<dvec3> points_;           // m, in C
+  std::optional<TriangleTree> skin_;    // the scan without its base
+  std::optional<TriangleTree> closed_;  // with its base
+  std::vector<std::vector<std::size_t>> neighbours_;
+  std::vector<bool> at_border_, covered_;  // per triangle of the scan
+  std::vector<double> weights_;            // per point
+  FuseReport report_;
+  double largest_ = 0;  // m
+};
+
+}  // namespace
+
+IntraoralScan::IntraoralScan(const std::filesystem::path& file, double unit) {
+  ImportOptions options;
+  options.preset = ImportPreset::kArch;
+  options.mesh_unit = unit;
+  surface_ = std::make_unique<ArchSurface>(importing::read_arch(file, options));
+  for (std::size_t t = 0; t < surface_->scanned; ++t) {
+    const auto& c = surface_->mesh.corners[t];
+    const auto at = [&](std::size_t k) { return surface_->mesh.points[static_cast<std::size_t>(c[k])]; };
+    area_ += 0.5 * glm::length(glm::cross(at(1) - at(0), at(2) - at(0)));
+  }
+}
+IntraoralScan::~IntraoralScan() = default;
+IntraoralScan::IntraoralScan(IntraoralScan&&) noexcept = default;
+
+const std::vector<std::string>& IntraoralScan::repairs() const {
+  return surface_->repairs;
+}
+
+std::vector<ScanPoint> IntraoralScan::points(std::size_t count) const {
+  std::vector<ScanPoint> points;
+  const double step = area_ / static_cast<double>(count);
+  double due = 0.5 * step, sum = 0;
+  for (std::size_t t = 0; t < surface_->scanned; ++t) {
+    const auto& c = surface_->mesh.corners[t];
+    const auto at = [&](std::size_t k) { return surface_->mesh.points[static_cast<std::size_t>(c[k])]; };
+    const dvec3 u = at(1) - at(0), v = at(2) - at(0), n = glm::cross(u, v);
+    const double size = glm::length(n);
+    sum += 0.5 * size;
+    for (; due < sum; due += step) {
+      // Additive recurrence with the plastic number (Roberts 2018): fills the triangle evenly.
+      const auto k = static_cast<double>(points.size());
+      double whole = 0, y = std::modf(0.7548776662466927 * k, &whole), z = std::modf(0.5698402909980532 * k, &whole);
+      if (y + z > 1) y = 1 - y, z = 1 - z;
+      points.push_back({at(0) + y * u + z * v, n / size});
+    }
+  }
+  return points;
+}
+
+ToothField::Value ToothField::at(const dvec3& p_C) const {
+  const dvec3 place = ct_.frame.to_voxels(p_C);
+  if (glm::any(glm::lessThan(place, dvec3(0))) || glm::any(glm::greaterThan(place, dvec3(ct_.size - 1)))) return {};
+  const importing::Jet jet = distance_at(ct_, place);
+  Value value{false, jet.value, jet.gradient / ct_.frame.voxel};
+  if (std::abs(jet.value) > 0.95 * ct_.band) return value;
+  // The tissue below the surface, also for a point that is deeper.
+  const double slope = glm::length(value.gradient);
+  if (!(slope > kLeastGradient)) return value;
+  const dvec3 below = place - (jet.value / ct_.frame.voxel + kLabelDepth) / slope * value.gradient;
+  value.tooth = is_of_tooth(ct_.tissue[nearest_sample(ct_, below)]);
+  return value;
+}
+
+Fused fuse(const DenseTissue& ct, const IntraoralScan& scan, const Pose& X_CS, const FuseOptions& given) {
+  FuseOptions options = given;
+  const double coarse = ct.frame.voxel, voxel = options.voxel.value_or(coarse);
+  options.reach = std::min(options.reach, ct.band - 2 * coarse);
+  if (!(options.reach > 0)) {
+    throw Error("volume", "band", fmt::format("{:.3g} mm", ct.band / kMillimetre),
+                fmt::format("more than two voxels of {:.3g} mm (import --band-mm)", coarse / kMillimetre));
+  }
+  importing::check_result_size(dvec3(ct.size) * coarse, voxel);
+  const auto progress = [&](double done) {
+    if (options.progress) options.progress(done);
+  };
+  const ToothField teeth(ct);
+  const Crowns crowns(scan.surface(), X_CS, teeth, options);
+  Fused fused;
+  fused.report = crowns.report();
+  if (!(fused.report.covered_area > 0)) {
+    throw Error("scan", "", fmt::format("no part within {:g} mm of a crown", options.reach / kMillimetre),
+                "a scan of teeth that the volume contains, and their pose");
+  }
+  progress(0.2);
+
+  DenseTissue& out = fused.tissue;
+  const bool same = voxel == coarse;
+  out.frame = {ct.frame.origin, voxel};
+  out.band = ct.band;
+  out.exact_outside = ct.exact_outside;
+  out.size = same ? ct.size : glm::ivec3(glm::floor(dvec3(ct.size - 1) * (coarse / voxel) + 1e-6)) + 1;
+
+  // The blended field, positive inside. Only samples near both surfaces change.
+  const double far = std::min(options.reach, crowns.largest()) + 2 * coarse;
+  const auto set = blocks_near_surface(ct, out, far);
+  const auto inverse = static_cast<float>(1 / voxel);
+  importing::Sparse<float> phi(set, static_cast<float>(-ct.band) * inverse, static_cast<float>(ct.band) * inverse);
+  importing::SparseMask moved(set, 0, 0);  // samples at the surface that the scan moved
+  importing::for_each_sample(*set, [&](const glm::ivec3& i, std::size_t at) {
+    const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
+    if (const auto rough = ct.distance[nearest_sample(ct, place)];
+        std::abs(static_cast<double>(rough)) > far + coarse) {
+      phi.v[at] = -rough * inverse;  // only the sign matters here
+      return;
+    }
+    const importing::Jet jet = distance_at(ct, place);
+    const double d = same ? static_cast<double>(ct.distance[ct.at(i.x, i.y, i.z)]) : jet.value;
+    double blended = d;
+    const dvec3 p = out.frame.to_world(dvec3(i)), gradient = jet.gradient / coarse;
+    const double slope = glm::length(gradient);
+    if (std::abs(d) < far && slope > kLeastGradient) {
+      // The nearest points on the scan from this sample, and from its nearest point on the CT's surface.
+      const dvec3 q = p - d / (slope * slope) * gradient;
+      const auto opposite = crowns.nearest(q, options.reach);
+      const auto near = opposite && opposite->weight > 0
+                            ? crowns.nearest(p, glm::length(p - q) + opposite->distance + 1e-6 * coarse)
+                            : std::nullopt;
+      if (near && near->weight > 0) {
+        const double faces = smooth_step(0, 0.5, glm::dot(opposite->normal, gradient) / slope);
+        const double close = 1 - smooth_step(0.8, 1, opposite->distance / options.reach);
+        const double weight = std::min(near->weight, opposite->weight * faces * close);
+        if (weight > 0) {
+          const double scanned = crowns.inside(p) ? -near->distance : near->distance;
+          blended += weight * (scanned - d);
+          moved.v[at] = std::min(std::abs(d), std::abs(blended)) < 1.5 * coarse;
+        }
+      }
+    }
+    phi.v[at] = -static_cast<float>(blended) * inverse;
+  });
+  progress(0.6);
+
+  // Distances to the new surface. Farther than the band from the moved surface the CT's distances are kept.
+  const double band = ct.band / voxel;
+  const importing::DistanceField field = importing::signed_distance(phi, out.size, {}, band, band);
+  const int reach = static_cast<int>(std::ceil((ct.band + 2 * coarse) / voxel));
+  const importing::Sparse<float> to_change = importing::distance_squared_to(moved, reach);
+  progress(0.9);
+
+  out.distance.resize(Grid<float>::count(out.size));
+  out.tissue.assign(out.distance.size(), Tissue::kAir);
+  if (!ct.hardness.empty()) out.hardness.assign(out.distance.size(), 255);
+  importing::for_each_slab(out.size.x, [&](int x) {
+    for (int y = 0; y < out.size.y; ++y) {
+      for (int z = 0; z < out.size.z; ++z) {
+        const glm::ivec3 i(x, y, z);
+        const std::size_t at = out.at(x, y, z);
+        const bool near_change =
+            to_change.index(i) >= 0 && to_change[i] <= static_cast<float>(reach) * static_cast<float>(reach);
+        const dvec3 place = same ? dvec3(i) : dvec3(i) * (voxel / coarse);
+        if (same && !near_change) {
+          out.distance[at] = ct.distance[at];
+          out.tissue[at] = ct.tissue[at];
+          if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[at];
+          continue;
+        }
+        const double d = std::clamp(static_cast<double>(field.distance[i]) * voxel, -ct.band, ct.band);
+        out.distance[at] = static_cast<float>(d);
+        if (d > importing::kLabelReach * voxel) continue;
+        const std::size_t from = labelled_sample(ct, place, distance_at(ct, place));
+        out.tissue[at] = ct.tissue[from];
+        if (!ct.hardness.empty()) out.hardness[at] = ct.hardness[from];
+      }
+    }
+  });
+  progress(1);
+  return fused;
+}
+
+}  // namespace typodont::haptics
