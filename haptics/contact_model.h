@@ -55,7 +55,7 @@ struct Contact {
   bool settled = true;            // a free head has no remaining state of this contact
   bool places = false;            // the tool stays in the tissue: the servo calls cut() even if the tool does not cut
   // Vector from the hand to the position at which contacts alone hold the head; zero: no contact holds it
-  dvec3 held_off_direction{0};
+  dvec3 contact_direction{0};
   double area = 0;            // m², area of the head that lies on tissue; 0: none
   bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction
   bool gives_force = false;   // true for a penalty method: feel() fills in force, torque, stored and depth
@@ -119,7 +119,7 @@ class ContactModel {
   /// Called once when the tool is far from all tissue: the model drops the state of the last contact.
   virtual void release() noexcept = 0;
   /// Returns true if the tool in the hand may be replaced by `tool` at the proxy, because neither touches anything.
-  virtual bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
+  virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
   /// Computes the proxy. Fills in the first part of `out`.

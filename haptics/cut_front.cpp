@@ -75,7 +75,7 @@ bool CutFront::holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept 
   return glm::all(glm::lessThan(blocks(hi, kRows, kDeep) - blocks(lo, kRows, kDeep), size_));
 }
 
-void CutFront::come_to(const Pose& X_V, double way) noexcept {
+void CutFront::advance_to(const Pose& X_V, double way) noexcept {
   X_V_ = X_V;
   way_ += way;
   if (way_ < kRound) return;

@@ -109,7 +109,7 @@ class CutFront {
   /// Returns true if there is room for all blocks around lo..hi (voxels).
   bool holds(const glm::ivec3& lo, const glm::ivec3& hi) const noexcept;
   /// Moves the head to `X_V` (voxels); `way`: voxels, path length of the head's farthest point.
-  void come_to(const Pose& X_V, double way) noexcept;
+  void advance_to(const Pose& X_V, double way) noexcept;
   /// Moves the front so that it contains the blocks around lo..hi.
   void move_around(const glm::ivec3& lo, const glm::ivec3& hi) noexcept;
   float* due(const glm::ivec3& block) noexcept {

@@ -141,7 +141,7 @@ void Servo::State::change_tool(TickData& now) noexcept {
   const bool stands =
       std::abs(now.out.pedal) <= kPedalUp && std::abs(cutting.speed) <= kPedalUp * std::abs(free_speed());
   if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.sunk <= 0 &&
-        model->may_take_up(wanted, {motion.X_WG.p, now.X_WT.R}))) {
+        model->may_change_tool(wanted, {motion.X_WG.p, now.X_WT.R}))) {
     return;
   }
   in_hand = now.out.tool = wanted;

@@ -7,18 +7,18 @@
 
 namespace typodont::haptics {
 
-inline constexpr double kShareUnit = 1.0 / (1 << 23);
+inline constexpr double kFractionUnit = 1.0 / (1 << 23);
 
 /// The fraction in units, for a surface that passes at `distance` voxels from the voxel's centre. Between 1 and 2,
 /// floats have equal spacing (one unit), and so have their bit patterns.
-inline std::int32_t units_inside(float distance) {
+inline std::int32_t inside_units(float distance) {
   // Without a branch, so that the compiler can vectorise the sum over a leaf
   const float above = distance < -0.5f ? -0.5f : distance;
   const float at = (above > 0.5f ? 0.5f : above) + 1.5f;
   return std::bit_cast<std::int32_t>(2.0f) - std::bit_cast<std::int32_t>(at);
 }
-inline double share_inside(float distance) {
-  return kShareUnit * units_inside(distance);
+inline double fraction_inside(float distance) {
+  return kFractionUnit * inside_units(distance);
 }
 
 }  // namespace typodont::haptics

@@ -34,11 +34,11 @@ Sweep::Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFr
 
   const double reach = reach_ = tool.reach() / frame.voxel;
   half_length_ = tool.length / 2 / frame.voxel;
-  travel_ = sphere_ ? glm::length(b - a) : way_between(X_VA_, X_VB_, reach);
+  travel_ = sphere_ ? glm::length(b - a) : displacement_bound(X_VA_, X_VB_, reach);
   if (!sphere_) {
     // In the frame of a turning head, the path of a sample is curved. It deviates from its chord by an eighth of the
     // change of its direction.
-    turn_ = turn_between(X_VA_.R, X_VB_.R);
+    turn_ = rotation_angle(X_VA_.R, X_VB_.R);
     const double bend = turn_ * (turn_ * (reach + kMargin) + 2 * glm::length(b - a)) / 8;
     const double most = laws >= 5 ? kBend : kBendOfLaws4, shortest = laws >= 5 ? kShort : kShortOfLaws4;
     straights_ = std::clamp(static_cast<int>(std::ceil(std::sqrt(bend / most))), 1, 512);
@@ -95,7 +95,7 @@ bool Sweep::same_head(const Sweep& other) const noexcept {
 }
 
 double Sweep::path_from(const Sweep& before) const noexcept {
-  return travel_ + (sphere_ ? glm::length(X_VA_.p - before.X_VB_.p) : way_between(before.X_VB_, X_VA_, reach_));
+  return travel_ + (sphere_ ? glm::length(X_VA_.p - before.X_VB_.p) : displacement_bound(before.X_VB_, X_VA_, reach_));
 }
 
 bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
@@ -107,8 +107,8 @@ bool Sweep::holds_listed(const glm::ivec3& patch_lo, int n) const noexcept {
 bool Sweep::carve(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,
                   PerTissue* removed) const noexcept {
   // The head may have moved through air since the last call.
-  const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : way_between(front.X_V_, X_VA_, reach_);
-  front.come_to(X_VB_, (front.known_ ? way : 0) + travel_);
+  const double way = sphere_ ? glm::length(X_VA_.p - front.X_V_.p) : displacement_bound(front.X_V_, X_VA_, reach_);
+  front.advance_to(X_VB_, (front.known_ ? way : 0) + travel_);
   // Lists must stay valid for another voxel of path.
   const glm::ivec3 room_lo = lo_ - patch_lo, room_hi = patch_lo + n - 1 - hi_;
   const bool inside = std::min({room_lo.x, room_lo.y, room_lo.z, room_hi.x, room_hi.y, room_hi.z}) > 1;

@@ -75,7 +75,7 @@ class Sweep {
   /// samples changes.
   bool carve_way(const HeadTarget& target, PerTissue* removed, const DueBlocks* known) const noexcept;
   /// One part of the front of a head that is not a ball; `listed`: number of groups found.
-  bool carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+  bool carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                       float* distance, const Tissue* tissue, int& listed) const noexcept;
   /// True if this patch contains all samples that were listed around the head in another patch.
   bool holds_listed(const glm::ivec3& patch_lo, int n) const noexcept;

@@ -126,7 +126,7 @@ class TissueVolume {
 
   /// Removes a piece that is connected to nothing, and corrects the distances around it. Labels stay. Returns its
   /// volume per tissue, m³.
-  PerTissue take_out(const TissuePiece& piece);
+  PerTissue remove_piece(const TissuePiece& piece);
 
   /// Gives all tissue inside the solid (voxel centres, including one voxel beyond the surface) another label and
   /// hardness. Filled voxels get only the label. Returns false if the solid contains no tissue.

@@ -192,7 +192,7 @@ double Tool::reach() const {
   return std::hypot(radius(), length / 2);
 }
 
-std::optional<SmoothPart> shank_of(const Tool& tool) {
+std::optional<NonCuttingPart> shank_of(const Tool& tool) {
   if (!(tool.shank_length > 0)) return std::nullopt;
   Tool shape;
   shape.name = "shank";
@@ -207,10 +207,10 @@ std::optional<SmoothPart> shank_of(const Tool& tool) {
   const double from = tool.shape == HeadShape::kSphere
                           ? std::sqrt(std::max(tool.radius() * tool.radius() - neck * neck, 0.0))
                           : tool.half();
-  return SmoothPart{shape, from + shape.length / 2};
+  return NonCuttingPart{shape, from + shape.length / 2};
 }
 
-std::optional<SmoothPart> safe_end_of(const Tool& tool) {
+std::optional<NonCuttingPart> safe_end_of(const Tool& tool) {
   if (!(tool.safe_length > 0)) return std::nullopt;
   Tool shape;
   shape.name = "safe end";
@@ -218,7 +218,7 @@ std::optional<SmoothPart> safe_end_of(const Tool& tool) {
   shape.cuts = false;
   shape.diameter = tool.safe_diameter;
   shape.length = std::max(tool.safe_length, tool.safe_diameter);  // the upper part of it is inside the head
-  return SmoothPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
+  return NonCuttingPart{shape, -tool.half() - tool.safe_length + shape.length / 2};
 }
 
 double near_reach(const Tool& tool) {

@@ -114,13 +114,13 @@ struct Tool {
 };
 
 /// A part that never cuts, as a tool of its own. `z`: m, position of its centre on the tool's axis.
-struct SmoothPart {
+struct NonCuttingPart {
   Tool shape;
   double z = 0;
 };
 /// Shank and safe end; nullopt if the tool has none.
-std::optional<SmoothPart> shank_of(const Tool& tool);
-std::optional<SmoothPart> safe_end_of(const Tool& tool);
+std::optional<NonCuttingPart> shank_of(const Tool& tool);
+std::optional<NonCuttingPart> safe_end_of(const Tool& tool);
 /// Distance from T's origin to the farthest point of head and safe end, m: the range that the patch must contain.
 double near_reach(const Tool& tool);
 

@@ -10,12 +10,12 @@ std::uint64_t queries_of_this_thread() noexcept;
 /// Adds to that number, for code that evaluates many samples at once without those samplers.
 void count_queries(std::uint64_t count) noexcept;
 /// Number of tissue elements examined near the head, by contact model.
-struct ModelLooks {
+struct SearchCounts {
   std::uint64_t spheres = 0;    // packing
   std::uint64_t triangles = 0;  // mesh_lod
   std::uint64_t vertices = 0;   // vertex
 };
-ModelLooks looks_of_this_thread() noexcept;
+SearchCounts looks_of_this_thread() noexcept;
 /// Number of voxels that TissueVolume's carve() and fill() visited in leaves that changed.
 std::uint64_t voxels_cut_by_this_thread() noexcept;
 

@@ -97,7 +97,7 @@ class Registration {
     if (consensus_ && result_.rivals.empty() && fit_.pairs.size() >= 4) check_three_outliers();
     estimate_noise();
     find_degeneracy();
-    question_rigidity();
+    test_rigidity();
     estimate_uncertainty();
     return std::move(result_);
   }
@@ -289,7 +289,7 @@ class Registration {
   }
 
   // Test whether the motion is not rigid at all: a mirror image, or other units.
-  void question_rigidity() {
+  void test_rigidity() {
     Degeneracy& degeneracy = result_.degeneracy;
     const auto mirror = [&] {
       const dvec3 thin = vec(scatter_.axes.col(0));

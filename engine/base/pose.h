@@ -48,14 +48,14 @@ inline dquat rotation_between(const dvec3& from, const dvec3& to) {
 }
 
 /// Angle of the rotation that takes a to b: rad, 0 to π.
-inline double turn_between(const dquat& a, const dquat& b) {
+inline double rotation_angle(const dquat& a, const dquat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
 /// Upper bound, in m, of the distance that a point moves if the frame moves from a to b. The point lies within `reach`
 /// (m) of the frame's origin.
-inline double way_between(const Pose& a, const Pose& b, double reach) {
-  return glm::length(b.p - a.p) + turn_between(a.R, b.R) * reach;
+inline double displacement_bound(const Pose& a, const Pose& b, double reach) {
+  return glm::length(b.p - a.p) + rotation_angle(a.R, b.R) * reach;
 }
 
 /// True if all components are equal.

@@ -24,9 +24,9 @@ constexpr double kShortest = 0.8;
 const double kOneFace = std::cos(10 * kPi / 180);
 // Lower limit of the gradient's length where a wall's inclination is measured; a shorter gradient means that the
 // stencil spans an edge.
-constexpr double kOneWay = 0.98;
+constexpr double kLeastGradient = 0.98;
 constexpr double kRounding = 1e-9;     // voxels, tolerance for rounding
-constexpr double kLeastPart = 0.1e-6;  // m², limit: a smaller total area of a floor or of walls is ignored
+constexpr double kLeastArea = 0.1e-6;  // m², limit: a smaller total area of a floor or of walls is ignored
 // fraction of a wall's inclinations that is omitted at either end, because these belong to the wall's edges
 constexpr double kTrimmed = 0.1;
 constexpr double kRim = 1e-3;  // m, depth of a wall's rim below the old surface; the rim is always thin
@@ -383,10 +383,10 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   double kept_removed = 0;
   bool any_kept = false;
   for (std::size_t i = 0; i < count; ++i) {
-    const double a = share_inside(static_cast<double>(after.distance[i])),
-                 b = share_inside(static_cast<double>(in.before.distance[i]));
+    const double a = fraction_inside(static_cast<double>(after.distance[i])),
+                 b = fraction_inside(static_cast<double>(in.before.distance[i]));
     if (m.has_ideal) {
-      const double c = share_inside(static_cast<double>(in.ideal.distance[i]));
+      const double c = fraction_inside(static_cast<double>(in.ideal.distance[i]));
       m.wanted += std::abs(b - c);
       m.done += c < b ? std::clamp(b - a, 0.0, b - c) : std::clamp(a - b, 0.0, c - b);
       m.over_volume += std::max(0.0, c - a);
@@ -446,7 +446,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     return h2 * std::accumulate(facets.begin(), facets.end(), 0.0, [](double s, const Facet& f) { return s + f.area; });
   };
   m.cut_area = area_of(fresh);
-  if (m.cut_area >= kLeastPart) {
+  if (m.cut_area >= kLeastArea) {
     dvec3 out(0);
     for (const Facet& f : fresh) out += f.area * f.n;
     const auto ball = fit_ball(fresh);
@@ -457,7 +457,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
 
   // Measure the floor.
   double floor_height = 0;
-  if (area_of(floor) >= kLeastPart) {
+  if (area_of(floor) >= kLeastArea) {
     std::vector<std::pair<double, double>> depths, heights;
     for (const Facet& f : floor) {
       depths.emplace_back(last_inside(in.before, f.p, axes.w), f.area);
@@ -484,12 +484,12 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
   }
 
   // Measure the walls.
-  if (area_of(walls) >= kLeastPart) {
+  if (area_of(walls) >= kLeastArea) {
     std::vector<std::pair<double, double>> leans, depths, thickness;
     for (const Facet& f : walls) {
       const dvec3 g = after.gradient(f.p, kAcross);
       // Near an edge the stencil covers both faces, so the inclination there is not the wall's inclination.
-      if (glm::length(g) >= kOneWay)
+      if (glm::length(g) >= kLeastGradient)
         leans.emplace_back(std::asin(std::clamp(glm::dot(g, axes.w) / glm::length(g), -1.0, 1.0)), f.area);
       depths.emplace_back(-before.sample(f.p), f.area);
       if (last_inside(in.before, f.p, axes.w) * h < kRim) continue;
@@ -512,7 +512,7 @@ CavityMeasures measure(const Preparation& in, const Given& known, const DenseFie
     if (!leans.empty()) m.taper = 2 * trimmed_mean(leans, kTrimmed);
     m.wall_depth = trimmed_mean(depths, kTrimmed) * h;
     if (!thickness.empty()) {
-      m.wall_thickness = lowest(thickness, std::min(kLeastPart / h2, 0.5 * area_of(walls) / h2)) * h;
+      m.wall_thickness = lowest(thickness, std::min(kLeastArea / h2, 0.5 * area_of(walls) / h2)) * h;
     }
   }
 

@@ -64,7 +64,7 @@ glm::dvec3 DenseField::gradient(const glm::dvec3& p, double reach) const {
   return g;
 }
 
-double share_inside(double distance) {
+double fraction_inside(double distance) {
   return std::clamp(0.5 - distance, 0.0, 1.0);
 }
 

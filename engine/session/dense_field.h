@@ -27,7 +27,7 @@ struct DenseField {
 };
 
 /// Fraction of a voxel inside a surface at `distance` voxels from its centre.
-double share_inside(double distance);
+double fraction_inside(double distance);
 
 /// Computes true distances from a field that is correct only near its surface, like the field after cuts. The closest
 /// surface points are propagated from voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here with points

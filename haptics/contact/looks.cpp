@@ -2,10 +2,10 @@
 
 namespace typodont::haptics {
 
-constinit thread_local ModelLooks t_looks;
+constinit thread_local SearchCounts t_search_counts;
 
-ModelLooks looks_of_this_thread() noexcept {
-  return t_looks;
+SearchCounts looks_of_this_thread() noexcept {
+  return t_search_counts;
 }
 
 }  // namespace typodont::haptics

@@ -6,6 +6,6 @@
 namespace typodont::haptics {
 
 // TLS model: in a shared library (libtypodont.so) the default model calls a function at each access.
-[[gnu::tls_model("initial-exec")]] extern constinit thread_local ModelLooks t_looks;
+[[gnu::tls_model("initial-exec")]] extern constinit thread_local SearchCounts t_search_counts;
 
 }  // namespace typodont::haptics

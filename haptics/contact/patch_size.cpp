@@ -35,7 +35,7 @@ double patch_travel_for(std::span<const Tool> tools, double voxel) {
 SurfacePatch empty_patch_for(std::span<const Tool> tools, double voxel) {
   SurfacePatch patch;
   patch.resize(patch_edge_for(tools, voxel));
-  const WideGrid coarse = wide_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
+  const CoarseGrid coarse = coarse_grid_for(tools, voxel, patch_travel_for(tools, voxel) * voxel / voxel);
   if (coarse.edge > 0) {
     patch.wide.emplace_back();
     patch.wide.front().resize(coarse.edge);

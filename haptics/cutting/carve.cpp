@@ -77,13 +77,14 @@ PerTissue hardened_since(const SurfacePatch& patch, const glm::ivec3& a, const g
           if (from[z] == now[z]) continue;
           const std::size_t at = row + static_cast<std::size_t>(z);
           sums[static_cast<std::size_t>(shown(patch.tissue[at]))] +=
-              std::int64_t{units_inside(from[z]) - units_inside(now[z])} * felt_hardness(patch, at);
+              std::int64_t{inside_units(from[z]) - inside_units(now[z])} * felt_hardness(patch, at);
         }
       }
     }
   }
   PerTissue hardened{};
-  for (std::size_t i = 1; i < sums.size(); ++i) hardened[i] = static_cast<double>(sums[i]) * kShareUnit / kOwnHardness;
+  for (std::size_t i = 1; i < sums.size(); ++i)
+    hardened[i] = static_cast<double>(sums[i]) * kFractionUnit / kOwnHardness;
   return hardened;
 }
 

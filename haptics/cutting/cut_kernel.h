@@ -44,14 +44,14 @@ struct Taken {
     }
     std::int32_t apart[kLanes];
     std::memcpy(apart, &taken, sizeof apart);
-    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kShareUnit * apart[i];
+    for (int i = 0; i < kLanes; ++i) (*removed)[static_cast<std::size_t>(shown(labels[i]))] += kFractionUnit * apart[i];
   }
   TYPODONT_KERNEL void close() {
     std::int32_t apart[kLanes];  // a copy, so that the sums stay in a register
     std::memcpy(apart, &units, sizeof apart);
     std::int64_t sum = 0;
     for (const std::int32_t part : apart) sum += part;
-    (*removed)[label] += kShareUnit * static_cast<double>(sum);
+    (*removed)[label] += kFractionUnit * static_cast<double>(sum);
     units = Ints{};
     groups = 0;
   }

@@ -57,7 +57,7 @@ namespace {
 #include "haptics/cutting/head_block_kernel.h"
 
 TYPODONT_DISPATCH("avx2", "default")
-bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, PerTissue* removed,
                 BlockSlack* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
@@ -78,7 +78,7 @@ namespace {
 // Included last, because it uses the four headers above
 #include "haptics/cutting/head_block_kernel.h"
 
-bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Tops* tops, PerTissue* removed,
+bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, PathMaxima* tops, PerTissue* removed,
                 BlockSlack* found) {
   return carve_head_block(*pose, *block, may_raise, *tops, removed, *found);
 }
@@ -102,7 +102,7 @@ struct Seen {
 
 /// `R`: rotation from V to T, column by column; centres are relative to the head's.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
+void evaluate_blocks(const MeridianPiece* pieces, int count, const float* R, const F8* center, Seen* seen) {
   const F8 vx = center[0], vy = center[1], vz = center[2];
   const F8 x = R[0] * vx + R[3] * vy + R[6] * vz, y = R[1] * vx + R[4] * vy + R[7] * vz,
            z = R[2] * vx + R[5] * vy + R[8] * vz;
@@ -156,8 +156,8 @@ void see_blocks(const MeridianPiece* pieces, int count, const float* R, const F8
 const bool kMasked = __builtin_cpu_supports("x86-64-v4") != 0;
 #endif
 
-bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, Tops& tops, PerTissue* removed,
-                      BlockSlack& found) {
+bool carve_head_block(const HeadPose& pose, const HeadBlock& block, bool may_raise, PathMaxima& tops,
+                      PerTissue* removed, BlockSlack& found) {
 #ifdef TYPODONT_SIXTEEN_LANES
   if (kMasked) return eight_masked::dispatched(&pose, &block, may_raise, &tops, removed, &found);
 #endif
@@ -253,7 +253,7 @@ class HeadPass {
     for (int lane = lanes_; lane < 8; ++lane) {
       for (int i = 0; i < 3; ++i) center_[i][lane] = center_[i][0];
     }
-    see_blocks(back_.pieces, back_.count, pose_.R, center_, &seen_);
+    evaluate_blocks(back_.pieces, back_.count, pose_.R, center_, &seen_);
     lanes_ = 0;
   }
 
@@ -379,7 +379,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
   const auto down = [](int v, int step) { return v - (v % step + step) % step; };
   const glm::ivec3 first(down(lo.x, kRows), down(lo.y, kRows), down(lo.z, kDeep)), last = lo + size - 1;
   for (int k = continues_ ? 1 : 0; k <= 1; ++k) {
-    Tops tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), removed);
+    PathMaxima tops(k == 0 ? straight_way(X_VA_, X_VA_, pieces_, back_.count, reach_) : way_back(), removed);
     HeadPass pass(tops.back, k > 0, reach_, 0);
     const auto carve = [&] {
       const int lanes = pass.lanes();
@@ -417,7 +417,7 @@ bool Sweep::carve_head(const glm::ivec3& lo, const glm::ivec3& size, float* dist
 
 /// Raises all due blocks of a part, computes when they are due again, and lists the groups that may change until the
 /// head has moved by `ahead`.
-bool Sweep::carve_due_head(CutFront& front, int part, float ahead, Tops& tops, const glm::ivec3& patch_lo, int n,
+bool Sweep::carve_due_head(CutFront& front, int part, float ahead, PathMaxima& tops, const glm::ivec3& patch_lo, int n,
                            float* distance, const Tissue* tissue, int& listed) const noexcept {
   CutFront::Groups& groups = front.parts_[static_cast<std::size_t>(part)];
   const Straight& back = tops.back;
@@ -509,7 +509,7 @@ bool Sweep::carve_head(CutFront& front, const glm::ivec3& patch_lo, int n, float
   front.keep_listed(patch_lo, n, continues_ && holds_listed(patch_lo, n));
   if (!continues_) front.drop_listed();
 
-  Tops tops(way_back(), removed);
+  PathMaxima tops(way_back(), removed);
   HeadFront f{.pose = tops.back.from,
               .pieces = pieces_,
               .origin = from - tops.back.from.base,

@@ -52,7 +52,7 @@ struct HeadFront {
   CutFront::Listed groups;
   const CutFront::Run* runs;
   int run_count;
-  Tops* tops;
+  PathMaxima* tops;
 };
 
 /// Number of samples of a group (at most `lanes`) that have the same label from its start. Samples that can never

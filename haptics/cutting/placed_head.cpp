@@ -36,7 +36,7 @@ bool PlacedHead::lower(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (!(now < before && now < Sweep::kMargin)) continue;
         changed = true;
         distance[at] = now;
-        if (added) (*added)[static_cast<std::size_t>(label_)] += share_inside(now) - share_inside(before);
+        if (added) (*added)[static_cast<std::size_t>(label_)] += fraction_inside(now) - fraction_inside(before);
         if (before > 0 && now < kLabelled) tissue[at] = filled(tissue[at], label_);
       }
     }

@@ -30,7 +30,7 @@ bool VoxelStamp::carve(const glm::ivec3& lo, const glm::ivec3& size, float* dist
         if (d >= kCleared || head_.distance(X_TV_ * dvec3(lo + glm::ivec3(x, y, z))) > 0) continue;
         if (removed) {
           const Tissue label = shown(tissue[row + static_cast<std::size_t>(z)]);
-          (*removed)[static_cast<std::size_t>(label)] += share_inside(d);
+          (*removed)[static_cast<std::size_t>(label)] += fraction_inside(d);
         }
         d = kCleared;
         changed = true;

@@ -348,8 +348,8 @@ bool carve_way_block(const Straight* way_at, const WayBlock* block_at, PerTissue
 
 /// Searches the largest depths of eight listed samples and raises the samples.
 TYPODONT_DISPATCH("arch=x86-64-v4", "avx2", "default")
-bool carve_tops(Tops* tops_at, int first) {
-  Tops& tops = *tops_at;
+bool carve_tops(PathMaxima* tops_at, int first) {
+  PathMaxima& tops = *tops_at;
   const int count = std::min(tops.count - first, 8);
   F8 x, y, z, old;
   for (int i = 0; i < 8; ++i) {
@@ -369,14 +369,14 @@ bool carve_tops(Tops* tops_at, int first) {
     if (!(raised >> i & 1)) continue;
     *tops.at[first + i] = depth[i];
     if (tops.removed)
-      (*tops.removed)[tops.label[first + i]] += kShareUnit * (units_inside(old[i]) - units_inside(depth[i]));
+      (*tops.removed)[tops.label[first + i]] += kFractionUnit * (inside_units(old[i]) - inside_units(depth[i]));
   }
   return raised & ((1u << count) - 1);
 }
 
 }  // namespace
 
-void Tops::carve() noexcept {
+void PathMaxima::carve() noexcept {
   for (int first = 0; first < count; first += 8) changed |= carve_tops(this, first);
   count = 0;
 }

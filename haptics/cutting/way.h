@@ -49,7 +49,7 @@ inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
 }
 
 /// Samples that may have been deeper in the head during its motion than at its end, where they were cut before.
-struct Tops {
+struct PathMaxima {
   static constexpr int kRoom = 1024;
 
   Straight back;  // path from the end of the motion back to its beginning
@@ -60,7 +60,7 @@ struct Tops {
   float* at[kRoom];
   std::uint8_t label[kRoom];
 
-  Tops(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
+  PathMaxima(const Straight& way_back, PerTissue* taken) : back(way_back), removed(taken) {}
   /// Call before reading `samples` samples: makes room so that all of them can be added.
   void make_room(int samples) noexcept {
     if (count > kRoom - samples) carve();

@@ -75,7 +75,7 @@ Descriptor open_exclusively(const std::filesystem::path& node) {
   if (fd.get() < 0) {
     if (errno == EACCES || errno == EPERM) {
       throw Error(node.string(), "", "no permission to open it",
-                  fmt::format("access; mend it by: {}", kMendPermission));
+                  fmt::format("access; mend it by: {}", kPermissionRemedy));
     }
     throw Error(node.string(), "", std::strerror(errno), "a device that is plugged in");
   }

@@ -39,6 +39,6 @@ std::unique_ptr<Link> connect_tcp(const std::string& host, int port);
 std::unique_ptr<Link> link_over(Descriptor fd);
 
 /// The command that fixes a missing permission.
-inline constexpr const char* kMendPermission = "sudo typodont devices --install-udev, then plug the device in again";
+inline constexpr const char* kPermissionRemedy = "sudo typodont devices --install-udev, then plug the device in again";
 
 }  // namespace typodont::haptics

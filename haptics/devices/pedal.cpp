@@ -116,7 +116,7 @@ std::vector<FoundDevice> find_pedals() {
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
     pedals.push_back({"", kind->type == PedalKind::Type::kAxis ? "rheostat pedal" : "foot switch",
                       node.name.empty() ? "pedal" : node.name, node.serial, node.path, 0, permitted,
-                      permitted ? "" : kMendPermission});
+                      permitted ? "" : kPermissionRemedy});
   }
   return pedals;
 }

@@ -80,8 +80,8 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
     const double on_head = glm::length(contact.on_head);
     c.head_force *= on_head / (on_head + glm::length(contact.on_shank));
   }
-  if (contact.held_off_direction != dvec3(0)) {
-    c.pressed = glm::normalize(contact.held_off_direction);
+  if (contact.contact_direction != dvec3(0)) {
+    c.pressed = glm::normalize(contact.contact_direction);
   } else if (!contact.bridging) {
     c.pressed = dvec3(0);  // nothing presses the head, so the teeth have no load
   }

@@ -4,7 +4,7 @@
 
 namespace typodont::haptics {
 
-void LeafFront::come_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi) {
+void LeafFront::advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi) {
   if (last_ && !last_->same_head(sweep)) forget();
   path_ = last_ ? path_ + sweep.path_from(*last_) : 0;
   if (path_ > kLongest) {

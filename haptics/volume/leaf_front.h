@@ -31,7 +31,7 @@ class LeafFront {
   void forget() noexcept { last_.reset(); }
 
   /// Advances the head to the end of `sweep`, which reaches the leaves lo..hi, inclusive.
-  void come_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
+  void advance_to(const Sweep& sweep, const glm::ivec3& lo, const glm::ivec3& hi);
   /// Path length of the head's farthest point so far, voxels.
   float path() const noexcept { return static_cast<float>(path_); }
   /// The leaves of a row from `key` on, along z. `due`: path length in voxels at which the leaf must be examined again.

@@ -23,21 +23,21 @@ class LeafVolumes {
  public:
   void add(const StrokeKept::Distance::Values& distance, const StrokeKept::Labels::Values& tissue) {
     constexpr int n = openvdb::FloatTree::LeafNodeType::DIM, count = n * n * n;
-    const std::int32_t tile = distance.samples ? 0 : units_inside(distance.tile);
+    const std::int32_t tile = distance.samples ? 0 : inside_units(distance.tile);
     const std::int32_t label = tissue.samples ? tissue.samples[0] : tissue.tile;
     std::int32_t differ = 0;
     if (tissue.samples)
       for (int i = 1; i < count; ++i) differ |= tissue.samples[i] ^ label;
     if (differ != 0) {
       for (int i = 0; i < count; ++i)
-        count_in(tissue.samples[i], distance.samples ? units_inside(distance.samples[i]) : tile);
+        count_in(tissue.samples[i], distance.samples ? inside_units(distance.samples[i]) : tile);
       return;
     }
     // Most leaves contain only one tissue: the sum needs no label per voxel.
     std::int64_t sum = distance.samples ? 0 : std::int64_t{count} * tile;
     for (int row = 0; distance.samples && row < count; row += n * n) {
       std::int32_t part = 0;
-      for (int i = row; i < row + n * n; ++i) part += units_inside(distance.samples[i]);
+      for (int i = row; i < row + n * n; ++i) part += inside_units(distance.samples[i]);
       sum += part;
     }
     count_in(label, sum);
@@ -46,7 +46,7 @@ class LeafVolumes {
   PerTissue sum(double voxel) const {
     PerTissue sum{};
     for (std::size_t i = 0; i < sum.size(); ++i)
-      sum[i] = static_cast<double>(units_[i]) * kShareUnit * voxel * voxel * voxel;
+      sum[i] = static_cast<double>(units_[i]) * kFractionUnit * voxel * voxel * voxel;
     return sum;
   }
 
@@ -215,7 +215,7 @@ void add_to_box(const glm::ivec3& lo, const glm::ivec3& hi, VoxelBox& box) {
 TissueVolume::Carved TissueVolume::carve(const Sweep& sweep) {
   Impl& v = *impl_;
   const glm::ivec3 first = leaf_of(sweep.lo()), last = leaf_of(sweep.hi());
-  v.front.come_to(sweep, first, last);
+  v.front.advance_to(sweep, first, last);
   const float path = v.front.path();
   auto accessor = v.distance->getAccessor();
   Carved carved;
@@ -379,7 +379,7 @@ VoxelBox TissueVolume::fill(const PlacedHead& body) {
   return fill_leaves(body);
 }
 
-PerTissue TissueVolume::take_out(const TissuePiece& piece) {
+PerTissue TissueVolume::remove_piece(const TissuePiece& piece) {
   Impl& v = *impl_;
   PerTissue volume{};
   if (piece.empty()) return volume;
@@ -426,7 +426,8 @@ PerTissue TissueVolume::take_out(const TissuePiece& piece) {
                 leaf = accessor.touchLeaf(origin);
               }
               leaf->setValueOn(leaf->coordToOffset({x, y, z}), after[i]);
-              volume[static_cast<std::size_t>(labels[i])] += share_inside(box.distance[i]) - share_inside(after[i]);
+              volume[static_cast<std::size_t>(labels[i])] +=
+                  fraction_inside(box.distance[i]) - fraction_inside(after[i]);
               changed_lo = glm::min(changed_lo, {x, y, z});
               changed_hi = glm::max(changed_hi, {x, y, z});
             }

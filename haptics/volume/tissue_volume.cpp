@@ -472,7 +472,7 @@ PerTissue sum_volumes(const openvdb::FloatGrid& distance, const openvdb::Int32Gr
   auto tissue = labels.getConstAccessor();
   const double voxel3 = voxel * voxel * voxel;
   for (auto it = distance.cbeginValueAll(); it; ++it) {
-    const double share = share_inside(*it);
+    const double share = fraction_inside(*it);
     if (share == 0) continue;
     const auto add = [&](const openvdb::Coord& at) {
       const std::int32_t value = tissue.getValue(at);

@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExpertSession, testing::Values("tutorial", "mo
 TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScoresNothing) {
   const Scene scene = read_scene(assets_folder() / "scenes/amalgam-filling.json");
   const haptics::TissueVolume start = load_tissue(scene);
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   const auto percent = [&](const haptics::TissueVolume& after) {
     session::ScoreInput input;
     input.before = start.volumes();

@@ -45,7 +45,7 @@ double points(const Scene& scene, const haptics::TissueVolume& start, const hapt
   input.before = start.volumes();
   input.after = after.volumes();
   input.hand = meter.result();
-  TaskJudge(scene, start).judge(after, input);
+  TaskEvaluator(scene, start).judge(after, input);
   const session::Score score = session::score(input, session::rules_of_scene(Json::parse(scene.text, "scene"), input));
   return 100 * score.points / score.full;
 }

@@ -85,7 +85,7 @@ double percent(const session::Score& score) {
 struct TaskBench {
   Scene scene;
   haptics::TissueVolume start;
-  TaskJudge judge;
+  TaskEvaluator judge;
   explicit TaskBench(const std::string& name)
       : scene(read_scene(assets_folder() / "scenes" / (name + ".json"))),
         start(load_tissue(scene)),
@@ -439,7 +439,7 @@ TEST(Tasks, AnIdealCanBeLoadedFromAVolumeOrAMesh) {
                       bench.scene.servo.materials);
   for (const std::string ideal : {R"({"volume":"ideal.vdb"})", R"({"mesh":{"file":"ideal.stl"}})"}) {
     const Scene other = parse_scene(Json::parse(with_ideal(bench.scene.text, ideal), ideal), folder / "scene.json");
-    const TaskJudge judge(other, bench.start);
+    const TaskEvaluator judge(other, bench.start);
     session::ScoreInput input = steady_hand(bench.start);
     judge.judge(*bench.judge.ideal(), input);
     EXPECT_GT(input.cavity->wanted, 9e-9) << ideal;

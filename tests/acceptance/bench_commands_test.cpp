@@ -139,7 +139,7 @@ Pose target_seen(const Pose& arm) {
 void expect_pose(const Json& json, const Pose& truth, double mm, double rad) {
   const auto q = json["rotation_wxyz"].numbers(4);
   EXPECT_LT(glm::length(json["translation_mm"].vec3() - truth.p * 1e3), mm);
-  EXPECT_LT(turn_between(dquat(q[0], q[1], q[2], q[3]), truth.R), rad);
+  EXPECT_LT(rotation_angle(dquat(q[0], q[1], q[2], q[3]), truth.R), rad);
 }
 
 TEST_F(BenchCommands, RobotWorldFindsTrackerAndMarker) {

@@ -402,7 +402,7 @@ TEST(ImplantModel, NoSwitchOfStateCausesAForceStep) {
         ++switches;
         // A turn of the hand takes the end of the tool with it, and on a rim lifts it by more.
         const double hand =
-            s.stiffness * (glm::length(s.tick.X_WT.p - last.p) + s.half() * turn_between(s.tick.X_WT.R, last.R));
+            s.stiffness * (glm::length(s.tick.X_WT.p - last.p) + s.half() * rotation_angle(s.tick.X_WT.R, last.R));
         EXPECT_LE(glm::length(s.tick.f_T_W - force), 0.02 + 1.5 * hand) << "seed " << seed << " tick " << i;
       }
       level = s.tick.level, force = s.tick.f_T_W, last = s.tick.X_WT;

@@ -547,7 +547,7 @@ TEST_P(MeshLodHeads, RandomHandsKeepTheMeshClosedAndTheProxyContinuous) {
       R = glm::normalize(turn * R);
       run.tick({p, R}, 1);
       const dvec3 lag = run.last.X_WG.p - p;
-      most_step = std::max(most_step, glm::distance(lag, before) - way_between(last, {p, R}, head.length / 2));
+      most_step = std::max(most_step, glm::distance(lag, before) - displacement_bound(last, {p, R}, head.length / 2));
       before = lag;
       least_energy = std::min(least_energy, run.last.energy);
     }

@@ -206,14 +206,14 @@ TEST(SphereProxy, TheHeadSlidesAlongTheShanksContactAndContinuesToCut) {
     const std::vector<double> radius = {0.5_mm, bone};
     const SphereTree tree(center, radius);
     ToolSpheres tool = ball_tool(head);
-    tool.add_smooth(dvec3(0, 0, height), shank);
+    tool.add_non_cutting(dvec3(0, 0, height), shank);
     SphereProxy proxy(tool, {.static_friction = 0, .dynamic_friction = 0});
     proxy.place(at(0, 0, 0));
     proxy.follow(tree, at(1.0_mm, 0, 0));
     ASSERT_TRUE(proxy.touches());
 
     dvec3 move(1.0_mm, 0, 0), turn(0);
-    const double part = proxy.smooth_parts_allow(tree, 0.05_mm, move, turn);
+    const double part = proxy.non_cutting_parts_allow(tree, 0.05_mm, move, turn);
     ASSERT_GT(part * move.x, 0.01_mm) << i;
     // The cut's largest step, within what is allowed.
     const double step = std::min(part, 0.05_mm / glm::length(move));

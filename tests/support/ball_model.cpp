@@ -23,7 +23,7 @@ class BallModel final : public ContactModel {
   double clearance(const Pose& X_WG) noexcept override { return std::max(0.0, distance(X_WG.p)); }
   void begin_anew() noexcept override {}
   void release() noexcept override {}
-  bool may_take_up(std::uint32_t, const Pose& X_WG) noexcept override { return distance(X_WG.p) > 0; }
+  bool may_change_tool(std::uint32_t, const Pose& X_WG) noexcept override { return distance(X_WG.p) > 0; }
   void take_up(std::uint32_t) noexcept override {}
 
   void constrain(const ContactInput& in, Contact& out) noexcept override {

@@ -45,7 +45,7 @@ inline double decay_on_new_surface(const haptics::TissueVolume& before, const ha
 inline ExpertResult expert_session(const std::string& name, double longest) {
   const Scene scene = read_scene(assets_folder() / "scenes" / (name + ".json"));
   const haptics::TissueVolume start = load_tissue(scene);
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   Expert expert(scene, start);
   ExpertHand hand(expert.plan(start), 1000, expert.grip());
   HapticLoop loop(scene, load_tissue(scene), 1000);

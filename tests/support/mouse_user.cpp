@@ -35,7 +35,7 @@ struct Goal {
 };
 
 /// Plans from the present tissue to the ideal. `top`: m, W, height above which there is no obstacle.
-std::vector<Goal> goals_of(const TaskJudge& judge, const haptics::TissueVolume& tissue, const Scene& scene,
+std::vector<Goal> goals_of(const TaskEvaluator& judge, const haptics::TissueVolume& tissue, const Scene& scene,
                            double top) {
   const haptics::Tool& tool = haptics::tool_set(scene.servo)[0];
   session::Preparation now = judge.preparation(tissue);
@@ -100,7 +100,7 @@ MouseSession drill_with_mouse(const Scene& scene, const display::DisplayRig& rig
   start.bounds(lo, hi);
   const dvec3 above = start.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
   const double top = above.z - 1e-3;
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   std::vector<Goal> goals = goals_of(judge, start, scene, top);
   HapticLoop loop(scene, std::move(start), kRate);
   Pointer pointer(rig, above, wheel_step);

@@ -146,13 +146,13 @@ TEST(MouseHand, RightButtonAndShiftTiltTheToolAboutItsHeadWithoutAJump) {
 TEST(MouseHand, DrillsAClassICavityAloneInThreeMinutes) {
   const Scene scene = read_scene(assets_folder() / "scenes/class-1-cavity.json");
   const haptics::TissueVolume start = load_tissue(scene);
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   const auto off = [&](const haptics::TissueVolume& tissue) {  // m³ that are there and should not be, and the reverse
     const session::Preparation p = judge.preparation(tissue);
     glm::dvec2 sum(0);
     for (std::size_t i = 0; i < p.after.distance.size(); ++i) {
-      const double is = session::share_inside(static_cast<double>(p.after.distance[i])),
-                   should = session::share_inside(static_cast<double>(p.ideal.distance[i]));
+      const double is = session::fraction_inside(static_cast<double>(p.after.distance[i])),
+                   should = session::fraction_inside(static_cast<double>(p.ideal.distance[i]));
       sum += glm::dvec2(std::max(is - should, 0.0), std::max(should - is, 0.0));
     }
     return sum * p.frame.voxel * p.frame.voxel * p.frame.voxel;

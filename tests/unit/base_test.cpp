@@ -62,9 +62,9 @@ TEST(Pose, AngleAndPathBetweenTwoPosesUseTheShorterRotation) {
   const dquat a = glm::angleAxis(20.0_deg, dvec3(0, 1, 0));
   for (const double turn : {0.0, 1e-3, 0.4, 3.1}) {
     const dquat b = glm::angleAxis(turn, axis) * a;
-    EXPECT_NEAR(turn_between(a, b), turn, 1e-7);
-    EXPECT_NEAR(turn_between(a, -b), turn, 1e-7) << "the same rotation";
-    EXPECT_NEAR(way_between({{0, 0, 0}, a}, {{3, 4, 0}, b}, 2), 5 + 2 * turn, 1e-6);
+    EXPECT_NEAR(rotation_angle(a, b), turn, 1e-7);
+    EXPECT_NEAR(rotation_angle(a, -b), turn, 1e-7) << "the same rotation";
+    EXPECT_NEAR(displacement_bound({{0, 0, 0}, a}, {{3, 4, 0}, b}, 2), 5 + 2 * turn, 1e-6);
   }
 }
 

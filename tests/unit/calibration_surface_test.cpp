@@ -51,7 +51,7 @@ TEST(SurfaceRegistration, WithoutNoiseThePoseIsExact) {
   const SurfaceRegistration r = register_surface(box_points(kTruth, 0, 0, 1), box_field, kStart, options());
   EXPECT_EQ(r.distrust, "");
   EXPECT_TRUE(r.converged);
-  EXPECT_LT(way_between(r.X_DS, kTruth, 0.05), 1e-6);
+  EXPECT_LT(displacement_bound(r.X_DS, kTruth, 0.05), 1e-6);
   EXPECT_LT(r.most_of, 1e-6);
 }
 
@@ -59,7 +59,7 @@ TEST(SurfaceRegistration, AConstantDistanceBetweenTheSurfacesIsFoundAndDoesNotMo
   const SurfaceRegistration r = register_surface(box_points(kTruth, 0.1e-3, 0, 1), box_field, kStart, options());
   EXPECT_EQ(r.distrust, "");
   EXPECT_NEAR(r.offset, 0.1e-3, 2e-6);
-  EXPECT_LT(way_between(r.X_DS, kTruth, 0.05), 5e-6);
+  EXPECT_LT(displacement_bound(r.X_DS, kTruth, 0.05), 5e-6);
 }
 
 TEST(SurfaceRegistration, AQuarterOfThePointsOnAnotherSurfaceDoesNotMoveThePose) {
@@ -68,7 +68,7 @@ TEST(SurfaceRegistration, AQuarterOfThePointsOnAnotherSurfaceDoesNotMoveThePose)
   const SurfaceRegistration r = register_surface(points, box_field, kStart, options());
   EXPECT_EQ(r.distrust, "");
   EXPECT_NEAR(r.agreement, 0.75, 0.03);
-  EXPECT_LT(way_between(r.X_DS, kTruth, 0.0), 20e-6);
+  EXPECT_LT(displacement_bound(r.X_DS, kTruth, 0.0), 20e-6);
 }
 
 TEST(SurfaceRegistration, TheCovariancePredictsTheErrorOverSeeds) {

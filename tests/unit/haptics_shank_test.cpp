@@ -157,8 +157,8 @@ TEST(Shank, ItsClearanceIsNeverOverestimated) {
                         settings(tool));
       bench.tick({{-2.0_mm, 0, 0}});
       const haptics::SurfacePatch& patch = bench.patch();
-      const haptics::SmoothPart shank = *haptics::shank_of(tool);
-      haptics::SmoothContacts contacts(tool, 0.1_mm);
+      const haptics::NonCuttingPart shank = *haptics::shank_of(tool);
+      haptics::NonCuttingContacts contacts(tool, 0.1_mm);
       const VoxelFrame& frame = bench.settings.frame;
       for (int i = 0; i < 300; ++i) {
         const Pose X_WT{dvec3(any(random) * 1.0_mm, any(random) * 1.0_mm, any(random) * 1.0_mm),
@@ -188,7 +188,7 @@ TEST(Shank, IsNotTestedFarFromTheSurface) {
       R"({"voxel_mm": 0.1, "band_mm": 1.5, "solids": [{"tissue": "enamel", "solid": {"box": {"center_mm": [9, 0, 0], "size_mm": [4, 4, 4]}}}]})",
       settings(tool));
   bench.tick({{0, 0, 0}});
-  haptics::SmoothContacts contacts(tool, 0.1_mm);
+  haptics::NonCuttingContacts contacts(tool, 0.1_mm);
   // A contact that is farther off than 0.8 voxels is not looked for.
   EXPECT_GT(contacts.room(bench.patch(), {bench.settings.frame.to_voxels(dvec3(0)), {1, 0, 0, 0}}), 2.0);
 }

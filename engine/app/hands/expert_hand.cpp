@@ -84,14 +84,14 @@ struct ToolChoice {
   // of an edge that touches it, and the filling beside the enamel would hardly be cut.
   static constexpr double edge_allowance = -0.02e-3;
   static constexpr double allowance = 0.005e-3;  // m, depth to which a bur may reach into tissue that must stay
-  // The widest tool is taken, because it is the fastest, among those that remove at least the fraction 1 - hardly_more
-  // of the volume that the best tool removes.
-  static constexpr double hardly_more = 0.12;
+  // The widest tool is taken, because it is the fastest, among those that remove at least the fraction 1 -
+  // tolerated_loss of the volume that the best tool removes.
+  static constexpr double tolerated_loss = 0.12;
   static constexpr double same_width = 0.01e-3;  // m; widths that differ by less count as equal
   static constexpr double hardly_less = 0.7;     // a tool that leaves less than this fraction makes the finish instead
-  // The next tool must leave less than the fraction worth_it of the present error, and must reduce it by at least the
-  // fraction least_gain of the error at the task's start.
-  static constexpr double worth_it = 0.9, least_gain = 0.012;
+  // The next tool must leave less than the fraction needed_reduction of the present error, and must reduce it by at
+  // least the fraction least_gain of the error at the task's start.
+  static constexpr double needed_reduction = 0.9, least_gain = 0.012;
   static constexpr std::size_t most_tools = 3, most_tried = 5;
 };
 
@@ -137,11 +137,11 @@ struct Rounds {
 };
 
 /// Volume by which the tissue differs from the ideal, m³.
-double left_to_do(const session::Preparation& in) {
+double remaining_difference(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
-    sum += std::abs(session::share_inside(static_cast<double>(in.after.distance[i])) -
-                    session::share_inside(static_cast<double>(in.ideal.distance[i])));
+    sum += std::abs(session::fraction_inside(static_cast<double>(in.after.distance[i])) -
+                    session::fraction_inside(static_cast<double>(in.ideal.distance[i])));
   }
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
@@ -150,8 +150,8 @@ double left_to_do(const session::Preparation& in) {
 double missing_in(const session::Preparation& in) {
   double sum = 0;
   for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
-    sum += std::max(0.0, session::share_inside(static_cast<double>(in.ideal.distance[i])) -
-                             session::share_inside(static_cast<double>(in.after.distance[i])));
+    sum += std::max(0.0, session::fraction_inside(static_cast<double>(in.ideal.distance[i])) -
+                             session::fraction_inside(static_cast<double>(in.after.distance[i])));
   }
   return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
 }
@@ -239,7 +239,7 @@ class Terrain {
 class Plan {
  public:
   /// `filled`: positions of all portions so far; the plan adds its own.
-  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskJudge& judge,
+  Plan(const Scene& scene, const ExpertGrip& grip, const haptics::TissueVolume& now, const TaskEvaluator& judge,
        const SurroundingsShape* around, double whole, std::vector<FilledSpot>& filled)
       : grip_(grip),
         whole_(whole),
@@ -264,9 +264,9 @@ class Plan {
     std::vector<bool> used(tools_.size());
     for (std::size_t round = 0; round < ToolChoice::most_tools; ++round) {
       session::Preparation now = judge_.preparation(state_);
-      const double before = left_to_do(now);
+      const double before = remaining_difference(now);
       now.before = now.after;  // strokes are planned for the present tissue
-      const double most = std::min(ToolChoice::worth_it * before, before - ToolChoice::least_gain * whole_);
+      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::least_gain * whole_);
       std::vector<Candidate> candidates;
       double least = most;
       for (std::size_t i = 0; i < tools_.size() && candidates.size() < ToolChoice::most_tried; ++i) {
@@ -275,13 +275,13 @@ class Plan {
         Candidate candidate{i, 0, plan(now, tool, by_hand, /*finish=*/true)};
         haptics::TissueVolume after = state_.clone();
         carve_strokes(after, tool, candidate.strokes);
-        candidate.left = left_to_do(judge_.preparation(after));
+        candidate.left = remaining_difference(judge_.preparation(after));
         least = std::min(least, candidate.left);
         candidates.push_back(std::move(candidate));
       }
       Candidate* best = nullptr;
       for (Candidate& c : candidates) {
-        if (c.left >= most || c.left > least + ToolChoice::hardly_more * (before - least)) continue;
+        if (c.left >= most || c.left > least + ToolChoice::tolerated_loss * (before - least)) continue;
         const double wider = best ? mean_width(tools_[c.tool]) - mean_width(tools_[best->tool]) : 1;
         if (wider > ToolChoice::same_width || (wider > -ToolChoice::same_width && c.left < best->left)) best = &c;
       }
@@ -744,7 +744,7 @@ class Plan {
   std::vector<FilledSpot>& filled_;
   const SurroundingsShape* around_;
   std::span<const haptics::Tool> tools_;
-  const TaskJudge& judge_;
+  const TaskEvaluator& judge_;
   haptics::TissueVolume state_;
   dvec3 axis_;
   double top_ = -1e9, above_ = -1e9;  // m along the axis: top of the tissue, height for travel
@@ -766,21 +766,21 @@ Expert::Expert(const Scene& scene, const haptics::TissueVolume& start)
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
-  whole_ = left_to_do(judge_.preparation(start));
+  whole_ = remaining_difference(judge_.preparation(start));
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   Plan plan(scene_, grip_, now, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // An instrument with a longer reach fills what the finer one could not reach.
   const double missing = missing_in(judge_.preparation(now));
-  vain_ = missing > missing_ - Rounds::least_layer ? vain_ + 1 : 0;
+  useless_layers_ = missing > missing_ - Rounds::least_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
-  if (vain_ > Rounds::most_vain) vain_ = 0, ++instrument_;
+  if (useless_layers_ > Rounds::most_vain) useless_layers_ = 0, ++instrument_;
   if (cuts_ == 1 && layers_ > layers_cut_ && layers_cut_ == 0) {
     // Fill again after the first carving: overfill the places that are still open; the excess is carved later.
     layers_cut_ = layers_;
     instrument_ = plan.fillers();
-    vain_ = 0;
+    useless_layers_ = 0;
     missing_ = missing;
   }
   if (cuts_ <= (layers_cut_ > 0 ? 1 : 0)) {
@@ -790,7 +790,7 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
     }
   }
   std::vector<ExpertLeg> legs = plan.take_legs();
-  const double off = left_to_do(judge_.preparation(now));
+  const double off = remaining_difference(judge_.preparation(now));
   if (!legs.empty()) {
     ++layers_;
   } else if (cuts_ < Rounds::most_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
@@ -825,7 +825,7 @@ void run_expert(HapticLoop& loop, ExpertHand& hand, Expert& expert,
 void ExpertHand::go_on(std::vector<ExpertLeg>& legs) noexcept {
   legs_.swap(legs);
   leg_ = 0;
-  way_ = way_out_.size();
+  way_ = exit_legs_.size();
   along_ = waited_ = worst_ = 0;
   times_ = 0;
   back_ = false;
@@ -854,8 +854,8 @@ ExpertHand::ExpertHand(std::vector<ExpertLeg> legs, double rate, const ExpertGri
 }
 
 void ExpertHand::next_leg() noexcept {
-  const bool out = way_ < way_out_.size();
-  const ExpertLeg& leg = out ? way_out_[way_] : legs_[leg_];
+  const bool out = way_ < exit_legs_.size();
+  const ExpertLeg& leg = out ? exit_legs_[way_] : legs_[leg_];
   from_ = leg.to;
   if (leg.kind == ExpertLeg::Kind::kMove) free_ = leg.to;
   ++(out ? way_ : leg_);
@@ -892,19 +892,19 @@ void ExpertHand::leave() noexcept {
     pose.p += std::max(0.0, glm::dot(free_.p - pose.p, shank)) * shank;
     return pose;
   };
-  way_out_.fill(left);
-  for (ExpertLeg& leg : way_out_) leg.kind = ExpertLeg::Kind::kMove;
-  way_out_[0].to = over({seen_.X_WG.p, left.to.R});
-  way_out_[1].to = over(legs_[std::min(leg_ + 1, legs_.size() - 1)].to);
+  exit_legs_.fill(left);
+  for (ExpertLeg& leg : exit_legs_) leg.kind = ExpertLeg::Kind::kMove;
+  exit_legs_[0].to = over({seen_.X_WG.p, left.to.R});
+  exit_legs_[1].to = over(legs_[std::min(leg_ + 1, legs_.size() - 1)].to);
   next_leg();
   from_ = {seen_.X_WG.p, left.to.R};
   way_ = 0;
 }
 
 bool ExpertHand::read(haptics::HandSample& sample) noexcept {
-  if (leg_ >= legs_.size() && way_ >= way_out_.size()) return false;
+  if (leg_ >= legs_.size() && way_ >= exit_legs_.size()) return false;
   using Kind = ExpertLeg::Kind;
-  const ExpertLeg leg = way_ < way_out_.size() ? way_out_[way_] : legs_[leg_];
+  const ExpertLeg leg = way_ < exit_legs_.size() ? exit_legs_[way_] : legs_[leg_];
   const Pose &a = back_ ? leg.to : from_, &b = back_ ? from_ : leg.to;
   const double length = glm::length(b.p - a.p);
   const auto place = [&] { return length > 0 ? a.p + (along_ / length) * (b.p - a.p) : b.p; };

@@ -67,16 +67,16 @@ class Expert {
  private:
   const Scene& scene_;
   const ExpertGrip grip_;
-  TaskJudge judge_;
+  TaskEvaluator judge_;
   std::optional<SurroundingsShape> around_;
   double whole_;  // m³, difference between the tissue and the ideal at the start
   std::optional<haptics::TissueVolume> planned_;
   std::vector<FilledSpot> filled_;
   int layers_ = 0, cuts_ = 0;  // numbers of plans so far, of filling and of cutting
-  int layers_cut_ = 0;    // number of layers before the last carving; 0 until filling resumes after the first carving
-  double missing_ = 1e9;  // m³, the smallest missing volume of filling so far
-  double off_ = 0;        // m³, difference between the tissue and the ideal before the last cutting
-  int vain_ = 0;          // consecutive layers that reduced the missing volume too little
+  int layers_cut_ = 0;      // number of layers before the last carving; 0 until filling resumes after the first carving
+  double missing_ = 1e9;    // m³, the smallest missing volume of filling so far
+  double off_ = 0;          // m³, difference between the tissue and the ideal before the last cutting
+  int useless_layers_ = 0;  // consecutive layers that reduced the missing volume too little
   std::size_t instrument_ = 0;  // index of the filling instrument, finest first; the second pass overfills
 };
 
@@ -109,8 +109,8 @@ class ExpertHand final : public haptics::HapticDevice {
   double dt_;
   ServoTick seen_;
   std::size_t leg_ = 0;
-  std::array<ExpertLeg, 2> way_out_;  // legs with which the hand leaves a stroke
-  std::size_t way_ = 2;               // index of the current leg in way_out_; 2: the hand follows its plan
+  std::array<ExpertLeg, 2> exit_legs_;  // legs with which the hand leaves a stroke
+  std::size_t way_ = 2;                 // index of the current leg in exit_legs_; 2: the hand follows its plan
   std::uint64_t ticks_ = 0;
   Pose from_;          // start of this leg
   Pose free_;          // end of the last leg through the air

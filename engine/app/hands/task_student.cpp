@@ -36,9 +36,9 @@ constexpr double kAlongShank = 6e-3;      // m, length of the shank, from the he
 constexpr double kDown = 0.1e-3;          // m, step of the search down a column
 constexpr double kFloorOfColumn = 1e-6;   // m, resolution of a column's lowest position
 constexpr int kHeadPoints = 360, kShankPoints = 60;
-constexpr double kSurely = 1;          // voxels, error limit of the distance field far from the surface
-constexpr std::size_t kTogether = 12;  // size of a group of points that are tested one by one near the ideal
-constexpr int kHalvings = 7;           // bisection steps between two grid positions
+constexpr double kFieldErrorLimit = 1;  // voxels, error limit of the distance field far from the surface
+constexpr std::size_t kTogether = 12;   // size of a group of points that are tested one by one near the ideal
+constexpr int kBisectionSteps = 7;      // bisection steps between two grid positions
 
 /// Plans the strokes. Positions of the head's centre are (a, b, c): m along the axes u, v and w; w points out of the
 /// opening.
@@ -130,15 +130,15 @@ class StrokePlanner {
     const dvec3 q = voxels(p);
     const auto keeps = [&](const std::vector<Points>& groups, double into) {
       return std::all_of(groups.begin(), groups.end(), [&](const Points& group) {
-        return ideal_.sample(q + group.center) > group.radius + kSurely ||
+        return ideal_.sample(q + group.center) > group.radius + kFieldErrorLimit ||
                std::all_of(group.points.begin(), group.points.end(),
                            [&](const dvec3& d) { return ideal_.sample(q + d) > -into; });
       });
     };
-    return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || spares_around(world(p)));
+    return keeps(head_groups_, allowed_) && keeps(shank_groups_, 0) && (!around_ || clears_surroundings(world(p)));
   }
   /// True if a head at p touches neither neighbours nor gum. Gum inside the tooth does not count.
-  bool spares_around(const dvec3& p_W) const {
+  bool clears_surroundings(const dvec3& p_W) const {
     const double near = tool_.reach() + kFromAround;
     if (around_->neighbour(p_W) > near && around_->gum(p_W) > near) return true;
     return std::all_of(head_.begin(), head_.end(), [&](const dvec3& d) {
@@ -229,7 +229,7 @@ class StrokePlanner {
 
   /// The boundary between a clear and a colliding position, by bisection; the result is clear.
   dvec3 border(dvec3 clear_place, dvec3 unclear) const {
-    for (int k = 0; k < kHalvings; ++k) {
+    for (int k = 0; k < kBisectionSteps; ++k) {
       const dvec3 middle = 0.5 * (clear_place + unclear);
       (clear(middle) ? clear_place : unclear) = middle;
     }

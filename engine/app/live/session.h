@@ -54,8 +54,8 @@ struct LiveSession {
   std::filesystem::path save;              // file to which the tissue is saved
   // CARVER: counts of its work
   std::uint64_t bricks_meshed = 0, triangles_made = 0, voxels_cut = 0;
-  haptics::ModelLooks looks;  // CARVER: searches by the contact model
-  std::uint64_t queries = 0;  // SERVO: number of queries of the distance field
+  haptics::SearchCounts looks;  // CARVER: searches by the contact model
+  std::uint64_t queries = 0;    // SERVO: number of queries of the distance field
 
   LiveSession(const Scene& s, haptics::TissueVolume tissue)
       : scene(s), carver(std::move(tissue), s.servo), wiring(carver) {}

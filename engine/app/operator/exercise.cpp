@@ -153,7 +153,7 @@ void validate_exercise(const std::string& text, const fs::path& file) {
   const haptics::TissueVolume start = load_tissue(scene);
   session::ScoreInput input;
   input.before = input.after = start.volumes();
-  TaskJudge(scene, start).judge(start, input);
+  TaskEvaluator(scene, start).judge(start, input);
   if (const auto meter = damage_meter(scene)) input.damage = meter->result();
   try_rules([&](const Json& alone) { (void)session::task_rules(alone, input); });
 }

@@ -243,7 +243,7 @@ std::unique_ptr<haptics::TissueVolume> LiveViews::copy_of_tissue() {
 
 void LiveViews::run() {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice);
-  std::optional<TaskJudge> judge;
+  std::optional<TaskEvaluator> judge;
   PerTissue before{};
   if (judged_at_all_) try {
       const haptics::TissueVolume start = load_untouched(scene_);

@@ -33,7 +33,7 @@ void DamageMeter::add(std::span<const ServoTick> ticks) {
     if (!head.turns || !(tick.spindle > 0) || !is_finite(tick.X_WG.p)) continue;
     const double near = head.reach + kCell;
     if (shape_.neighbour(tick.X_WG.p) > near && shape_.gum(tick.X_WG.p) > near) continue;
-    if (last_ && last_tool_ == tick.tool && way_between(*last_, tick.X_WG, head.reach) < kMoved) continue;
+    if (last_ && last_tool_ == tick.tool && displacement_bound(*last_, tick.X_WG, head.reach) < kMoved) continue;
     last_ = tick.X_WG;
     last_tool_ = tick.tool;
     sweep(tick, head);

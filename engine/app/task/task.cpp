@@ -229,14 +229,14 @@ std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const hapt
   return from_dense(copy, start.band());
 }
 
-TaskJudge::TaskJudge(const Scene& scene, const haptics::TissueVolume& start)
+TaskEvaluator::TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start)
     : start_(copy_of(start)), ideal_(ideal_tissue(scene, start)), task_(scene.task) {
   if (!task_) return;
   protect_ = read_solids(task_->protect);
   region_ = read_solids(task_->region);
 }
 
-session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) const {
+session::Preparation TaskEvaluator::preparation(const haptics::TissueVolume& after) const {
   // Find a box that contains all three volumes.
   glm::ivec3 lo, hi;
   start_.bounds(lo, hi);
@@ -270,8 +270,8 @@ session::Preparation TaskJudge::preparation(const haptics::TissueVolume& after) 
   return cropped(in);
 }
 
-std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume& after,
-                                                     session::ScoreInput& input) const {
+std::optional<session::Preparation> TaskEvaluator::judge(const haptics::TissueVolume& after,
+                                                         session::ScoreInput& input) const {
   if (task_ && task_->explore) return std::nullopt;
   session::Preparation in = preparation(after);
   session::CavityAndIdeal measured = session::measure_against_ideal(in);
@@ -281,7 +281,7 @@ std::optional<session::Preparation> TaskJudge::judge(const haptics::TissueVolume
   return in;
 }
 
-std::optional<session::ExploreMeter> TaskJudge::explore_meter() const {
+std::optional<session::ExploreMeter> TaskEvaluator::explore_meter() const {
   if (!task_ || !task_->explore) return std::nullopt;
   const DenseCopy copy = dense_copy(start_);
   return session::ExploreMeter(copy.frame, copy.field, copy.tissue, inside(region_, copy));
@@ -310,7 +310,7 @@ session::Score score_of(const Scene& scene, const session::ScoreInput& input) {
 
 session::Score final_score(const Scene& scene, const haptics::TissueVolume& after, FinishedHand hand) {
   const haptics::TissueVolume start = load_untouched(scene);
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   session::ScoreInput& input = hand.input;
   input.before = start.volumes();
   input.after = after.volumes();
@@ -331,7 +331,7 @@ EvaluatedSession evaluate_session(const session::SessionReader& session) {
 EvaluatedSession evaluate_session(const session::SessionReader& session, Scene scene) {
   haptics::TissueVolume start = load_untouched(scene);
   haptics::TissueVolume after = tissue_at_end(session, scene, load_tissue(scene));
-  const TaskJudge judge(scene, start);
+  const TaskEvaluator judge(scene, start);
   session::ScoreInput input = session::score_input(session);
   input.before = start.volumes();  // computed volumes, not those of the file
   input.after = after.volumes();

@@ -19,10 +19,10 @@ namespace typodont {
 std::optional<haptics::TissueVolume> ideal_tissue(const Scene& scene, const haptics::TissueVolume& start);
 
 /// Evaluates results for one scene. Contains copies of its arguments, so they may change. One thread at a time.
-class TaskJudge {
+class TaskEvaluator {
  public:
   /// Builds the ideal. Throws Error if it cannot be built.
-  TaskJudge(const Scene& scene, const haptics::TissueVolume& start);
+  TaskEvaluator(const Scene& scene, const haptics::TissueVolume& start);
 
   bool has_ideal() const { return ideal_.has_value(); }
   const haptics::TissueVolume* ideal() const { return ideal_ ? &*ideal_ : nullptr; }

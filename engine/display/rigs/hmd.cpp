@@ -521,7 +521,7 @@ class OpenXrHmd final : public Hmd {
         const Pose X_DV = pose_of(head.pose);
         shown.timing.judged = true;
         shown.timing.position_error = glm::length(X_DV.p - shown.X_DV.p);
-        shown.timing.angle_error = turn_between(X_DV.R, shown.X_DV.R);
+        shown.timing.angle_error = rotation_angle(X_DV.R, shown.X_DV.R);
       }
       timings_.push_back(shown.timing);
       pending_.pop_front();

@@ -10,14 +10,14 @@ namespace typodont::haptics::implant {
 
 namespace {
 
-constexpr double kTurnsAtAll = 1e-3;     // rad/s; a slower spindle counts as stopped
-constexpr double kAtPlace = 2e-6;        // m from the bed's axis within which a tool cuts
-constexpr double kEnd = 0.5;             // cosine between force and axis above which the contact is at the tip
-constexpr double kThreadGrips = 0.2e-3;  // m, depth in the bed from which a thread engages
-constexpr double kSeated = 0.05e-3;      // m that a seated implant may protrude, or be above the bed's bottom
-constexpr double kGivesWay = 0.1;        // fraction of the largest torque up to which an implant motor keeps its speed
-constexpr double kTorqueTime = 4e-3;     // s, time constant of the torque about the axis
-constexpr double kAcross = 0.05e-3;      // m, step along a bed's axis between two samples of its depth
+constexpr double kLeastSpindleSpeed = 1e-3;  // rad/s; a slower spindle counts as stopped
+constexpr double kAtPlace = 2e-6;            // m from the bed's axis within which a tool cuts
+constexpr double kTipContactCosine = 0.5;    // cosine between force and axis above which the contact is at the tip
+constexpr double kThreadGrips = 0.2e-3;      // m, depth in the bed from which a thread engages
+constexpr double kSeated = 0.05e-3;          // m that a seated implant may protrude, or be above the bed's bottom
+constexpr double kSpeedHeldUpTo = 0.1;  // fraction of the largest torque up to which an implant motor keeps its speed
+constexpr double kTorqueTime = 4e-3;    // s, time constant of the torque about the axis
+constexpr double kAcross = 0.05e-3;     // m, step along a bed's axis between two samples of its depth
 
 dvec3 axis_of(const dquat& R_WT) {
   return R_WT * dvec3(0, 0, -1);
@@ -62,7 +62,7 @@ ImplantModel::ImplantModel(const ServoSettings& settings, const Parameters& para
 }
 
 double ImplantModel::clearance(const Pose& X_WG) noexcept {
-  return in_bed_ || blended_ || spent_ ? 0 : OffsetModel::clearance(X_WG);
+  return in_bed_ || blended_ || placed_ ? 0 : OffsetModel::clearance(X_WG);
 }
 
 void ImplantModel::begin_anew() noexcept {
@@ -79,13 +79,13 @@ void ImplantModel::release() noexcept {
 }
 
 /// False in a bed: a drill must be withdrawn before it is exchanged. A placed implant stays in the bone.
-bool ImplantModel::may_take_up(std::uint32_t which, const Pose& X_WG) noexcept {
-  return !in_bed_ && !blended_ && OffsetModel::may_take_up(which, X_WG);
+bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
+  return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
 }
 
 void ImplantModel::take_up(std::uint32_t which) noexcept {
   OffsetModel::take_up(which);
-  spent_ = seated_ = false;
+  placed_ = seated_ = false;
   axial_ = {};
 }
 
@@ -95,7 +95,7 @@ double ImplantModel::stiffness(const ContactInput& in) const noexcept {
 
 /// True only for forward rotation, because drills do not cut backwards.
 bool ImplantModel::tool_cuts(const ContactInput& in) const noexcept {
-  return in.cuts && in.spindle > kTurnsAtAll;
+  return in.cuts && in.spindle > kLeastSpindleSpeed;
 }
 
 bool ImplantModel::patch_holds(const dvec3& p_W) const noexcept {
@@ -151,8 +151,8 @@ void ImplantModel::constrain(const ContactInput& in, Contact& out) noexcept {
     constrain_in_bed(in, out);
   } else {
     constrain_free(in, out);
-    if (!spent_ && enter_bed(in, out)) constrain_in_bed(in, out);
-    if (spent_) motion_ = Motion::kPlaced;
+    if (!placed_ && enter_bed(in, out)) constrain_in_bed(in, out);
+    if (placed_) motion_ = Motion::kPlaced;
   }
   last_R_hand_ = in.X_WT.R;
   out.level = static_cast<std::uint32_t>(motion_);
@@ -183,7 +183,7 @@ void ImplantModel::constrain_free(const ContactInput& in, Contact& out) noexcept
   // Only a round bur cuts sideways, and only a tool that cuts on all sides may leave the axis while cutting.
   free.cuts = in.cuts && tool().implant->kind == ImplantToolKind::kRound && !blended_;
   if (blended_) free.X_WG.p = in.X_WG.p - (switched_ ? dvec3(0) : offset_);
-  if (spent_) {
+  if (placed_) {
     out.p_WG = in.X_WT.p;
     out.settled = false;
   } else {
@@ -207,7 +207,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
   const double radius = implant.threaded() ? implant.core_diameter / 2 : tool().radius();
   BedCriteria met;
   met.pushed = out.touching && force > parameters_.enter_force;
-  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kTurnsAtAll;
+  const bool widens = implant.kind == ImplantToolKind::kDrill && in.spindle > kLeastSpindleSpeed;
   for (std::size_t i = 0; i < beds_.size(); ++i) {
     const Bed& bed = beds_[i];
     if (bed.bore != (implant.kind == ImplantToolKind::kScrew)) continue;
@@ -231,7 +231,7 @@ bool ImplantModel::enter_bed(const ContactInput& in, const Contact& out) noexcep
     return true;
   }
   const double push = glm::length(in.X_WT.p - out.p_WG);
-  const bool on_tip = push > 0 && glm::dot(in.X_WT.p - out.p_WG, axis) > kEnd * push;
+  const bool on_tip = push > 0 && glm::dot(in.X_WT.p - out.p_WG, axis) > kTipContactCosine * push;
   bool can_begin = implant.kind == ImplantToolKind::kDrill && implant.centre_ability > 0 && tool_cuts(in) && on_tip;
   if (decide({false, false, false, met.pushed}, can_begin) != BedDecision::kBeginBed) return false;
   if (beds_.size() >= kMostBeds || !patch_holds(out.p_WG)) return false;
@@ -346,7 +346,7 @@ double ImplantModel::screw(const ContactInput& in, const Bed& bed, double wanted
     turn = turn_about(bed.axis_W, last_R_hand_, in.X_WT.R);
   } else {
     const double stall = settings_.spindle.stall_torque;
-    const double turns = stall > 0 ? std::clamp((1 - torque / stall) / kGivesWay, 0.0, 1.0) : 1.0;
+    const double turns = stall > 0 ? std::clamp((1 - torque / stall) / kSpeedHeldUpTo, 0.0, 1.0) : 1.0;
     turn = in.spindle * (in.spindle > 0 ? turns : 1.0) * in.dt;
   }
   const Pose here{tool_in_bed(bed, tip_).p, turned_into(bed, in.X_WT.R)};
@@ -417,7 +417,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
       beds_.push_back({bed.entry_W + (tip_ - tool().length) * bed.axis_W, bed.axis_W, implant.bore_depth,
                        implant.bore_diameter / 2, 0, true});
     }
-    seated_ = spent_ = true;
+    seated_ = placed_ = true;
     last_ = X_WG;
     end_bed_motion(in);
     return true;
@@ -425,7 +425,7 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   if (!in_bed_)
     return !blended_ && tool().implant->kind == ImplantToolKind::kRound && OffsetModel::cut(in, contact, cut, energy);
   if (motion_ != Motion::kDrilling) return false;
-  return take_away(in, {contact.p_WG, contact.R_WG}, cut, energy);
+  return remove_sweep(in, {contact.p_WG, contact.R_WG}, cut, energy);
 }
 
 /// A placed implant: the carver adds it to the tissue, and a new snapshot contains it.
@@ -476,8 +476,8 @@ double ImplantModel::look_at_wall(const Contact& contact) noexcept {
 
 void ImplantModel::feel(const ContactInput& in, Contact& out) noexcept {
   if (!in_bed_) {
-    if (!spent_) OffsetModel::feel(in, out);
-    if (tool().implant && tool().implant->kind == ImplantToolKind::kRound && in.cuts && !spent_) {
+    if (!placed_) OffsetModel::feel(in, out);
+    if (tool().implant && tool().implant->kind == ImplantToolKind::kRound && in.cuts && !placed_) {
       feel_teeth_turn(in, out);
       if (torque_ != 0 && !out.holds_turn) {
         out.holds_turn = true;

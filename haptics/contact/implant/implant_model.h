@@ -37,7 +37,7 @@ class ImplantModel final : public offset::OffsetModel {
   double clearance(const Pose& X_WG) noexcept override;
   void begin_anew() noexcept override;
   void release() noexcept override;
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -96,7 +96,7 @@ class ImplantModel final : public offset::OffsetModel {
   EndLook look_;         // evaluation of the voxels ahead of the tool in this tick
   double torque_ = 0;    // N·m about the axis, smoothed
   bool seated_ = false;  // the implant has reached its final position and stays there
-  bool spent_ = false;   // the tool was placed: the hand holds nothing
+  bool placed_ = false;  // the tool was placed: the hand holds nothing
 
   // Remaining difference of pose from the last switch of state, which fades.
   dvec3 offset_{0};  // m

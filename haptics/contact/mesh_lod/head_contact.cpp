@@ -32,7 +32,7 @@ HeadContact::HeadContact(const Tool& tool) : head_(tool), slots_(std::size_t{1} 
 }
 
 double HeadContact::moved_since_listing(const dvec3& c) const noexcept {
-  return way_between(listed_at_, {c, R_WT_}, head_.reach());
+  return displacement_bound(listed_at_, {c, R_WT_}, head_.reach());
 }
 
 void HeadContact::add(const dvec3& p, const dvec3& area, std::uint32_t face) noexcept {

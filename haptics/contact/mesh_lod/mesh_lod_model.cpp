@@ -103,7 +103,7 @@ void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
     }
   }
   // undo or redo: tissue may have returned around the tool
-  if (fresh.edits != snapshot_.edits) placed_ = flew_ = false;
+  if (fresh.edits != snapshot_.edits) placed_ = moved_freely_ = false;
   adopted_ = fresh.cut || snapshot_.cut;
   std::swap(fresh, snapshot_);
   for (const auto& contact : points_) contact->mesh_changed();
@@ -133,7 +133,7 @@ double MeshLodModel::clearance(const Pose& X_WG) noexcept {
 }
 
 void MeshLodModel::release() noexcept {
-  flew_ = flew_ || placed_;
+  moved_freely_ = moved_freely_ || placed_;
   placed_ = false;
   offset_ = wall_normal_ = dvec3(0);
   wall_stiffness_ = 0;
@@ -141,14 +141,14 @@ void MeshLodModel::release() noexcept {
   by_speed_.reset();
 }
 
-bool MeshLodModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+bool MeshLodModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
   if (snapshot_.number == 0) return false;
   return room_for(tool_, X_WG) > 0 && room_for(tool, X_WG) > 0;
 }
 
 void MeshLodModel::take_up(std::uint32_t tool) noexcept {
   tool_ = tool;
-  placed_ = flew_ = false;
+  placed_ = moved_freely_ = false;
 }
 
 bool MeshLodModel::choose_level(const ContactInput& in) noexcept {
@@ -184,7 +184,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   }
   const dvec3 hip = in.X_WT * ends_[tool_], end = in.X_WT.R * ends_[tool_];
   if (!holds(in.X_WG * ends_[tool_], point().reach() + kNearby)) {
-    placed_ = flew_ = false;
+    placed_ = moved_freely_ = false;
     out.p_WG = in.X_WG.p;
     out.lost = true;
     out.faults |= bits(Fault::kPatchEdge);
@@ -201,14 +201,14 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   const bool fresh = !placed_;
   if (fresh) {
     const Pose X_WG{in.X_WG.p, in.X_WT.R};
-    if (flew_) {
+    if (moved_freely_) {
       point().put_free(X_WG * ends_[tool_]);
     } else if (!point().put(grid(), X_WG * ends_[tool_])) {
       out.leading_out = true;
       out.faults |= bits(Fault::kDeepPenetration);
     }
     placed_ = true;
-    flew_ = false;
+    moved_freely_ = false;
   } else if (was_touching && (switched || renewed)) {
     take_over(switched && !parameters_.maps);
   }
@@ -224,7 +224,7 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.breaking_through = !out.touching && offset_ != dvec3(0);
   out.p_WG = point().place() + offset_ - end;
   out.settled = !out.touching && offset_ == dvec3(0);
-  if (out.touching) out.held_off_direction = point().place() - hip;
+  if (out.touching) out.contact_direction = point().place() - hip;
   for (int i = 0; i < point().count(); ++i) {
     const Hold& hold = point().hold(i);
     if (!hold.wall) continue;
@@ -251,7 +251,7 @@ void MeshLodModel::fade_offset(const ContactInput& in) noexcept {
 /// Limits the change of the force of a bur that becomes free far from the hand, or that a new snapshot moves.
 void MeshLodModel::ease(const ContactInput& in, bool give) noexcept {
   eases_ = parameters_.ramp > 0 && (give || (eases_ && (point().touching() || offset_ != dvec3(0))));
-  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
+  const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, point().reach());
   last_R_ = in.X_WT.R;
   const double most = moved + kEase * in.dt / settings_.stiffness;
   const dvec3 lag = point().place() + offset_ - hip_, change = lag - last_lag_;

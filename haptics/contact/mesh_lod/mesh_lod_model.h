@@ -40,9 +40,9 @@ class MeshLodModel final : public ContactModel {
   double travel() const noexcept override;
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return whole_head(tool_set(settings_)[tool_]); }
-  void begin_anew() noexcept override { placed_ = flew_ = false; }
+  void begin_anew() noexcept override { placed_ = moved_freely_ = false; }
   void release() noexcept override;
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -87,13 +87,13 @@ class MeshLodModel final : public ContactModel {
   std::uint32_t tool_ = 0;
   LevelBySpeed by_speed_;
   std::size_t level_ = 0;
-  bool placed_ = false;       // the contact point is at the tool
-  bool flew_ = false;         // true if the servo moved the free tool since the last tick; placed_ is then false
-  dvec3 hip_{0};              // m, hand position in the last tick
-  dvec3 offset_{0};           // m, from the contact point to the position of the last level or wall; fades to zero
-  bool eases_ = false;        // the bur has cut since it was last free
-  dvec3 last_lag_{0};         // m, from the hand to the tool position that was returned in the last tick
-  dquat last_R_{1, 0, 0, 0};  // the hand's orientation in the last tick
+  bool placed_ = false;        // the contact point is at the tool
+  bool moved_freely_ = false;  // true if the servo moved the free tool since the last tick; placed_ is then false
+  dvec3 hip_{0};               // m, hand position in the last tick
+  dvec3 offset_{0};            // m, from the contact point to the position of the last level or wall; fades to zero
+  bool eases_ = false;         // the bur has cut since it was last free
+  dvec3 last_lag_{0};          // m, from the hand to the tool position that was returned in the last tick
+  dquat last_R_{1, 0, 0, 0};   // the hand's orientation in the last tick
   // The wall that holds the tool, or that held it and fades with the offset.
   dvec3 wall_normal_{0};
   double wall_stiffness_ = 0;

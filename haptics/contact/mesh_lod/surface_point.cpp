@@ -12,7 +12,7 @@ namespace typodont::haptics::mesh_lod {
 
 namespace {
 
-constexpr int kMostLooks = 24;        // limit for the iterations of one follow()
+constexpr int kMostIterations = 24;   // limit for the iterations of one follow()
 constexpr double kStays = 1e-11;      // m: a shorter step ends the iteration
 constexpr double kLeastReach = 5e-6;  // m around the ball within which faces are collected, lower limit
 // m around the ball within which faces are collected, upper limit: a longer displacement is divided into several steps
@@ -315,7 +315,7 @@ void SurfacePoint::follow(const TriangleGrid& grid, const dvec3& hip, bool give)
   // expected displacement of the next iteration
   double wanted = std::clamp(kAhead * glm::length(along) + kLeastReach, kLeastReach, most_reach);
   if (collected_ != &grid || near_reach_ - glm::distance(c_, near_from_) < wanted) collect(grid, wanted + kept);
-  for (int i = 0; i < kMostLooks; ++i) {
+  for (int i = 0; i < kMostIterations; ++i) {
     double valid = near_reach_ - glm::distance(c_, near_from_);  // m for which the list is valid
     if (valid < kLeastReach / 2 && i > 0) {
       collect(grid, wanted + kept);

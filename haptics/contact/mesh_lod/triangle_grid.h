@@ -112,7 +112,7 @@ class TriangleGrid {
 
 template <class Use>
 void TriangleGrid::for_near(const dvec3& lo, const dvec3& hi, Use&& use) const noexcept {
-  ++t_looks.triangles;
+  ++t_search_counts.triangles;
   if (faces_.empty()) return;
   const glm::vec3 low(lo - origin_), high(hi - origin_);
   const glm::ivec3 first = cell_of(low), last = cell_of(high);

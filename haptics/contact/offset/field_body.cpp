@@ -13,7 +13,7 @@ FieldBody::FieldBody(TissueVolume tissue, std::span<const Tool> tools)
     : volume_(std::move(tissue)), tools_(tools.begin(), tools.end()), loose_pieces_(volume_) {
   const double voxel = volume_.frame().voxel, travel = patch_travel_for(tools_, voxel);
   travel_ = travel * voxel;
-  coarse_ = wide_grid_for(tools_, voxel, travel_ / voxel);
+  coarse_ = coarse_grid_for(tools_, voxel, travel_ / voxel);
 }
 
 void FieldBody::carve(const Cut& cut, bool continues) {
@@ -28,7 +28,7 @@ void FieldBody::take_out_pieces(const Cut& cut, const TissueVolume::Carved& carv
   if (carved.box.empty()) return;
   const std::vector<TissuePiece> pieces = loose_pieces_.after_cut(volume_, carved.box, carved.blocks);
   for (const TissuePiece& piece : pieces) {
-    LoosePiece loose{cut.index, cut.t, {}, 0, volume_.take_out(piece)};
+    LoosePiece loose{cut.index, cut.t, {}, 0, volume_.remove_piece(piece)};
     dvec3 lo(1e300), hi(-1e300);
     for (const BlockPart& part : piece) {
       lo = glm::min(lo, dvec3(part.key * 8)), hi = glm::max(hi, dvec3(part.key * 8 + 7));

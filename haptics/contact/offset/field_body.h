@@ -54,7 +54,7 @@ class FieldBody : public TissueBody {
   TissueVolume::Written written_;    // changes since the last copy of the patch that is being renewed
   double travel_ = 0;                // m, distance that a head may travel inside one patch
   std::uint32_t laws_ = kServoLaws;  // version of the laws of the servo whose cuts are repeated
-  WideGrid coarse_;                  // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
+  CoarseGrid coarse_;                // spacing and edge of a patch's coarse patch; edge 0: no tool has a shank
 };
 
 }  // namespace typodont::haptics::offset

@@ -26,7 +26,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
     return false;
   }
   filling_.owed += tool().fill_rate * in.pedal * in.dt;
-  const bool changed = !step_.lost && !step_.deep && filling_.owed > 0 && put_down(in, contact, cut);
+  const bool changed = !step_.lost && !step_.deep && filling_.owed > 0 && place_filling(in, contact, cut);
   if (const double most = tool().fill_rate * P::waits; filling_.owed > most) {
     filling_.owed = most;
     contact.faults |= bits(Fault::kNoRoom);
@@ -35,7 +35,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
 }
 
 /// Puts down the owed volume around one centre. Returns true and a Cut if any of it found room.
-bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
+bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
   const Pose X_WH{contact.p_WG, in.X_WT.R};
@@ -46,7 +46,7 @@ bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& 
   const bool has_room =
       filling_.radius < reach &&
       patch_.holds(filling_.center, filling_.radius + P::most_step + static_cast<double>(Sweep::kMargin));
-  if ((filling_.idle || !has_room) && !flow_on(ball(), reach)) return false;
+  if ((filling_.idle || !has_room) && !search_open_place(ball(), reach)) return false;
 
   // Grow the dome until the free part of its surface yields the owed volume. The free fraction is that of the last
   // tick; it may have become smaller.
@@ -78,29 +78,30 @@ bool OffsetModel::put_down(const ContactInput& in, const Contact& contact, Cut& 
 /// Called when a dome has no room left. Searches from the root, through filling, for the nearest open place. If the
 /// dome can grow that far, it does so at once; otherwise a new dome begins there. The search stops at its cost limit
 /// and continues in the next tick. False if no open place was found.
-bool OffsetModel::flow_on(const Fill& instrument, double reach) noexcept {
+bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
-  for (int left = P::looking_cost; left > 0; left -= P::skip_cost, ++outlook_.way) {
-    if (outlook_.way == outlook_.ways.size()) outlook_.way = 0, ++outlook_.looks;
-    const double away = outlook_.looks * P::flow_step;
+  for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {
+    if (open_place_search_.way == open_place_search_.rays.size())
+      open_place_search_.way = 0, ++open_place_search_.looks;
+    const double away = open_place_search_.looks * P::flow_step;
     if (!(away < farthest)) return false;
-    Outlook::Way& way = outlook_.ways[outlook_.way];
-    if (way.next > outlook_.looks) continue;
-    left -= P::look_cost;
-    const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[outlook_.way]));
+    OpenPlaceSearch::Ray& way = open_place_search_.rays[open_place_search_.way];
+    if (way.next > open_place_search_.looks) continue;
+    left -= P::sample_cost;
+    const dvec3 place = glm::round(filling_.root + away * dvec3(flow_directions_[open_place_search_.way]));
     if (!patch_.holds(place, P::most_step + static_cast<double>(Sweep::kMargin))) {
-      way.next = Outlook::kNever;
+      way.next = OpenPlaceSearch::kNever;
       continue;
     }
     const glm::ivec3 at = glm::ivec3(place) - patch_.lo;
     const std::size_t i = patch_.at(at.x, at.y, at.z);
     way.in_tissue = patch_.distance[i] <= 0 && !is_filled(patch_.tissue[i]) ? way.in_tissue + 1 : 0;
-    if (way.in_tissue > P::thin) way.next = Outlook::kNever;
+    if (way.in_tissue > P::thin) way.next = OpenPlaceSearch::kNever;
     if (patch_.distance[i] < P::open) continue;
     left -= P::room_cost;
     const double by_head = instrument.kept_by_head(place);
     if (by_head > -P::open) {  // the instrument blocks at least this much of the ray beyond
-      way.next = outlook_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
+      way.next = open_place_search_.looks + 1 + static_cast<int>(std::max(by_head, 0.0) / P::flow_step);
       continue;
     }
     if (instrument.is_limited() && instrument.beyond_limit(place) > -P::open) continue;
@@ -138,7 +139,7 @@ bool OffsetModel::begin_dome(const Pose& X_WH, double reach) noexcept {
     center += way * ahead;
   }
   filling_ = {filling_.owed, 0, 1, center, end, center};
-  outlook_ = {};
+  open_place_search_ = {};
   return true;
 }
 

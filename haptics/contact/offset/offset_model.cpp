@@ -27,7 +27,7 @@ OffsetModel::OffsetModel(const ServoSettings& settings)
       coarse_front_(tool_set(settings), settings.frame.voxel * (patch_.wide.empty() ? 1 : patch_.wide.front().every)) {
   const double h = settings.frame.voxel;
   for (const Tool& each : tool_set(settings)) {
-    heads_.push_back({each, ContactFinder(each, h), SmoothContacts(each, h), near_reach(each) / h});
+    heads_.push_back({each, ContactFinder(each, h), NonCuttingContacts(each, h), near_reach(each) / h});
     if (each.fill != Tissue::kAir && flow_directions_.empty()) {
       flow_directions_ = evenly_around(FillingParameters::directions);
     }
@@ -56,11 +56,11 @@ void OffsetModel::release() noexcept {
   held_.count = 0;
 }
 
-bool OffsetModel::may_take_up(std::uint32_t which, const Pose& X_WG) noexcept {
+bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
   if (overlap_ != 0) return false;
   const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
   const ContactFinder& other = heads_[which].finder;
-  SmoothContacts& parts = heads_[which].smooth;
+  NonCuttingContacts& parts = heads_[which].smooth;
   const double far = heads_[which].reach;
   if (!patch_.holds(X_VT.p, far + 1)) return false;
   const double distance = sample_linear(patch_, X_VT.p);

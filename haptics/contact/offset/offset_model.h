@@ -23,7 +23,7 @@ class OffsetModel : public PatchModel {
   bool turns_matter() const noexcept override { return heads_[tool_].smooth.any(); }
   void begin_anew() noexcept override;
   void release() noexcept override;
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -34,8 +34,8 @@ class OffsetModel : public PatchModel {
   struct Head {
     Tool tool;
     ContactFinder finder;
-    SmoothContacts smooth;  // contacts of the shank and the safe end
-    double reach;           // voxels, distance from the head's centre to the farthest point of head and safe end
+    NonCuttingContacts smooth;  // contacts of the shank and the safe end
+    double reach;               // voxels, distance from the head's centre to the farthest point of head and safe end
   };
 
   /// State of the tick that is being computed.
@@ -69,11 +69,11 @@ class OffsetModel : public PatchModel {
     dvec3 led_to{0};       // the hand's target, moved by the grip of the teeth if they hold the head
   };
   enum class Advance { kOn, kArrived, kNear };
-  enum class Ending { kDone, kSeatRefused };
+  enum class Ending { kDone, kPlacementRefused };
 
   const Tool& tool() const noexcept { return heads_[tool_].tool; }
   const ContactFinder& finder() const noexcept { return heads_[tool_].finder; }
-  SmoothContacts& smooth() noexcept { return heads_[tool_].smooth; }
+  NonCuttingContacts& smooth() noexcept { return heads_[tool_].smooth; }
   double reach() const noexcept { return heads_[tool_].reach; }
   /// Lower bound of the head's distance to tissue. Valid only if it is positive.
   double free_distance(const dvec3& c) const noexcept { return sample_linear(patch_, c) - reach(); }
@@ -84,7 +84,7 @@ class OffsetModel : public PatchModel {
   void begin_step(const ContactInput& in) noexcept;
   void follow_fall(const ContactInput& in) noexcept;
   void move_proxy(const ContactInput& in) noexcept;
-  bool seat_ball(const ContactInput& in, bool& alone) noexcept;
+  bool place_ball_on_wall(const ContactInput& in, bool& alone) noexcept;
   Ending search(const ContactInput& in, Search& s, bool seated) noexcept;
   Advance advance_free(const ContactInput& in, Search& s, double& head_free) noexcept;
   void find_contacts(const ContactInput& in, Search& s, double head_free) noexcept;
@@ -92,8 +92,8 @@ class OffsetModel : public PatchModel {
   dvec3 project(const ContactInput& in, Search& s, bool& comes_free) noexcept;
   dvec3 refine_and_project(const ContactInput& in, Search& s, dvec3 next) noexcept;
   dvec3 extrapolate(Search& s, const dvec3& step) noexcept;
-  void find_room_to_sink(const ContactInput& in) noexcept;
-  bool nothing_in_the_way(const ContactInput& in) const noexcept;
+  void find_sink_depth(const ContactInput& in) noexcept;
+  bool within_overlap_tolerance(const ContactInput& in) const noexcept;
   dvec3 ease(const dvec3& carried, double most, const dvec3& pulled_to, dvec3& next) noexcept;
   double debt_fraction(const ContactInput& in) const noexcept;
   double wall_at(const ContactPlane& plane) const noexcept;
@@ -109,7 +109,7 @@ class OffsetModel : public PatchModel {
   // Functions for cuts, and for bringing a fresh patch up to date (removal.cpp).
   bool carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept;
   /// Removes the sweep of the head from in.X_WG to X_WB in all patches. Returns true and a Cut if any sample changed.
-  bool take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
+  bool remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept;
   void carve_coarse(const Pose& X_WA, const Pose& X_WB, bool continues) noexcept;
   PerTissue repeat(const CutLog::Made& made, std::uint64_t index, SurfacePatch& fresh) noexcept override;
   void update_coarse(SurfacePatch& fresh, bool edited) noexcept override;
@@ -117,9 +117,9 @@ class OffsetModel : public PatchModel {
 
   // Functions for filling instruments (filling.cpp).
   bool fill(const ContactInput& in, Contact& contact, Cut& cut) noexcept;
-  bool put_down(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
+  bool place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept;
   bool begin_dome(const Pose& X_WH, double reach) noexcept;
-  bool flow_on(const Fill& instrument, double reach) noexcept;
+  bool search_open_place(const Fill& instrument, double reach) noexcept;
 
   double hardest_ = 0;  // J/m³, the greatest specific energy of all tissues
   std::vector<Head> heads_;
@@ -167,16 +167,16 @@ class OffsetModel : public PatchModel {
   } filling_;
   // Search for open places along straight rays from the root. All rays are searched to the same distance, so the
   // nearest open place is found first.
-  struct Outlook {
-    struct Way {
+  struct OpenPlaceSearch {
+    struct Ray {
       int next = 0;       // number of the sample at which this ray is examined next
       int in_tissue = 0;  // number of consecutive samples inside tissue
     };
     static constexpr int kNever = 1 << 30;
     int looks = 0;        // number of samples that all rays have completed
     std::size_t way = 0;  // index of the next ray; the rays before it have one more sample
-    std::array<Way, FillingParameters::directions> ways{};
-  } outlook_;
+    std::array<Ray, FillingParameters::directions> rays{};
+  } open_place_search_;
   std::vector<glm::vec3> flow_directions_;  // unit vectors; empty if no tool fills
 };
 

@@ -40,7 +40,7 @@ struct SearchParameters {
 
 /// Limits for a ball that slides along one smooth wall. Its position follows from the wall alone (ContactFinder::seat),
 /// and the search is skipped.
-struct SeatParameters {
+struct WallPlacementParameters {
   static constexpr double overlap = 0.1;  // voxels, overlap of the rough planes above which the search is used instead
   static constexpr double other_wall = 4e-3;  // voxels, overlap with another wall above which the search is used
   static constexpr double same_wall = 0.9;    // cosine between normals above which two planes count as one wall
@@ -106,7 +106,8 @@ struct RetreatParameters {
   // m from proxy to hand above which the hand has left: nobody presses so far at 1 N/mm
   static constexpr double too_far = 5e-3;
   static constexpr double patience = 0.3;  // s that the proxy must be held before it is led back
-  static constexpr double told = 1;  // s that the proxy must be held before a fault reports that no way back was found
+  static constexpr double report_after =
+      1;  // s that the proxy must be held before a fault reports that no way back was found
   // m by which a point on the path must be nearer to the hand than the proxy
   static constexpr double gain = 0.1e-3;
   static constexpr double slew = 14;       // N/s, limit of the force's change while the proxy is led back
@@ -136,9 +137,9 @@ struct FillingParameters {
   static constexpr double flow_step = 0.5;  // voxels between two samples along a ray
   // limit of consecutive samples inside tissue on a ray; the voxels of a filled wall of this thickness are shared
   static constexpr int thin = 3;
-  static constexpr int looking_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
+  static constexpr int search_cost = 60000;  // limit per tick of the search for an open place, in units of about 1 ns
   // Costs, in units of about 1 ns, of a skipped ray, of a sample, and of a test whether a sample has room.
-  static constexpr int skip_cost = 1, look_cost = 5, room_cost = 60;
+  static constexpr int skip_cost = 1, sample_cost = 5, room_cost = 60;
   static constexpr std::size_t directions = 2048;  // number of rays along which filling searches for an open place
 };
 

@@ -105,13 +105,13 @@ void OffsetModel::follow_fall(const ContactInput& in) noexcept {
   step_.fall_limit = fastest * in.dt / voxel();
 }
 
-/// Moves the proxy toward the hand. seat_ball() places a ball on one smooth wall. Otherwise a search moves the proxy:
-/// freely while no tissue is near, along the contacts near tissue.
+/// Moves the proxy toward the hand. place_ball_on_wall() places a ball on one smooth wall. Otherwise a search moves the
+/// proxy: freely while no tissue is near, along the contacts near tissue.
 void OffsetModel::move_proxy(const ContactInput& in) noexcept {
   Step& p = step_;
   contacts_.clear();
   bool alone = false;
-  const bool seated = seat_ball(in, alone);
+  const bool seated = place_ball_on_wall(in, alone);
   if (alone) {
     p.active = {1, {0}, {glm::length(p.c - p.target)}};
     p.touching = true;
@@ -119,7 +119,7 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
     return;
   }
   Search s;
-  if (seated && search(in, s, true) == Ending::kSeatRefused) {
+  if (seated && search(in, s, true) == Ending::kPlacementRefused) {
     p.c = p.start;
     search(in, s, false);
   } else if (!seated) {
@@ -135,7 +135,7 @@ void OffsetModel::move_proxy(const ContactInput& in) noexcept {
 
 /// Computes the position of a ball on one smooth wall without a search. If other tissue is near, one iteration of the
 /// search then tests whether that tissue is in the way. `alone`: no other tissue is near.
-bool OffsetModel::seat_ball(const ContactInput& in, bool& alone) noexcept {
+bool OffsetModel::place_ball_on_wall(const ContactInput& in, bool& alone) noexcept {
   Step& p = step_;
   const bool ball = tool().shape == HeadShape::kSphere;
   if (!(ball && in.normal_force > 0 && !in.cuts && overlap_ == 0 && !p.paced && patch_.holds(p.start, reach() + 1))) {
@@ -156,7 +156,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     if (advance == Advance::kOn) continue;
 
     find_contacts(in, s, head_free);
-    if (seated && contacts_.deepest() > SeatParameters::overlap) return Ending::kSeatRefused;
+    if (seated && contacts_.deepest() > WallPlacementParameters::overlap) return Ending::kPlacementRefused;
     // The head is completely inside tissue, and no surface is in reach.
     if (contacts_.count() == 0 && sample_linear(patch_, p.c) < -Q::free_step) {
       p.deep = true;
@@ -164,7 +164,7 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
       p.touching = false;
       break;
     }
-    if (iteration == 0 || !p.touching) find_room_to_sink(in);
+    if (iteration == 0 || !p.touching) find_sink_depth(in);
     const double unfelt = settings_.laws >= 2 && rejoining_ > 0 && in.normal_force <= 0 ? 0 : Q::deep;
     if (iteration == 0 && contacts_.deepest() > p.overlap_before + p.slack + unfelt) overlap_ = contacts_.deepest();
 
@@ -172,9 +172,9 @@ OffsetModel::Ending OffsetModel::search(const ContactInput& in, Search& s, bool 
     dvec3 next = refine_and_project(in, s, project(in, s, comes_free));
     p.touching = contacts_.count() > 0;
     if (seated) {
-      const bool stays =
-          contacts_.count() > 1 ? nothing_in_the_way(in) : glm::length(next - p.c) < SeatParameters::alone;
-      return stays ? Ending::kDone : Ending::kSeatRefused;
+      const bool stays = contacts_.count() > 1 ? within_overlap_tolerance(in)
+                                               : glm::length(next - p.c) < WallPlacementParameters::alone;
+      return stays ? Ending::kDone : Ending::kPlacementRefused;
     }
 
     dvec3 step = next - p.c;
@@ -269,7 +269,7 @@ void OffsetModel::look_around(const ContactInput& in, const dvec3& c, bool cente
   if (contacts_.deepest() > ContactFinder::kSunk || center_inside) {
     finder().find_way_out(patch_, X_VT, contacts_);
   } else if (in.cuts && emptied_ && !in.must_earn) {
-    finder().forgive({step_.start, in.X_WG.R}, X_VT, contacts_);
+    finder().project_out({step_.start, in.X_WG.R}, X_VT, contacts_);
   }
   // Tissue harder than the tissue being cut yields less, in the ratio of specific energies. Softer tissue never holds
   // the head back.
@@ -346,7 +346,7 @@ dvec3 OffsetModel::extrapolate(Search& s, const dvec3& step) noexcept {
 
 /// Computes the depth that the head may sink in this tick: the energy budget pays for area × depth plus the cap of a
 /// first touch.
-void OffsetModel::find_room_to_sink(const ContactInput& in) noexcept {
+void OffsetModel::find_sink_depth(const ContactInput& in) noexcept {
   if (!(in.budget > 0 && in.specific_energy > 0)) return;
   const double h = voxel();
   const double area = glm::length(contacts_.engaged_normal());
@@ -369,8 +369,8 @@ double OffsetModel::debt_fraction(const ContactInput& in) const noexcept {
 
 /// True if the seated ball overlaps no holding plane by more than a tolerance; the tolerance is smaller for a plane of
 /// another wall.
-bool OffsetModel::nothing_in_the_way(const ContactInput& in) const noexcept {
-  using S = SeatParameters;
+bool OffsetModel::within_overlap_tolerance(const ContactInput& in) const noexcept {
+  using S = WallPlacementParameters;
   for (int i = 0; i < step_.active.count; ++i) {
     const ContactPlane plane = contacts_.plane(step_.active.index[i]);
     if (plane.gap < (glm::dot(plane.n, in.normal) > S::same_wall ? -S::same_wall_overlap : -S::other_wall)) {
@@ -498,7 +498,7 @@ void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
   if (retreat_.held_for < R::patience || !hand_has_left()) return;
   retreat_.to = retreat_.path.nearest(p.target, glm::length(pull) - R::gain / voxel());
   retreat_.leading = retreat_.to < retreat_.path.size();
-  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
+  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
 /// True if the head has room on the straight line to the hand, as far as the patch extends; a hand that presses into
@@ -564,7 +564,7 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
-  out.held_off_direction = p.held_off;
+  out.contact_direction = p.held_off;
   out.wall = wall_;
   // The area comes from the samples; after a single query it is the area of the cap under the tangent plane.
   if (p.touching && contacts_.own() > 0) {

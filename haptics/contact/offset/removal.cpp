@@ -18,10 +18,10 @@ bool OffsetModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
 /// Removes the sweep of the head along the proxy's motion. Returns true and a Cut if any sample changed.
 bool OffsetModel::carve_head(const ContactInput& in, const Contact& contact, Cut& cut, double& energy) noexcept {
   emptied_ = in.cuts && step_.touching && contacts_.own() > 0 && !step_.deep && !in.must_earn;
-  return emptied_ && take_away(in, {contact.p_WG, in.X_WT.R}, cut, energy);
+  return emptied_ && remove_sweep(in, {contact.p_WG, in.X_WT.R}, cut, energy);
 }
 
-bool OffsetModel::take_away(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
+bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cut, double& energy) noexcept {
   const double h = voxel();
   // After undo or redo the head may lie in restored tissue: the sweep then starts with the head's whole shape.
   const bool edited = patch_.edits > 0 && cut_count_ == patch_.edited_at;

@@ -17,7 +17,7 @@ DepthField::DepthField(const DenseTissue& tissue)
       stride_x_(static_cast<std::ptrdiff_t>(tissue.size.y + 2) * (tissue.size.z + 2)),
       stride_y_(tissue.size.z + 2) {
   copy(tissue);
-  settle_labels();
+  smooth_labels();
   find_closest_points(tissue.band / tissue.frame.voxel);
 }
 
@@ -48,7 +48,7 @@ void DepthField::copy(const DenseTissue& tissue) {
 
 // Removes dithering from label borders (solid.cpp dithers to get exact volumes), because a sphere needs a clean border:
 // each voxel gets the most frequent label among its neighbours.
-void DepthField::settle_labels() {
+void DepthField::smooth_labels() {
   const std::vector<Tissue> before = label_;
   std::array<int, 256> count{};
   std::array<Tissue, 27> seen;

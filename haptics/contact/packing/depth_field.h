@@ -32,7 +32,7 @@ class DepthField {
     return static_cast<std::size_t>((v.x + 1) * stride_x_ + (v.y + 1) * stride_y_ + v.z + 1);
   }
   void copy(const DenseTissue& tissue);
-  void settle_labels();
+  void smooth_labels();
   void find_closest_points(double band);
 
   VoxelFrame frame_;

@@ -70,7 +70,7 @@ bool LooseSpheres::hold(const SphereTissue& tissue, int i, const Link& link) {
 }
 
 /// True if the link existed before the cut under examination.
-bool LooseSpheres::held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
+bool LooseSpheres::linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const {
   const auto k = static_cast<std::size_t>(link.to);
   const bool both = cut_[k] == cuts_;
   const dvec3 center = both ? before_[k].center : tissue.tree().center(link.to);
@@ -92,7 +92,7 @@ std::vector<std::vector<int>> LooseSpheres::after_cut(const SphereTissue& tissue
   for (const Changed& c : changed) {
     const auto own = links(c.sphere);
     const bool broke = std::any_of(own.begin(), own.end(), [&](const Link& link) {
-      return !hold(tissue, c.sphere, link) && held_before(tissue, c, link);
+      return !hold(tissue, c.sphere, link) && linked_before(tissue, c, link);
     });
     if (!broke) continue;
     seed(c.sphere);

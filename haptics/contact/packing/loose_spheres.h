@@ -42,7 +42,7 @@ class LooseSpheres {
     return std::span(links_).subspan(first_[k], first_[k + 1] - first_[k]);
   }
   static bool hold(const SphereTissue& tissue, int i, const Link& link);
-  bool held_before(const SphereTissue& tissue, const Changed& i, const Link& link) const;
+  bool linked_before(const SphereTissue& tissue, const Changed& i, const Link& link) const;
   void flood(const SphereTissue& tissue, std::span<const int> seeds, std::vector<std::vector<int>>& loose);
 
   std::vector<std::size_t> first_;  // for each sphere the index of its first link

@@ -8,7 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/units.h"
-#include "haptics/contact/packing/kept_packing.h"
+#include "haptics/contact/packing/cached_packing.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_model.h"
 #include "haptics/packing_loader.h"
@@ -63,7 +63,7 @@ class PackingMethod final : public ContactMethod {
     PackOptions options;
     options.spheres = parameters_.spheres;
     options.seed = parameters_.seed;
-    return kept_packing(tissue, options);
+    return cached_packing(tissue, options);
   }
   const Parameters& parameters() const { return parameters_; }
 

@@ -13,13 +13,13 @@ namespace typodont::haptics::packing {
 
 namespace {
 
-constexpr double kLook = 10e-3;        // m, upper limit of the searched clearance
-constexpr double kNearby = 0.2e-3;     // m, distance within which a point gets the tissue of the nearest sphere
-constexpr int kTrials = 8;             // cost evaluations to find the length of one step
-constexpr double kWellSpent = 0.85;    // fraction of the budget; a step that uses at least this much is accepted
-constexpr double kPathUnit = 0.1e-3;   // m, unit of the stored path of the tool
-constexpr int kLooks = 16;             // tool positions at which GPU and CPU are compared
-constexpr double kLargestTurn = 0.02;  // rad in one cut: its chord deviates from the arc by 5e-5 of the head's reach
+constexpr double kLook = 10e-3;         // m, upper limit of the searched clearance
+constexpr double kNearby = 0.2e-3;      // m, distance within which a point gets the tissue of the nearest sphere
+constexpr int kTrials = 8;              // cost evaluations to find the length of one step
+constexpr double kWellSpent = 0.85;     // fraction of the budget; a step that uses at least this much is accepted
+constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path of the tool
+constexpr int kPositionsCompared = 16;  // tool positions at which GPU and CPU are compared
+constexpr double kLargestTurn = 0.02;   // rad in one cut: its chord deviates from the arc by 5e-5 of the head's reach
 
 /// The proxy computes friction, set by set_friction() in every tick; the servo computes spring and damper.
 constexpr ProxyOptions kFrictionless{.stiffness = 0, .damping = 0, .static_friction = 0, .dynamic_friction = 0};
@@ -70,7 +70,8 @@ void PackingModel::load_gpu(bool first) noexcept {
   if (!gpu_) return;
   gpu_->load(snapshot_.spheres);
   if (!first || !gpu_must_win_) return;
-  if (!gpu_->ready() || !compare_passes(snapshot_.spheres, proxy().tool(), *gpu_, buffers_, kLooks).gpu_is_better()) {
+  if (!gpu_->ready() ||
+      !compare_passes(snapshot_.spheres, proxy().tool(), *gpu_, buffers_, kPositionsCompared).gpu_is_better()) {
     gpu_.reset();
   }
 }
@@ -119,7 +120,7 @@ bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexc
   return true;
 }
 
-bool PackingModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+bool PackingModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
   return snapshot_.number > 0 && is_free(proxy().tool(), X_WG) && is_free(proxies_[tool].tool(), X_WG);
 }
 
@@ -155,7 +156,7 @@ void PackingModel::watch_retreat(const ContactInput& in) noexcept {
   const dvec3 hand = in.X_WT.p / kPathUnit;
   retreat_.to = retreat_.path.nearest(hand, (glm::distance(in.X_WT.p, p) - R::gain) / kPathUnit);
   retreat_.leading = retreat_.to < retreat_.path.size();
-  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::told;
+  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
 }
 
 /// Leads the tool back along its path (where it has been, tissue has only been removed) without cutting, at a limited
@@ -218,7 +219,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   out.own_friction = true;
-  out.held_off_direction = out.p_WG - in.X_WT.p;
+  out.contact_direction = out.p_WG - in.X_WT.p;
   const dvec3 p_WC = proxy().contact_point();
   if (!gpu_ || !gpu_->estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon,
                                        density_, surface_)) {
@@ -264,7 +265,7 @@ void PackingModel::find_near(const Pose& to) noexcept {
   std::size_t end = 0;
   for (std::size_t t = 0; t < tool.head; ++t) {
     const std::span<int> left = std::span(near_).subspan(end);
-    end += std::min(left.size(), proxy().near_way(snapshot_.spheres.tree(), t, to, left));
+    end += std::min(left.size(), proxy().near_path(snapshot_.spheres.tree(), t, to, left));
     near_end_[t] = end;
   }
 }
@@ -326,12 +327,13 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const ToolSpheres& tool = proxy().tool();
   const Pose from = proxy().pose();
   dvec3 move = in.X_WT.p - from.p;
-  dvec3 turn = turns_matter() ? SphereProxy::turn_between(from.R, in.X_WT.R) : dvec3(0);
-  double most = proxy().smooth_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
+  dvec3 turn = turns_matter() ? SphereProxy::rotation_angle(from.R, in.X_WT.R) : dvec3(0);
+  double most =
+      proxy().non_cutting_parts_allow(snapshot_.spheres.tree(), 2 * parameters_.free_speed * in.dt, move, turn);
   const double angle = glm::length(turn), way = glm::length(move) + tool.head_reach * angle;
   if (!(way > 0)) return false;
-  price_ *= way / std::max(last_way_, 1e-12);
-  last_way_ = way;
+  price_ *= way / std::max(last_path_length_, 1e-12);
+  last_path_length_ = way;
   if (angle > 0) most = std::min(most, kLargestTurn / angle);
   if (by_power) {
     most = std::min(most, parameters_.free_speed * in.dt / way);
@@ -348,7 +350,7 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
     proxy().forget_near();
   } else {
     const SphereTree& tree = snapshot_.spheres.tree();
-    const auto near = [&](std::size_t t, std::span<int> found) { return proxy().near_way(tree, t, to, found); };
+    const auto near = [&](std::size_t t, std::span<int> found) { return proxy().near_path(tree, t, to, found); };
     removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](int i, const CutSphere& before) {
       changed = true;
       proxy().note_cut(tree, i, before.center(), before.radius());

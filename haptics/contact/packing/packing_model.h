@@ -38,7 +38,7 @@ class PackingModel final : public ContactModel {
   bool turns_matter() const noexcept override { return proxy().tool().radius.size() > 1; }
   void begin_anew() noexcept override { forget_contact(); }
   void release() noexcept override { forget_contact(); }
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -84,7 +84,7 @@ class PackingModel final : public ContactModel {
   std::vector<int> near_;  // result of find_near(): the lists of all spheres of the head, one after the other
   std::vector<std::size_t> near_end_;  // for each list in near_ the index after its last entry
   double price_ = 0;                   // J for the whole motion at the last step's cost per metre; 0: unknown
-  double last_way_ = 0;                // m, length of the whole motion in the last cut
+  double last_path_length_ = 0;        // m, length of the whole motion in the last cut
   RecentCuts<MadeCut> made_;
 };
 

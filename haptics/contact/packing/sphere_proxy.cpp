@@ -29,7 +29,7 @@ constexpr int kNotAgain = 64;              // searches after which a list that w
 
 }  // namespace
 
-dvec3 SphereProxy::turn_between(const dquat& from, const dquat& to) noexcept {
+dvec3 SphereProxy::rotation_angle(const dquat& from, const dquat& to) noexcept {
   const dquat q = to * glm::conjugate(from);
   const dvec3 v(q.x, q.y, q.z);
   const double s = glm::length(v);
@@ -54,7 +54,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       found_(4 * room_),
       found_gaps_(found_.size()) {
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
-  swept_.reserve(tool.size()), asked_.reserve(tool.size());
+  swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
@@ -160,14 +160,14 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
 FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
                                         const Motion& motion, double until) noexcept {
   FirstContact first;
-  asked_.clear();
+  sphere_of_ball_.clear();
   for (std::size_t i = begin; i < end; ++i) {
     bool certain;
     const SphereTree::Hit hit = first_listed(tree, i, motion, until, certain);
     if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
-    if (!certain) asked_.push_back(i);
+    if (!certain) sphere_of_ball_.push_back(i);
   }
-  for (const std::size_t i : asked_) {
+  for (const std::size_t i : sphere_of_ball_) {
     if (lists_[i].moved + until * motion.way(arm_[i]) < lists_[i].margin) continue;
     const dvec3 from = X_W_ * tool_.center_T[i];
     const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], motion.to * tool_.center_T[i] - from);
@@ -182,23 +182,23 @@ FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal
   FirstContact first;
   const Motion motion = motion_to(goal);
   if (gpu && gpu->ready()) {
-    swept_.clear(), asked_.clear();
+    swept_.clear(), sphere_of_ball_.clear();
     for (std::size_t i = 0; i < tool_.size(); ++i) {
       if (lists_[i].moved + motion.way(arm_[i]) < lists_[i].free) continue;
       const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
       swept_.push_back({from, m, tool_.radius[i]});
-      asked_.push_back(i);
+      sphere_of_ball_.push_back(i);
     }
     if (gpu->first_contact(swept_, first)) {
-      if (first.ball >= 0) first.ball = static_cast<int>(asked_[static_cast<std::size_t>(first.ball)]);
+      if (first.ball >= 0) first.ball = static_cast<int>(sphere_of_ball_[static_cast<std::size_t>(first.ball)]);
       return first;
     }
   }
   return first_of_tool(tree, 0, tool_.size(), motion, kPastTheEnd);
 }
 
-std::size_t SphereProxy::near_way(const SphereTree& tree, std::size_t i, const Pose& to,
-                                  std::span<int> found) const noexcept {
+std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const Pose& to,
+                                   std::span<int> found) const noexcept {
   const NearList& list = lists_[i];
   const Motion motion = motion_to(to);
   const double bound = motion.way(arm_[i]), r = tool_.radius[i];
@@ -226,13 +226,14 @@ double SphereProxy::reached(const SphereTree& tree, const Pose& goal, const Firs
   return nearing > 0 ? std::max(0.0, first.t - kGap / nearing) : 0;
 }
 
-double SphereProxy::smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept {
+double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move,
+                                            dvec3& turn) noexcept {
   if (tool_.head == tool_.size()) return 1;
   for (int slide = 0;; ++slide) {
     dvec3 by, turned;
     project(move, turn, by, turned, tool_.head);
     const double angle = glm::length(turned), way = glm::length(by) + tool_.head_reach * angle;
-    const double share = std::min({1.0, most_way / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
+    const double share = std::min({1.0, longest_path / std::max(way, 1e-300), kLargestTurn / std::max(angle, 1e-300)});
     const Pose goal{X_W_.p + share * by, glm::normalize(turned_by(share * turned) * X_W_.R)};
     const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
     const double part = share * reached(tree, goal, first);
@@ -333,7 +334,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
   bool slid = false;
   for (int sweep = 0, stuck = 0; sweep < kSweeps && stuck < kStuck; ++sweep) {
     const dvec3 move = X_WH.p - X_W_.p;
-    const dvec3 turn = turn_between(X_W_.R, X_WH.R);
+    const dvec3 turn = rotation_angle(X_W_.R, X_WH.R);
     dvec3 by, turned;
     project(move, turn, by, turned);
 
@@ -379,7 +380,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
 
   // Find the contacts that hold the proxy at its new position.
   dvec3 by, turned;
-  project(X_WH.p - X_W_.p, turn_between(X_W_.R, X_WH.R), by, turned);
+  project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
   pushed_ = 0, n_W_ = dvec3(0);
   for (std::size_t k = 0; k < count_; ++k) {
     contacts_[k].push = constraints_[k].multiplier;

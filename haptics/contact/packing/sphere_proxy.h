@@ -53,15 +53,15 @@ class SphereProxy {
 
   /// For a cut: the motion nearest to `move` and `turn` (m, rad) on which the non-cutting parts stay out of contact,
   /// and the fraction 0 to 1 of it that they can move. Lists the contacts along which they slide. Contacts beyond
-  /// `most_way` (m) are not examined; then the fraction is 1.
-  double smooth_parts_allow(const SphereTree& tree, double most_way, dvec3& move, dvec3& turn) noexcept;
+  /// `longest_path` (m) are not examined; then the fraction is 1.
+  double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
   /// One tick: moves as near to the hand as the spheres allow. `gpu` searches the first contact if it is given and
   /// ready.
   void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
 
   /// SphereTree::near_segment() for the motion of one of the tool's spheres from the proxy's pose to another one.
-  std::size_t near_way(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
-                       std::span<int> found) const noexcept;
+  std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
+                        std::span<int> found) const noexcept;
 
   const ToolSpheres& tool() const { return tool_; }
   const Pose& pose() const { return X_W_; }
@@ -80,7 +80,7 @@ class SphereProxy {
   dvec3 com() const noexcept { return X_W_ * tool_.com_T; }
 
   /// The rotation from one orientation to the other as a rotation vector, rad.
-  static dvec3 turn_between(const dquat& from, const dquat& to) noexcept;
+  static dvec3 rotation_angle(const dquat& from, const dquat& to) noexcept;
   static dquat turned_by(const dvec3& turn) noexcept;
 
   static constexpr std::size_t kMostContacts = 12;
@@ -133,15 +133,15 @@ class SphereProxy {
   std::array<ProxyContact, kMostContacts> contacts_;
   std::array<Constraint, kMostContacts> constraints_;
   std::size_t count_ = 0;
-  std::vector<double> arm_;         // m, distance of each of the tool's spheres from the frame's origin
-  std::vector<NearList> lists_;     // one for each of the tool's spheres
-  std::size_t room_;                // number of entries that each list can hold
-  std::vector<Near> near_;          // entries of all lists, one list after the other
-  std::vector<int> found_;          // result of one search
-  std::vector<Near> found_gaps_;    // distances of the found spheres
-  std::vector<SweptBall> swept_;    // balls of one search on the GPU
-  std::vector<std::size_t> asked_;  // for each ball in swept_ the index of the tool's sphere
-  double pushed_ = 0;               // m, sum of the pushes
+  std::vector<double> arm_;                  // m, distance of each of the tool's spheres from the frame's origin
+  std::vector<NearList> lists_;              // one for each of the tool's spheres
+  std::size_t room_;                         // number of entries that each list can hold
+  std::vector<Near> near_;                   // entries of all lists, one list after the other
+  std::vector<int> found_;                   // result of one search
+  std::vector<Near> found_gaps_;             // distances of the found spheres
+  std::vector<SweptBall> swept_;             // balls of one search on the GPU
+  std::vector<std::size_t> sphere_of_ball_;  // for each ball in swept_ the index of the tool's sphere
+  double pushed_ = 0;                        // m, sum of the pushes
   dvec3 n_W_{0};
   bool sticks_ = false;
 };

@@ -206,7 +206,7 @@ SphereTree::Hit SphereTree::first_of(std::span<const int> spheres, const dvec3& 
 }
 
 SphereTree::Hit SphereTree::first_hit(const dvec3& p, double r, const dvec3& m) const noexcept {
-  ++t_looks.spheres;
+  ++t_search_counts.spheres;
   Hit best;
   Ray ray;
   const dvec3 from = p - origin_;
@@ -268,7 +268,7 @@ bool SphereTree::is_near(int i, const dvec3& a, const dvec3& b, double reach) co
 
 std::size_t SphereTree::near_segment(const dvec3& a, const dvec3& b, double reach,
                                      std::span<int> found) const noexcept {
-  ++t_looks.spheres;
+  ++t_search_counts.spheres;
   // The reach includes the rounding of positions in single precision.
   const double rounding = kRounding * (glm::length(b - a) + glm::length(a - origin_) + reach);
   const Around around(a - origin_, b - a, reach + slack_ + rounding);
@@ -343,7 +343,7 @@ void SphereTree::visit_nearest(const dvec3& p, double& most, Visit&& visit) cons
 }
 
 double SphereTree::room(const dvec3& p, double most) const noexcept {
-  ++t_looks.spheres;
+  ++t_search_counts.spheres;
   visit_nearest(p, most, [&](std::size_t, double off) { most = std::min(most, off); });
   return most;
 }

@@ -16,13 +16,13 @@ constexpr double kSamples = 48;  // samples of the field along the longest side 
 constexpr double kChainStep = 0.4;
 
 /// Adds inscribed spheres along the axis of a part that never cuts.
-void add_chain(const SmoothPart& part, ToolSpheres& to) {
+void add_chain(const NonCuttingPart& part, ToolSpheres& to) {
   const double half = part.shape.half();
   const auto room = [&](double z) { return -part.shape.distance(dvec3(0, 0, z)); };
   const double least = 0.1 * part.shape.radius();
   for (double z = -half + least; z <= half - least;) {
     const double r = room(z);
-    to.add_smooth(dvec3(0, 0, part.z + z), r);
+    to.add_non_cutting(dvec3(0, 0, part.z + z), r);
     z += std::max(kChainStep * r, 0.5 * least);
   }
 }
@@ -69,7 +69,7 @@ ToolSpheres::ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii
   reach = head_reach;
 }
 
-void ToolSpheres::add_smooth(const dvec3& p_T, double r) {
+void ToolSpheres::add_non_cutting(const dvec3& p_T, double r) {
   center_T.push_back(p_T);
   radius.push_back(r);
   reach = std::max(reach, glm::length(p_T) + r);

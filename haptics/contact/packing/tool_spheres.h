@@ -15,7 +15,7 @@ struct ToolSpheres {
   /// A head of these spheres without non-cutting parts.
   ToolSpheres(std::vector<dvec3> centers_T, std::vector<double> radii);
   /// Adds a sphere that touches but never cuts.
-  void add_smooth(const dvec3& p_T, double r);
+  void add_non_cutting(const dvec3& p_T, double r);
 
   std::vector<dvec3> center_T;
   std::vector<double> radius;

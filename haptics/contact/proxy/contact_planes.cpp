@@ -152,15 +152,15 @@ void ContactFinder::find(const SurfacePatch& patch, const Pose& X_VT, double nea
   std::fill_n(set.rough_.yields, found.count, 1.0f);
 }
 
-void ContactFinder::forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
+void ContactFinder::project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept {
   if (set.sunk_ || set.exact_count_ > 0) return;  // exact contacts lie where nothing was cut
-  set.forgiving_ = true;
+  set.projects_out_ = true;
   set.emptied_ = X_VE;
   if (same(X_VE, X_VT)) {
-    samples_->come_out_here(set.rough_, set.count_);
+    samples_->push_out_here(set.rough_, set.count_);
     set.deepest_ = 0;
   } else {
-    samples_->come_out(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.rough_, set.count_);
+    samples_->push_out_at(X_VE.R, glm::vec3(X_VE.p - set.origin_), set.rough_, set.count_);
     relinearize(X_VT, set);
   }
 }
@@ -188,13 +188,13 @@ void ContactFinder::find_way_out(const SurfacePatch& patch, const Pose& X_VT, Co
 
 void ContactFinder::relinearize(const Pose& X_VT, ContactSet& set) const noexcept {
   set.deepest_ =
-      static_cast<double>(samples_->look_again(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.rough_, set.count_));
+      static_cast<double>(samples_->update_planes(X_VT.R, glm::vec3(X_VT.p - set.origin_), set.rough_, set.count_));
   for (int k = 0; k < set.exact_count_; ++k) {
-    see_again(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
+    update_contact(X_VT, set.exact_[static_cast<std::size_t>(k)].plane);
   }
 }
 
-void ContactFinder::see_again(const Pose& X_VT, ContactPlane& plane) const noexcept {
+void ContactFinder::update_contact(const Pose& X_VT, ContactPlane& plane) const noexcept {
   if (plane.rim) {
     plane.gap = glm::dot(plane.n, farthest(X_VT, -plane.n) - plane.x);
     return;
@@ -241,15 +241,15 @@ bool ContactFinder::refine(const SurfacePatch& patch, const Pose& X_VT, ContactS
     x += gain * slide;
   }
   if (best.gap >= rough.gap + 0.5) best = rough;
-  if (set.forgiving_ && best.gap < 0 && same(set.emptied_, X_VT)) {
+  if (set.projects_out_ && best.gap < 0 && same(set.emptied_, X_VT)) {
     best.x += best.gap * best.n;
     best.gap = 0;
-  } else if (set.forgiving_ && best.gap < 0) {
+  } else if (set.projects_out_ && best.gap < 0) {
     dvec3 n;
     const double off = head_distance(set.emptied_, best.x, n);
     if (off < 0) {
       best.x -= off * n;
-      see_again(X_VT, best);
+      update_contact(X_VT, best);
     }
   }
   const bool rim = fine && touch_with_rim(patch, X_VT, best);

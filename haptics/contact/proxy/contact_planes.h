@@ -46,7 +46,7 @@ class ContactFinder {
   /// For a head that removed all tissue at pose `X_VE` and is now at `X_VT`. Surface points inside the head at `X_VE`
   /// are interpolation errors. This function moves them to the head's surface at `X_VE`. Contacts refined later are
   /// corrected, too.
-  void forgive(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
+  void project_out(const Pose& X_VE, const Pose& X_VT, ContactSet& set) const noexcept;
 
   /// Makes one contact exact on a smooth surface: cubic queries move it to where head and surface are closest. False if
   /// nothing changed, for example because the contact is still exact. `fine`: accurate to a hundredth of a degree, for
@@ -54,7 +54,7 @@ class ContactFinder {
   bool refine(const SurfacePatch& patch, const Pose& X_VT, ContactSet& set, int i, bool fine = false) const noexcept;
 
   /// Updates normal and gap of a known contact for the head at X_VT; no query.
-  void see_again(const Pose& X_VT, ContactPlane& plane) const noexcept;
+  void update_contact(const Pose& X_VT, ContactPlane& plane) const noexcept;
 
  private:
   bool touch_with_rim(const SurfacePatch& patch, const Pose& X_VT, ContactPlane& plane) const noexcept;

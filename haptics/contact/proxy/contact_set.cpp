@@ -64,7 +64,7 @@ bool ContactSet::add(const ContactPlane& plane) noexcept {
 
 void ContactSet::clear() noexcept {
   count_ = exact_count_ = added_ = 0;
-  sunk_ = flat_ = forgiving_ = false;
+  sunk_ = flat_ = projects_out_ = false;
   engaged_area_ = deepest_ = 0;
   engaged_normal_ = dvec3(0);
 }

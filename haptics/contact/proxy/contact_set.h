@@ -77,8 +77,8 @@ class ContactSet {
   double engaged_area_ = 0, deepest_ = 0;
   dvec3 engaged_normal_{0};
   dvec3 origin_{0};  // origin of the rough planes' points
-  bool forgiving_ = false;
-  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if forgiving_
+  bool projects_out_ = false;
+  Pose emptied_;  // voxels, pose at which the head has removed all tissue; valid if projects_out_
   RoughPlanes rough_{};
   std::array<Exact, kExact> exact_;
 };

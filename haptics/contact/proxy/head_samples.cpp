@@ -141,7 +141,7 @@ TYPODONT_KERNEL void sample_eight(const FlatField& field, const F8& x, const F8&
 }
 
 /// Batches of samples while they are moved to the surface.
-struct OnTheWay {
+struct SampleBatches {
   static constexpr int kBatches = ContactSet::kMax / kBatch;
   int from[kBatches];                                            // index of the batch's first sample
   F8 qx[kBatches], qy[kBatches], qz[kBatches];                   // positions of the samples
@@ -161,7 +161,7 @@ void slide_to_surface(const HeadSamples* samples, const FlatHead* head_at, const
   const FlatHead head = *head_at;
   const FlatField field = *field_at;
   const float* R = head.R;
-  OnTheWay w;
+  SampleBatches w;
   int batches = 0;
   for (int k = 0; k < ContactSet::kMax; k += kBatch) {
     F8 px, py, pz;
@@ -434,16 +434,17 @@ Found HeadSamples::look_around(const SurfacePatch& patch, const Pose& X_VT, floa
   return found;
 }
 
-float HeadSamples::look_again(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept {
+float HeadSamples::update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes,
+                                 int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
   return see_anew(&head, &planes, count, &moved.x);
 }
 
-void HeadSamples::come_out_here(RoughPlanes& planes, int count) const noexcept {
+void HeadSamples::push_out_here(RoughPlanes& planes, int count) const noexcept {
   push_out(nullptr, &planes, count, nullptr);
 }
 
-void HeadSamples::come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
+void HeadSamples::push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept {
   const FlatHead head = flat_head(*this, R, glm::vec3(0));
   push_out(&head, &planes, count, &c.x);
 }

@@ -33,13 +33,13 @@ struct HeadSamples {
 
   /// Updates normals and gaps of known points for a head with rotation R, `moved` since the search. Returns the deepest
   /// overlap.
-  float look_again(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
+  float update_planes(const dquat& R, const glm::vec3& moved, RoughPlanes& planes, int count) const noexcept;
 
   /// Moves points that lie in the head to its surface. The head's centre is at `c`, relative to the points' origin;
   /// contacts that the head still touches get gap 0.
-  void come_out(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
-  /// come_out() for a head that has not moved since the search.
-  void come_out_here(RoughPlanes& planes, int count) const noexcept;
+  void push_out_at(const dquat& R, const glm::vec3& c, RoughPlanes& planes, int count) const noexcept;
+  /// push_out_at() for a head that has not moved since the search.
+  void push_out_here(RoughPlanes& planes, int count) const noexcept;
 
   alignas(32) float px[ContactSet::kMax], py[ContactSet::kMax], pz[ContactSet::kMax];
   alignas(32) float nx[ContactSet::kMax], ny[ContactSet::kMax], nz[ContactSet::kMax], area[ContactSet::kMax];

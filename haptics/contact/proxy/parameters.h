@@ -102,9 +102,9 @@ struct SharpEdgeParameters {
   static constexpr double filled = 0.15;
 };
 
-/// Shanks and safe ends, computed in the coarse patch (SmoothContacts). Lengths are in coarse voxels unless a unit is
-/// given.
-struct SmoothPartParameters {
+/// Shanks and safe ends, computed in the coarse patch (NonCuttingContacts). Lengths are in coarse voxels unless a unit
+/// is given.
+struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m between samples of the coarse patch
   // Coarse voxels, upper limit of the error by which a linear sample exceeds the distance.
   static constexpr double overestimate = 0.5;

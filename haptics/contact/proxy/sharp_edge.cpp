@@ -41,7 +41,7 @@ bool face_from(const SurfacePatch& patch, dvec3 x, const dvec3& foot, Face& face
 }
 
 /// True if the face continues farther from the groove in the same plane, without influence of the other wall.
-bool goes_on(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
+bool face_continues(const SurfacePatch& patch, const Face& face, const dvec3& foot) noexcept {
   const dvec3 away = face.x - foot, along = away - glm::dot(away, face.n) * face.n;
   const dvec3 p = face.x + E::farther * glm::normalize(along);
   if (!patch.holds(p, 0)) return false;
@@ -182,7 +182,7 @@ bool walls_of_crease(const SurfacePatch& patch, const dvec3& c, const FieldSampl
     const double a = 2 * kPi * i / E::directions;
     Face face;
     if (face_from(patch, foot + E::aside * (std::cos(a) * u + std::sin(a) * v), foot, face) &&
-        goes_on(patch, face, foot)) {
+        face_continues(patch, face, foot)) {
       face.clean = true;
       if (!faces.add(face)) return false;
     } else if (++misses > E::misses) {

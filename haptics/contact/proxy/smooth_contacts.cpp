@@ -9,11 +9,11 @@ namespace typodont::haptics {
 
 namespace {
 
-using P = SmoothPartParameters;
+using P = NonCuttingPartParameters;
 
 }  // namespace
 
-WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel) {
+CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel) {
   double reach = 0;
   for (const Tool& tool : tools) {
     if (const auto shank = shank_of(tool))
@@ -26,7 +26,7 @@ WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel)
   return {every, 2 * static_cast<int>(std::ceil(half)) + 1};
 }
 
-SmoothContacts::Part::Part(const SmoothPart& part, double voxel, double patch_voxel)
+NonCuttingContacts::Part::Part(const NonCuttingPart& part, double voxel, double patch_voxel)
     : finder(part.shape, patch_voxel),
       z(part.z / voxel),
       half(part.shape.length / 2 / voxel),
@@ -34,17 +34,17 @@ SmoothContacts::Part::Part(const SmoothPart& part, double voxel, double patch_vo
       radius(part.shape.radius() / voxel),
       taper(std::max(part.shape.neck_length / voxel, 1e-3)) {}
 
-SmoothContacts::SmoothContacts(const Tool& tool, double voxel) : head_(tool.radius() / voxel) {
+NonCuttingContacts::NonCuttingContacts(const Tool& tool, double voxel) : head_(tool.radius() / voxel) {
   every_ = std::max(2, static_cast<int>(std::lround(P::spacing / voxel)));
   if (const auto part = shank_of(tool)) shank_.emplace(*part, voxel, every_ * voxel);
   if (const auto part = safe_end_of(tool)) safe_end_.emplace(*part, voxel, voxel);
 }
 
-Pose SmoothContacts::in_part(const Part& part, const Pose& X_VT, int every) const noexcept {
+Pose NonCuttingContacts::in_part(const Part& part, const Pose& X_VT, int every) const noexcept {
   return {(X_VT.p + X_VT.R * dvec3(0, 0, part.z)) / static_cast<double>(every), X_VT.R};
 }
 
-double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcept {
+double NonCuttingContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcept {
   if (!shank_ || patch.wide.empty()) return 1e300;
   const Part& shank = *shank_;
   if (known_) {
@@ -74,7 +74,7 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
     // A point at distance s along the axis has at least clear - s (1 + slope) of free space. A step of a third of the
     // clear distance therefore loses little.
     const double step = std::max(0.3 * clear / (1 + slope), least_step);
-    if (let_by(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
+    if (tolerated_overlap(radius, wide, p) < every_) least = std::min(least, clear - step * (1 + slope) / 2);
     if (least <= 0 || u >= top) break;
     u = std::min(u + step, top);
   }
@@ -84,19 +84,19 @@ double SmoothContacts::room(const SurfacePatch& patch, const Pose& X_VT) noexcep
   return least;
 }
 
-void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
-                          bool shank) noexcept {
+void NonCuttingContacts::look(const Part& part, const SurfacePatch& patch, const Pose& X, double near,
+                              bool shank) noexcept {
   if (!patch.holds(X.p, part.finder.reach() + 1)) return;
   part.finder.find(patch, X, near, set_);
   if (set_.deepest() > ContactFinder::kSunk || sample_linear(patch, X.p) < -part.finder.reach()) {
     part.finder.find_way_out(patch, X, set_);
   }
-  if (shank) look_from_axis(part, patch, X, near);
+  if (shank) search_from_axis(part, patch, X, near);
   // Take the closest contact, and others only if they push in another direction or lie elsewhere.
   bool refused[ContactSet::kMax + 8];
   double let[ContactSet::kMax + 8];
   for (int i = 0; i < set_.count(); ++i) {
-    let[i] = shank ? let_by(part, patch, X, set_.plane(i)) / every_ : 0;
+    let[i] = shank ? tolerated_overlap(part, patch, X, set_.plane(i)) / every_ : 0;
     refused[i] = let[i] >= 1;
   }
   const auto gap = [&](int i) { return set_.rough().gap[i] + let[i]; };
@@ -119,21 +119,22 @@ void SmoothContacts::look(const Part& part, const SurfacePatch& patch, const Pos
 /// In cut tissue the coarse field cannot separate a neck from the wall of the hole that its own head made. A part
 /// hardly wider than the head follows it without contact; a wider part meets the wall earlier the wider it is. Returns
 /// the voxels by which the part with `radius` may overlap the tissue at x; from `every_` on it has no contact.
-double SmoothContacts::let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
+double NonCuttingContacts::tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept {
   if (radius >= head_ + 2 * every_ || patch.cut_lo.x > patch.cut_hi.x) return 0;
   const dvec3 off = glm::max(dvec3(patch.cut_lo) - x, x - dvec3(patch.cut_hi));
   return std::max({off.x, off.y, off.z}) <= 2 ? head_ + 2 * every_ - radius : 0.0;
 }
 
-double SmoothContacts::let_by(const Part& part, const SurfacePatch& patch, const Pose& X,
-                              const ContactPlane& plane) const noexcept {
+double NonCuttingContacts::tolerated_overlap(const Part& part, const SurfacePatch& patch, const Pose& X,
+                                             const ContactPlane& plane) const noexcept {
   const double u = std::max(glm::dot(plane.x - X.p, X.R * dvec3(0, 0, 1)) * every_ + part.half, 0.0);
-  return let_by(part.radius_at(u), patch, plane.x);
+  return tolerated_overlap(part.radius_at(u), patch, plane.x);
 }
 
 /// At an edge the field's samples are too far apart to locate the surface. At the axis, where the field is smooth, the
 /// nearest point is known accurately.
-void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept {
+void NonCuttingContacts::search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X,
+                                          double near) noexcept {
   const dvec3 axis = X.R * dvec3(0, 0, 1);
   const double half = part.half / every_, first = part.neck / every_, widest = part.radius / every_;
   ContactPlane best;
@@ -148,13 +149,13 @@ void SmoothContacts::look_from_axis(const Part& part, const SurfacePatch& patch,
     ContactPlane plane;
     plane.x = p - field.value * field.gradient / slope;
     if (!patch.holds(plane.x, 0) || sample_linear(patch, plane.x) > P::edge_distance) continue;
-    part.finder.see_again(X, plane);
+    part.finder.update_contact(X, plane);
     if (plane.gap < best.gap) best = plane;
   }
   if (best.gap < near) contacts_[static_cast<std::size_t>(count_++)] = {best, true, 0};
 }
 
-void SmoothContacts::hand_over(ContactSet& set) const noexcept {
+void NonCuttingContacts::append_to(ContactSet& set) const noexcept {
   for (int i = 0; i < count_; ++i) {
     const Known& known = contacts_[static_cast<std::size_t>(i)];
     const double every = known.shank ? every_ : 1;
@@ -164,22 +165,22 @@ void SmoothContacts::hand_over(ContactSet& set) const noexcept {
   }
 }
 
-void SmoothContacts::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
+void NonCuttingContacts::find(const SurfacePatch& patch, const Pose& X_VT, double near, ContactSet& set) noexcept {
   count_ = 0;
   if (shank_ && room(patch, X_VT) <= near) {
     look(*shank_, patch.wide.front(), in_part(*shank_, X_VT, every_), near / every_, true);
   }
   if (safe_end_) look(*safe_end_, patch, in_part(*safe_end_, X_VT, 1), near, false);
-  hand_over(set);
+  append_to(set);
 }
 
-void SmoothContacts::relinearize(const Pose& X_VT, ContactSet& set) noexcept {
+void NonCuttingContacts::relinearize(const Pose& X_VT, ContactSet& set) noexcept {
   for (int i = 0; i < count_; ++i) {
     Known& known = contacts_[static_cast<std::size_t>(i)];
     const Part& part = known.shank ? *shank_ : *safe_end_;
-    part.finder.see_again(in_part(part, X_VT, known.shank ? every_ : 1), known.plane);
+    part.finder.update_contact(in_part(part, X_VT, known.shank ? every_ : 1), known.plane);
   }
-  hand_over(set);
+  append_to(set);
 }
 
 }  // namespace typodont::haptics

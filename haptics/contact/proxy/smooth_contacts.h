@@ -13,16 +13,16 @@
 namespace typodont::haptics {
 
 /// Size of the coarse patch: one sample every `every` voxels, `edge` samples per edge; 0, 0: there is no such patch.
-struct WideGrid {
+struct CoarseGrid {
   int every = 0, edge = 0;
 };
-WideGrid wide_grid_for(std::span<const Tool> tools, double voxel, double travel);
+CoarseGrid coarse_grid_for(std::span<const Tool> tools, double voxel, double travel);
 
 /// The non-cutting parts of one tool. Far from tissue the shank costs one comparison per search: the distance that it
 /// may still move is known from the last search. All lengths in voxels. Never allocates after construction.
-class SmoothContacts {
+class NonCuttingContacts {
  public:
-  SmoothContacts(const Tool& tool, double voxel);
+  NonCuttingContacts(const Tool& tool, double voxel);
 
   bool any() const { return shank_.has_value() || safe_end_.has_value(); }
   /// Distance that the tool may move or turn from X_VT before its shank can touch tissue. Valid only if it is positive.
@@ -36,7 +36,7 @@ class SmoothContacts {
 
  private:
   struct Part {
-    Part(const SmoothPart& part, double voxel, double patch_voxel);
+    Part(const NonCuttingPart& part, double voxel, double patch_voxel);
     ContactFinder finder;  // finder in voxels of the patch in which this part's contacts are computed
     double radius_at(double u) const {
       return std::min(radius, neck + (radius - neck) / taper * u);
@@ -51,10 +51,11 @@ class SmoothContacts {
   static constexpr int kMost = 5, kRoom = 8;  // limits of the contacts of one part and of all parts
 
   void look(const Part& part, const SurfacePatch& patch, const Pose& X, double near, bool shank) noexcept;
-  double let_by(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
-  double let_by(const Part& part, const SurfacePatch& patch, const Pose& X, const ContactPlane& plane) const noexcept;
-  void look_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept;
-  void hand_over(ContactSet& set) const noexcept;
+  double tolerated_overlap(double radius, const SurfacePatch& patch, const dvec3& x) const noexcept;
+  double tolerated_overlap(const Part& part, const SurfacePatch& patch, const Pose& X,
+                           const ContactPlane& plane) const noexcept;
+  void search_from_axis(const Part& part, const SurfacePatch& patch, const Pose& X, double near) noexcept;
+  void append_to(ContactSet& set) const noexcept;
   Pose in_part(const Part& part, const Pose& X_VT, int every) const noexcept;
 
   std::optional<Part> shank_, safe_end_;

@@ -161,8 +161,8 @@ void MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
 
 /// Target of a vertex inside the head. The radial direction is correct as long as it leads into the solid; if it would
 /// pass outward through a face around the vertex, the outward component is removed.
-bool MeshCutter::way_for(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
-                         dvec3& to) const noexcept {
+bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
+                                dvec3& to) const noexcept {
   constexpr int kMostFaces = 32;
   dvec3 normals[kMostFaces], sum(0);
   int count = 0;
@@ -198,7 +198,7 @@ bool MeshCutter::way_for(const EditableMesh& mesh, const Placed& head, Index v, 
   }
   way /= length;
   const dvec3 way_T = head.head.is_ball() ? way : head.R_TW * way;
-  to = p + head.head.way_out(head.to_tool(p), way_T) * way;
+  to = p + head.head.distance_to_surface(head.to_tool(p), way_T) * way;
   return true;
 }
 
@@ -217,7 +217,8 @@ void MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, doubl
       dvec3 n, to;
       const double d = head.distance(vertex.p, n);
       if (d >= -P::overlap) continue;
-      if (vertex.on_border() || !way_for(mesh, head, v, n, -d, to) || glm::dot(to - vertex.p, to - vertex.p) > most2) {
+      if (vertex.on_border() || !push_direction(mesh, head, v, n, -d, to) ||
+          glm::dot(to - vertex.p, to - vertex.p) > most2) {
         done.held = true;
         continue;
       }
@@ -310,7 +311,7 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
 
 /// As long as all faces near the head face its centre, the surface there is star-shaped and cannot intersect itself.
 /// Faces that face away are tested individually: the other side of a thin wall, or an undercut.
-void MeshCutter::keep_uncrossed(EditableMesh& mesh, const Placed& head, double edge) noexcept {
+void MeshCutter::prevent_intersection(EditableMesh& mesh, const Placed& head, double edge) noexcept {
   thin_ = false;
   const glm::vec3 axis(head.R_WT[2]);
   const auto is_affected = [&](Index f) { return face_seen_[f] == look_; };
@@ -379,7 +380,7 @@ void MeshCutter::account(EditableMesh& mesh, const Placed& head, CutDone& done) 
 }
 
 /// Collapses an edge if no face rotates far, none becomes too large, and the volume hardly changes.
-bool MeshCutter::draw_together(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
+bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
                                double most_volume, CutDone& done) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
@@ -451,7 +452,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
 }
 
 /// Collapses short edges and flips the longest edges of slivers among the changed faces.
-void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+void MeshCutter::repair_slivers(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
   const double shortest2 = P::shortest * P::shortest * edge * edge;
   for (const Affected& a : affected_) {
     const Index f = a.f;
@@ -466,8 +467,8 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDo
     if (length2[shortest] < shortest2) {
       // A vertex that the head has not moved keeps its position.
       const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-      if (draw_together(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
-          draw_together(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
+      if (collapse_edge(mesh, head, f, shortest, first, edge, P::most_volume, done) ||
+          collapse_edge(mesh, head, f, shortest, !first, edge, P::most_volume, done)) {
         continue;
       }
     }
@@ -479,7 +480,8 @@ void MeshCutter::mend(EditableMesh& mesh, const Placed& head, double edge, CutDo
 
 /// Merges a vertex that had to stay inside the head into a neighbour on the head's surface. False if no neighbour is
 /// suitable.
-bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, double edge, CutDone& done) noexcept {
+bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
+                                      CutDone& done) noexcept {
   for (int tries = 0; tries < 2; ++tries) {
     Index face = kNone;
     int at = 0;
@@ -495,7 +497,7 @@ bool MeshCutter::give_way(EditableMesh& mesh, const Placed& head, Index v, doubl
         nearest2 = far2, face = f, at = i, keeps_first = before;
       }
     });
-    if (face != kNone && draw_together(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
+    if (face != kNone && collapse_edge(mesh, head, face, at, keeps_first, edge, P::most_given, done)) return true;
   }
   return false;
 }
@@ -509,23 +511,23 @@ void MeshCutter::step(EditableMesh& mesh, const Placed& head, double edge, CutDo
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   keep_unfolded(mesh, head);
   for (const Affected& a : affected_) mesh.settle_face(a.f);
-  keep_uncrossed(mesh, head, edge);
+  prevent_intersection(mesh, head, edge);
   account(mesh, head, done);
   for (const Moved& m : moved_) {
-    if (!m.stays || give_way(mesh, head, m.v, edge, done)) {
+    if (!m.stays || merge_into_neighbour(mesh, head, m.v, edge, done)) {
       done.changed = true;
     } else {
       done.held = true;
     }
   }
-  mend(mesh, head, edge, done);
+  repair_slivers(mesh, head, edge, done);
 }
 
 CutDone MeshCutter::cut(EditableMesh& mesh, const VertexHead& head, const Pose& X_WA, const Pose& X_WB,
                         double edge) noexcept {
   CutDone done;
   constexpr double kMostSteps = 100'000;
-  const double way = way_between(X_WA, X_WB, head.reach());
+  const double way = displacement_bound(X_WA, X_WB, head.reach());
   const int steps = static_cast<int>(std::min(std::ceil(way / (P::step * edge)), kMostSteps));
   for (int i = 1; i <= steps && !done.held; ++i) {
     const Pose X = i == steps ? X_WB : interpolate(X_WA, X_WB, static_cast<double>(i) / steps);

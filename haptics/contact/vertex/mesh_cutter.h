@@ -92,19 +92,20 @@ class MeshCutter {
   void sort_near() noexcept;
   void refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
   void find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  bool way_for(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
-               dvec3& to) const noexcept;
+  bool push_direction(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
+                      dvec3& to) const noexcept;
   void collect_affected(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
   void keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  void keep_uncrossed(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
+  void prevent_intersection(mesh::EditableMesh& mesh, const Placed& head, double edge) noexcept;
   void list_balls(const mesh::EditableMesh& mesh) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void account(mesh::EditableMesh& mesh, const Placed& head, CutDone& done) noexcept;
-  void mend(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  bool draw_together(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
+  void repair_slivers(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
+  bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
                      double most_volume, CutDone& done) noexcept;
-  bool give_way(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge, CutDone& done) noexcept;
+  bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
+                            CutDone& done) noexcept;
   bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   bool see_vertex(mesh::Index v) noexcept {

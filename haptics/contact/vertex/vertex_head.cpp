@@ -15,7 +15,7 @@ VertexHead::VertexHead(const Tool& tool)
 
 /// The distance is convex along a line, so Newton's method started outside converges to the surface without
 /// overshooting.
-double VertexHead::way_out(const dvec3& p, const dvec3& way) const noexcept {
+double VertexHead::distance_to_surface(const dvec3& p, const dvec3& way) const noexcept {
   if (ball_) {
     const double b = glm::dot(p, way), c = glm::dot(p, p) - radius_ * radius_;
     return -b + std::sqrt(std::max(b * b - c, 0.0));

@@ -43,7 +43,7 @@ class VertexHead {
     return ball_ ? glm::length(p_TQ) - radius_ : field_.distance(p_TQ);
   }
   /// Distance in m from an inner point along a unit direction to the surface.
-  double way_out(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
+  double distance_to_surface(const dvec3& p_TQ, const dvec3& way_T) const noexcept;
   /// Target of an inner point by the printed rule: away from the centre of a ball (3.1) or of the lower half ball of a
   /// round-ended head, otherwise away from the axis at its height (3.3), (3.6).
   dvec3 as_printed(const dvec3& p_TQ) const noexcept;

@@ -82,7 +82,7 @@ void VertexModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
 /// Collects the vertices within `margin` of a head; for faces larger than `edge`, also the vertices that refining would
 /// add.
 void VertexModel::gather(const VertexHead& head, double edge, const Pose& X, double margin) noexcept {
-  ++t_looks.vertices;
+  ++t_search_counts.vertices;
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3& p = X.p;
   const double reach = head.reach() + margin;
@@ -142,7 +142,7 @@ bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) no
 
 /// Largest displacement in m of a point of the head since the points were listed.
 double VertexModel::moved_since_listing(const Pose& X) const noexcept {
-  return way_between(found_at_, X, head().is_ball() ? 0 : head().reach());
+  return displacement_bound(found_at_, X, head().is_ball() ? 0 : head().reach());
 }
 
 /// Lists the points near the head at X if the present list does not suffice.
@@ -184,7 +184,7 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
   return std::max(room, 0.0);
 }
 
-bool VertexModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+bool VertexModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
   return snapshot_.number > 0 && is_free(head(), edge(), X_WG) && is_free(heads_[tool], edges_[tool], X_WG);
 }
 
@@ -247,7 +247,7 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
 /// slightly faster than the hand itself does.
 dvec3 VertexModel::eased(const ContactInput& in, const dvec3& force) noexcept {
   eases_ = in.cuts || (eases_ && eased_ != dvec3(0));
-  const double moved = way_between({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
+  const double moved = displacement_bound({in.X_WT.p - in.moved, last_R_}, in.X_WT, head().reach());
   last_R_ = in.X_WT.R;
   const double most = (force != dvec3(0) ? settings_.stiffness * moved : 0) + P::ease * in.dt;
   const dvec3 change = force - eased_;

@@ -45,7 +45,7 @@ class VertexModel final : public ContactModel {
   bool turns_matter() const noexcept override { return !head().is_ball(); }
   void begin_anew() noexcept override { forget(); }
   void release() noexcept override { forget(); }
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;

@@ -61,7 +61,7 @@ double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
   return std::max(0.0, room) * voxel();
 }
 
-bool VoxelPenaltyModel::may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept {
+bool VoxelPenaltyModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
   const std::uint32_t in_hand = tool_;
   bool free = true;
   for (const std::uint32_t which : {in_hand, tool}) {

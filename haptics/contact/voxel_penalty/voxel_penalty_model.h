@@ -17,7 +17,7 @@ class VoxelPenaltyModel final : public PatchModel {
   double clearance(const Pose& X_WG) noexcept override;
   void begin_anew() noexcept override {}
   void release() noexcept override {}
-  bool may_take_up(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override { tool_ = tool; }
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;

@@ -199,7 +199,7 @@ std::vector<FoundDevice> find() {
       FoundDevice closed = found(number);
       closed.permitted = false;
       closed.mend = fmt::format("turning it on, ending the program that holds it, or {} (the library says: {})",
-                                kMendPermission, refusal(api));
+                                kPermissionRemedy, refusal(api));
       return closed;
     }
     const FoundDevice open = found(number, describe(api, static_cast<char>(id), "", 0));

@@ -311,7 +311,7 @@ std::vector<FoundDevice> find() {
     if (device == kInvalid) {
       FoundDevice closed = found(names[i]);
       closed.permitted = false;
-      closed.mend = fmt::format("turning it on, ending the program that holds it, or {}", kMendPermission);
+      closed.mend = fmt::format("turning it on, ending the program that holds it, or {}", kPermissionRemedy);
       return closed;
     }
     api.make_current(device);

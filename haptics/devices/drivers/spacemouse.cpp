@@ -116,7 +116,7 @@ std::vector<FoundDevice> find() {
     const bool permitted = ::access(node.path.c_str(), R_OK | W_OK) == 0;
     devices.push_back({"spacemouse:" + (node.serial.empty() ? node.path : node.serial), "6-DoF mouse",
                        node.name.empty() ? "SpaceMouse" : node.name, node.serial, node.path, 0, permitted,
-                       permitted ? "" : kMendPermission});
+                       permitted ? "" : kPermissionRemedy});
   }
   return devices;
 }

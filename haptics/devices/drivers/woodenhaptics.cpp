@@ -216,7 +216,7 @@ FoundDevice found_at(const std::string& node, std::string model, std::string ser
                      ""};
   if (::access(node.c_str(), R_OK | W_OK) != 0) {
     device.permitted = false;
-    device.mend = kMendPermission;
+    device.mend = kPermissionRemedy;
   }
   return device;
 }

@@ -1,4 +1,4 @@
-#include "haptics/contact/packing/kept_packing.h"
+#include "haptics/contact/packing/cached_packing.h"
 
 #include <fstream>
 
@@ -45,7 +45,7 @@ bool read(const fs::path& path, std::size_t spheres, SpherePacking& packing) {
 
 }  // namespace
 
-SpherePacking kept_packing(const TissueVolume& tissue, const PackOptions& options) {
+SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options) {
   const fs::path in = cache::folder().empty() ? fs::path() : cache::folder() / "packing";
   Fnv1a key;
   cache::add_program(key);

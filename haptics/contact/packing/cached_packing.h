@@ -7,6 +7,6 @@ namespace typodont::haptics::packing {
 
 /// The same result as pack_spheres(), cached from an earlier call with the same tissue and options if possible. Equal
 /// input gives equal bits.
-SpherePacking kept_packing(const TissueVolume& tissue, const PackOptions& options);
+SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options);
 
 }  // namespace typodont::haptics::packing
