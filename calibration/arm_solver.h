@@ -31,7 +31,8 @@ struct ArmGeometry {
 inline constexpr std::size_t kArmParameters = 18;
 /// Names of the parameters in the order of to_vector: "upper link", …
 std::span<const char* const> arm_parameter_names();
-/// Plausible error of each parameter: 1 mm, 1°, 0.5 %. A parameter counts as determined relative to this scale.
+/// Plausible error of each parameter: 1 mm, 1°, 0.5 %. The solver divides each parameter by this scale, and compares
+/// its uncertainty with it.
 std::array<double, kArmParameters> arm_parameter_scales();
 std::array<double, kArmParameters> to_vector(const ArmGeometry& geometry);
 ArmGeometry to_geometry(const std::array<double, kArmParameters>& parameters);

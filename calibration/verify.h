@@ -24,7 +24,7 @@ struct MapPoint {
 struct VerifyResult {
   int points = 0;
   double raw_rms = 0, raw_mean = 0, raw_worst = 0;  // m, errors of the touches including noise
-  double noise = 0;                                 // m per axis, residual noise of the smooth error field
+  double noise = 0;  // m per axis, noise of the touches that remains after the smooth error field is subtracted
   // m, systematic error over the workspace: a smooth field fitted to the touches, corrected for its own noise
   double rms = 0, worst = 0;
   double uncertainty = 0;  // m, rms noise of the field

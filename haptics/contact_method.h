@@ -56,7 +56,7 @@ struct MethodCount {
   std::string name;
   std::uint64_t models = 0, bodies = 0;
 };
-/// Counts of all methods, in the order of contact_method_names(). Any thread.
+/// A MethodCount for each method, in the order of contact_method_names(). Any thread.
 std::vector<MethodCount> method_counts();
 
 /// The method that is used if none is chosen: "offset".

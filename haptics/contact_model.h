@@ -48,9 +48,9 @@ struct Contact {
   bool breaking_through = false;  // the head has come free, and the proxy is still on its path to the hand
   bool lost = false;              // the tool is outside the snapshot
   bool deep = false;              // the head is inside the tissue, and no surface is near enough to be found
-  bool bridging = false;          // the plane of the last contact replaces the missing snapshot
-  bool late = false;              // the snapshot has been missing for longer than any carver needs
-  bool rejoining = false;         // the proxy returns to the surface after a missing snapshot
+  bool bridging = false;          // the servo lacks a snapshot of the tissue here; the last contact's plane replaces it
+  bool late = false;              // the snapshot has been lacking for longer than any carver needs
+  bool rejoining = false;         // a snapshot was lacking (bridging); the proxy now returns to the surface
   bool leading_out = false;       // the proxy moves out of tissue that it overlapped
   bool settled = true;            // a free head has no remaining state of this contact
   bool places = false;            // the tool stays in the tissue: the servo calls cut() even if the tool does not cut

@@ -59,7 +59,8 @@ struct CuttingBall {
   double radius = 0;
 };
 
-/// The first contact of the tool's spheres. Of simultaneous contacts: the smallest `ball`, then the smallest `sphere`.
+/// The first contact of one of the tool's spheres. Of simultaneous contacts: the lowest index `ball`, then the lowest
+/// index `sphere`.
 struct FirstContact {
   double t = std::numeric_limits<double>::infinity();  // fraction of the path, 0 to 1
   int ball = -1, sphere = -1;                          // -1: no contact

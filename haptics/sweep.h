@@ -19,7 +19,7 @@ class CutFront;
 class Sweep {
  public:
   /// `continues`: the previous sweep ended at A and removed the head's volume there, so only tissue ahead can change.
-  /// `laws`: version of the servo's laws; versions differ in the last bits.
+  /// `laws`: version of the servo's force laws (contact.h); the results of different versions differ slightly.
   Sweep(const Tool& tool, const Pose& X_WA, const Pose& X_WB, const VoxelFrame& frame, bool continues = false,
         std::uint32_t laws = kServoLaws);
 

@@ -19,9 +19,10 @@ namespace {
 constexpr double kProminence = 10;  // dB above the surroundings, smallest prominence of a line
 constexpr std::size_t kMostLines = 16;
 constexpr std::size_t kNoiseOrder = 16;  // number of poles of the deviations' model
-constexpr double kDrift = 1;             // s; slower changes of frequency belong to the spindle, not to the line
-constexpr double kLongestTrack = 60;     // s in the middle of a recording over which a line is followed
-constexpr double kWeakNoise = 0.02;      // limit for the noise's variance of the amplitude over its squared mean
+constexpr double kDrift =
+    1;  // s; slower changes of frequency are changes of the spindle's speed, no width of the spectral line
+constexpr double kLongestTrack = 60;  // s in the middle of a recording over which a line is followed
+constexpr double kWeakNoise = 0.02;   // limit for the noise's variance of the amplitude over its squared mean
 constexpr std::array kBandwidths = {160.0, 80.0, 40.0, 20.0};  // Hz
 
 /// Applies three centred moving averages of the same length: nearly a Gaussian filter, without phase shift or delay.

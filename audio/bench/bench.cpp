@@ -86,7 +86,7 @@ std::vector<BenchRow> audio_bench(const BenchOptions& options) {
     const std::string knob = "order " + std::to_string(order);
 
     // Compare the spectrum for each order with the recording's.
-    const std::size_t points = 2 * best.frequencies.size();  // length of the recording's Welch spectrum
+    const std::size_t points = 2 * best.frequencies.size();  // samples in a segment of the recording's Welch spectrum
     const auto seen = expected_welch(sampled_power(model.reflection, model.gain, 32769), points, model.rate);
     std::vector<double> recorded, modelled;
     for (std::size_t i = 0; i < best.frequencies.size(); ++i) {

@@ -16,7 +16,7 @@ struct TissueColour {
   double slope_dB;       // dB per octave, 0 at 3 kHz; constant below 200 Hz and above 16 kHz
   double centre;         // Hz, centre of the resonance
   double resonance_dB;   // dB, gain at the centre of the resonance
-  double width_octaves;  // octaves, standard deviation of the resonance
+  double width_octaves;  // octaves, standard deviation of the Gaussian resonance curve
 };
 const TissueColour& colour_of(Tissue tissue) noexcept;
 

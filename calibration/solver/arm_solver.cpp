@@ -201,7 +201,7 @@ ArmResult solve_arm(std::span<const ArmCapture> captures, const ArmGeometry& nom
   // (variable projection), so the Jacobian is projected onto the complement of their columns. A prior at the nominal
   // geometry, with the plausible errors as standard deviations, keeps undetermined parameters at their nominal values.
   MatrixXd open_axes;
-  MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // in units of the scales
+  MatrixXd covariance = MatrixXd::Zero(kArmParameters, kArmParameters);  // of the parameters divided by their scales
   double sigma = 2e-4;  // m; replaced by an estimate from the residuals after the first pass
   for (int round = 0; round < 60; ++round) {
     const ArmGeometry geometry = to_geometry(values);

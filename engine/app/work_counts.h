@@ -13,7 +13,7 @@ struct WorkCounts {
   // Searches for tissue by the contact models that represent it as spheres, triangles or vertices (haptics/work.h).
   std::uint64_t sphere_looks = 0, triangle_looks = 0, vertex_looks = 0;
   std::uint64_t patches = 0;     // surface patches created for the servo
-  std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings; their distances are never recomputed
+  std::uint64_t voxels_cut = 0;  // voxels processed by cuts and fillings
   // Surface and picture.
   std::uint64_t bricks_meshed = 0, triangles_made = 0;
   std::uint64_t frames = 0, passes = 0, triangles_drawn = 0;

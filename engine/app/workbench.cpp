@@ -174,7 +174,7 @@ void Workbench::Impl::set_up() {
           : s.draw ? "debris: off, the scene does not name it"
                    : "debris: off, nothing is drawn");
 
-  // Open the hand.
+  // Open the hand (device, mouse or script). A mouse starts above the tissue.
   glm::ivec3 lo, hi;
   tissue.bounds(lo, hi);
   above = tissue.frame().to_world(dvec3((lo.x + hi.x) / 2.0, (lo.y + hi.y) / 2.0, hi.z)) + dvec3(0, 0, 1e-3);
@@ -364,7 +364,7 @@ bool Workbench::Impl::step(const display::UserInput* input, glm::ivec2 picture_s
     if (options.embedded && stage.resize(picture_size) && pointer) pointer->follow_rig(stage.rig());
     pressed = over.pressed;
     follow_keys(over);
-    // If the session is operated, score_ticks() processes every tick.
+    // In a session of the operator's window, score_ticks() processes every tick.
     if (implant && !meter) implant->add({&tick, 1});
     edit_tissue(over);
     picture->draw(tick, hint(), summary.work);

@@ -165,9 +165,10 @@ class Workbench {
   static bool asked_to_stop();
 
   WorkbenchStatus status();
-  /// Score by the scene's rules from the measures so far. Only in an operated session.
+  /// Score by the scene's rules from the measures so far. Only if WorkbenchOptions::operated.
   session::Score score_so_far();
-  /// Returns everything that the score of an operated session needs besides the tissue. Call it once, after stop().
+  /// Returns all data except the tissue that the score of a session in the operator's window needs. Call it once, after
+  /// stop().
   FinishedHand take_hand();
   const haptics::DeviceInfo& hand() const;
   bool recording() const;

@@ -33,7 +33,7 @@ struct CloudParticle {
   float age = 0;                               // s
   glm::vec3 v{0};                              // m/s
   float mass = 0;                              // kg, mass at creation; 0: removed by suction
-  float chip = 0;                              // m, diameter of one chip of the particle
+  float chip = 0;                              // m, diameter of a single chip; one particle represents several chips
   float density = 0;                           // kg/m³
   float rate = -1;                             // 1/s, drag rate; ≥ 1e30: at rest; < 0: computed from the speed
   std::uint8_t color[4] = {255, 255, 255, 0};  // sRGB

@@ -235,7 +235,7 @@ struct Renderer::Impl {
     for (std::size_t e = 0; e < views; ++e) {
       for (Tiles* t : {&tiles[e], &over_tiles[e], &particles_now[e]}) t->clear(drawn);
       const glm::dmat4 clip_from_world = frame.eyes[e].projection * frame.eyes[e].view;
-      // too many particles: they cover everything
+      // too many particles to track one by one: assume that they cover the whole picture
       if (frame.particles.size() > kMostTracked)
         particles_now[e].mark_all();
       else

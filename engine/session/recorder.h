@@ -29,7 +29,7 @@ struct WriterOptions {
   // write a temporary file and rename it in finish(); for results, not for live sessions
   bool whole_or_nothing = false;
   bool rewrites = false;  // writes a recorded session again: all events are given and none is derived from ticks
-  Lost lost_before;       // initial loss counts, for a session that is written again
+  Lost lost_before;       // losses of the original recording, if a recorded session is written to a new file
 };
 
 /// State of the recording. `message` describes a refused operation, or a nearly full disk.

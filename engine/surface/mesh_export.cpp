@@ -112,7 +112,8 @@ WholeMesh weld(const SurfaceMesher& mesher) {
     }
   };
   constexpr std::uint32_t kNone = 0xffffffff;
-  std::map<glm::ivec3, std::vector<std::uint32_t>, Less> number;  // vertex number for each owner brick and point
+  std::map<glm::ivec3, std::vector<std::uint32_t>, Less>
+      number;  // by the brick that owns the vertices: the number of each of its points
   WholeMesh whole;
   std::vector<std::uint32_t> joined;
   for (const glm::ivec3& key : mesher.keys()) {

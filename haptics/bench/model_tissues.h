@@ -24,7 +24,7 @@ struct ModelTissue {
   /// tissue. The direction need not be tangential or of unit length.
   std::function<dvec3(int i, const dvec3& c, const dvec3& n)> ahead;
   bool solid = true;                // false: a bur would fall through the tissue
-  std::vector<double> voxels_mm{};  // mm, voxel sizes for an anatomy; otherwise empty
+  std::vector<double> voxels_mm{};  // mm, voxel sizes to measure an anatomical tissue with; empty for other tissues
 };
 
 /// Analytic tissues: "ball", "torus", "box edges", "thin sheet", "groove".

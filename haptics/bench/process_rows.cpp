@@ -54,7 +54,8 @@ std::vector<ProcessCase> cases() {
           drilling("drilling, flame 1.2 x 4 mm", head(HeadShape::kFlame, 1.2e-3, 4e-3))};
 }
 
-/// Time of a run. Servo, carver and transfer run in one thread, so the thread's time is the process time.
+/// CPU time of a run. Servo, carver and transfer run in one thread here, so the CPU time of that thread is the whole
+/// program's.
 struct ProcessTime {
   double all = std::numeric_limits<double>::infinity();  // ns, mean time per tick
   std::vector<double> servo;                             // ns, servo's time of each tick

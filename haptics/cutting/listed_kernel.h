@@ -264,7 +264,7 @@ TYPODONT_KERNEL void carve_groups(const HeadFront& f, const Below& below, const 
   }
 }
 
-/// Cuts a run of groups with the same nearest pieces.
+/// Cuts consecutive groups of samples for which the same pieces of the head's meridian are nearest.
 template <class Below>
 TYPODONT_KERNEL void carve_run(const HeadFront& f, const HeadSides& sides, const CutFront::Run& run, unsigned set,
                                const Below below, Mask& raised, Taken& taken) {

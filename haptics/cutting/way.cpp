@@ -238,7 +238,7 @@ float least_depth_at_start(const Straight* way_at, const glm::ivec3* first) {
   return least;
 }
 
-/// A block, the part of it to process, and the bounds computed at its centre.
+/// A block, the part of it to process, and bounds of the depth, computed at the block's centre.
 struct WayBlock {
   float* distance;
   const Tissue* tissue;
@@ -251,7 +251,8 @@ struct WayBlock {
   unsigned set;  // the pieces that can be nearest to any sample on the path
   bool emptied;
 
-  /// The plane's bound of the depth in a row, less that of the row through the centre.
+  /// A plane bounds the depth in each row of the block. Returns the bound of row (ix, iy) minus the bound of the row
+  /// through the centre.
   float off(int ix, int iy) const {
     return n[0] * (static_cast<float>(ix) - kMiddle.x) + n[1] * (static_cast<float>(iy) - kMiddle.y);
   }

@@ -70,7 +70,7 @@ struct FuseReport {
   double scanned_area = 0;  // m², of the scan
   double covered_area = 0;  // m², of the part that replaces the CT's surface
   // Distance from the scan to the CT's surface over this part: positive where the scan lies outside.
-  double mean = 0, median_size = 0, most_size = 0;  // m; mean, and median and 95 % of the absolute value
+  double mean = 0, median_size = 0, most_size = 0;  // m; mean, and median and 95th percentile of the absolute value
 };
 
 struct Fused {

@@ -19,9 +19,10 @@ enum class ImportPreset {
   kJaw,    // a scan: bone, teeth, pulp, nerve canals and metal
 };
 
-/// A linear map from a scan's grey values to hardness (hardness.h): 0 at `zero` and below, 1 at the tissue's own grey
-/// value and above. `own` is the grey value of the softer tissue, `dense` that of the denser one; without `dense`, the
-/// denser tissue has hardness 1. Pulp has hardness 1.
+/// A linear map from a scan's grey values to hardness (hardness.h) for each of the scan's two hard tissues: hardness 0
+/// at the grey value `zero` and below; hardness 1 at `own` and above in the softer tissue (dentin, cancellous bone), at
+/// `dense` and above in the denser one (enamel, cortical bone). Without `dense`, the denser tissue has hardness 1. Pulp
+/// has hardness 1.
 struct HardnessGreys {
   double zero = 0, own = 1;
   std::optional<double> dense;

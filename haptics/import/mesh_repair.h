@@ -1,4 +1,4 @@
-// Repairs of triangle meshes: copies, orientation, holes, shells.
+// Repairs triangle meshes: removes duplicate faces, orients faces, closes holes, separates shells.
 #pragma once
 
 #include <vector>

@@ -65,7 +65,7 @@ struct Servo::State {
     Pose X_WG;             // pose of the proxy
     bool placed = false;   // X_WG is valid
     bool started = false;  // the last tick had a valid pose
-    Nanos began = 0;       // time at which the hand came, or came back
+    Nanos began = 0;       // time since which the hand has sent valid poses without a pause
     Nanos last_t = 0;
     Pose last_hand;
     // Orientation of the hand in the last input, and the same orientation normalised
@@ -117,7 +117,7 @@ struct Servo::State {
     dvec3 last_force{0};           // N, tissue's force in the last tick
     dvec3 last_torque{0};          // N·m, torque that the hand felt in the last tick
     dvec3 last_spindle_force{0};   // N, spindle's force in the last tick
-    dvec3 last_teeth_force{0};     // N, part of last_spindle_force that came from the teeth
+    dvec3 last_teeth_force{0};     // N, part of last_spindle_force that the bur's teeth caused
     dvec3 last_sent{0};            // N, total force in the last tick
     dvec3 last_spindle_torque{0};  // N·m, spindle's torque in the last tick
     double teeth_energy = 0;       // J that the teeth gave the hand so far

@@ -1,6 +1,7 @@
-// The grids of a volume file as a plain list of tiles and blocks, which the guarded process writes and the program
-// reads. Every count is checked, so that no content can do harm. Process and program run on the same machine and come
-// from the same build, so the format has no byte order and no version.
+// The grids of a volume file as a plain list of tiles and blocks, which the guarded process (a process with limited
+// rights that opens the file) writes and the program reads. Every count is checked, so that no content can do harm.
+// Process and program run on the same machine and come from the same build, so the format has no byte order and no
+// version.
 #pragma once
 
 #include <openvdb/openvdb.h>

@@ -125,7 +125,7 @@ struct TissueVolume::Impl {
 
   /// The first mark of a volume; marks of different volumes differ.
   static std::uint64_t first_mark();
-  /// Call this when a change is not logged.
+  /// Discards the log of writes. To be called after a change that was not logged, because the log is then incomplete.
   void forget_writes();
 
   StrokeKept* stroke() { return in_stroke ? &strokes.back() : nullptr; }

@@ -129,10 +129,10 @@ double first_felt(double speed, double force, double rate) {
   return -z;
 }
 
-/// Least depth in m at which any controller can give `force` at a wall of 1 N/mm. For every later motion of the hand,
-/// the controller must keep its energy ledger E above -ε (1 nJ). It may only assume that in one tick the hand retreats
-/// at most by its last step a. A force F is then allowed if F a <= E + ε. While the hand moves inward, the ledger gains
-/// F a <= E + ε per tick, so E + ε at most doubles in each tick.
+/// Lower bound, for every possible controller, of the depth in m at which it can first give `force` at a wall of 1
+/// N/mm. However the hand moves next, the controller must keep its energy ledger E above -ε (1 nJ). The controller may
+/// assume only that the hand retreats in one tick by at most a, the hand's last step. So a force F is allowed if F a <=
+/// E + ε. While the hand moves inward, the ledger gains F a <= E + ε per tick, so E + ε at most doubles in each tick.
 double least_first_felt(double speed, double force, double rate) {
   constexpr double kCredit = 1e-9;  // J
   const double way = speed / rate;

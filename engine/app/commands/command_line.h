@@ -19,7 +19,7 @@ class Validator;
 
 namespace typodont::cli {
 
-/// A check of an option's value; any other value is refused with a message that states the expected values.
+/// A check of an option's value. A value that fails it is refused with a message that states the expected values.
 class Check {
  public:
   explicit Check(std::shared_ptr<const CLI::Validator> validator) : validator_(std::move(validator)) {}
@@ -38,7 +38,7 @@ Check from_zero();
 Check one_of(std::vector<std::string> words);
 Check existing_file();
 /// Accepts the name of a file that the command may write: the extension belongs to one of these kinds (a device or FIFO
-/// may have any name), the folder is writable, and no existing file must be kept (PartialFile).
+/// may have any name), the folder is writable, and an existing file of this name may be overwritten (PartialFile).
 Check writes(std::initializer_list<FileKind> kinds, Over over = Over::kNoInput);
 
 class Option {

@@ -17,9 +17,9 @@ struct StaircaseRule {
   double weighted_at = 0.75;  // for kWeighted: settles where this fraction of the answers is right
   double start = 50;          // first level, in the experiment's unit
   double least = 1e-3, most = 100;
-  double first_step = 1.6;  // ratio between levels until the staircase has turned `coarse` times
-  double step = 1.2;        // ratio between levels after these turns
-  int coarse = 3;           // number of turns with the ratio `first_step`
+  double first_step = 1.6;  // ratio between levels until the staircase has reversed `coarse` times
+  double step = 1.2;        // ratio between levels after these reversals
+  int coarse = 3;           // number of reversals with the ratio `first_step`
 
   /// Fraction of right answers at the level where the staircase settles.
   double target() const { return kind == Kind::kTransformed ? std::pow(0.5, 1.0 / down) : weighted_at; }
@@ -42,9 +42,10 @@ class Staircase {
     if (rule_.kind == StaircaseRule::Kind::kWeighted && !right) step *= rule_.weighted_at / (1 - rule_.weighted_at);
     level_ = clamped(level_ * std::exp(direction * step));
   }
-  /// Number of turns, i.e. changes between rising and falling levels.
+  /// Number of reversals, i.e. changes between rising and falling levels.
   int turns() const { return static_cast<int>(turns_.size()); }
-  /// Geometric mean of the levels at an even number of turns after the coarse turns; 0 if there are too few turns.
+  /// Geometric mean of the levels at the last reversals, an even number of them, after the coarse ones; 0 if there are
+  /// too few.
   double settled_level() const {
     const int usable = (turns() - rule_.coarse) / 2 * 2;
     if (usable < 2) return 0;

@@ -332,7 +332,7 @@ class Plan {
   }
   /// `bulk_force`: push of the strokes of the bulk, relative to the task's mean force.
   void follow(const std::vector<Stroke>& strokes, bool by_hand, const Terrain& terrain, double bulk_force) {
-    double run = 0;  // m, length of an edge's run
+    double run = 0;  // m, length of the consecutive strokes of an edge
     for (std::size_t i = 0; i < strokes.size(); ++i) {
       const Stroke& s = strokes[i];
       const double gap = i == 0 ? 1 : glm::length(s.from.p - legs_.back().to.p);

@@ -106,7 +106,7 @@ class LivePicture {
   const dvec3 above_;
   const bool left_hand_;
   const display::DisplayRig* rig_ = nullptr;
-  haptics::ServoSettings shown_;             // the scene's settings, with the drawn colours of the tissues
+  haptics::ServoSettings shown_;             // the scene's settings, with the tissues' colours as displayed
   Surroundings around_;                      // surroundings of the tooth
   std::optional<render::BoxInWorld> reach_;  // bounds of the tissue
   QualityLadder ladder_;

@@ -42,7 +42,7 @@ struct LiveSession {
   bool draw = false, record = false, debris = false, operated = false;
   bool steered = false;              // the newest tick is read even if nothing is drawn
   bool watched = false;              // bricks also go to the operator's picture; the other copy goes to the headset
-  StrokeHistory book;                // CARVER: the changes by each stroke
+  StrokeHistory book;                // CARVER: the changes that each stroke made
   std::string carver_failure;        // CARVER: reason for a failure of the carver
   Nanos mesh_interval = 16'000'000;  // ns between searches for changed bricks; not shorter than a frame
   std::size_t xr_stream = 0;         // index of the recorded stream for a headset's frames

@@ -234,7 +234,7 @@ class Operator {
     return made && made->unsaved && !desk_.running();
   }
 
-  /// Handles the answer to the question about unsaved work. The other request waits for this answer.
+  /// Handles the answer to the question about unsaved work. The request that caused the question waits for this answer.
   void answer(Ask ask) {
     if (ask != Ask::kLeaveKept && ask != Ask::kLeaveDropped && ask != Ask::kStay) return;
     const Request wanted = *std::exchange(s_.leaving, {});

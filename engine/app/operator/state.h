@@ -239,8 +239,8 @@ struct OperatorState {
   bool recording = false;
   bool keep = false;          // keep the recording at the session's end
   bool own_view = false;      // this window shows a free viewpoint instead of the trainee's picture
-  bool trainee_seen = false;  // the trainee's picture can be shown here
-  bool own_possible = false;  // a free viewpoint can be shown here
+  bool trainee_seen = false;  // this window can show the trainee's picture
+  bool own_possible = false;  // this window can show the operator's free viewpoint
   Viewpoint viewpoint;
   Look look;                  // look of the picture in this window
   bool look_in_work = false;  // parts of the look are still being computed

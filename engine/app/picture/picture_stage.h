@@ -105,12 +105,13 @@ class PictureStage {
   void set_quality(const render::Quality& quality);
   const render::Quality& quality() const { return options_.quality; }
 
-  /// The picture of an eye (0 left, 1 right) without text, and the composed screen, of the last frame.
+  /// The last frame's picture of one eye (0 left, 1 right), without text.
   render::Picture eye(int index);
   /// Draws the last frame's text over an eye's picture of any size.
   void write_over(render::Picture& picture) const;
   /// Text of the last frame.
   const display::Hud& hud() const { return hud_; }
+  /// The last frame's composed screen.
   render::Picture screen();
 
   /// Timing of the last frame.

@@ -41,8 +41,8 @@ class DamageMeter {
   double first_ = -1;
 };
 
-/// The meter for a scene; empty if the scene has no surroundings. Throws Error.
 struct Scene;
+/// The damage meter of a scene; empty if the scene has no neighbouring teeth or gum. Throws Error.
 std::optional<DamageMeter> damage_meter(const Scene& scene);
 
 }  // namespace typodont

@@ -8,7 +8,7 @@
 
 namespace typodont {
 
-/// A box of a volume's samples. The frame's origin is sample (0,0,0).
+/// A copy of a box of a volume's samples. The origin of `frame` is the first sample of the box.
 struct DenseCopy {
   VoxelFrame frame;
   session::DenseField field;

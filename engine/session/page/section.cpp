@@ -12,7 +12,7 @@ namespace typodont::session {
 
 namespace {
 
-constexpr double kAround = 1.2e-3;  // m, border around the changed region and the ideal's changes
+constexpr double kAround = 1.2e-3;  // m, margin around the region that the trainee changed or that the ideal changes
 
 struct Window {
   double x0 = 0, x1 = 0, y0 = 0, y1 = 0;  // m in the section plane, relative to the point `through`

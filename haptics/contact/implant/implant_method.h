@@ -40,8 +40,8 @@ struct Parameters {
   // Parameters of the motion in a bed.
   double mass = 0;              // kg, mass of the virtual tool, eq. (5)
   double turn_stiffness = 1.0;  // N·m/rad, torsional stiffness that keeps the tool aligned with the bed's axis
-  double switch_slew = 8;       // N/s, limit of the change of force after a switch of the state
-  double turn_slew = 0.5;       // rad/s, limit of the tool's rotation after a switch of the state
+  double switch_slew = 8;       // N/s, limit of the change of force after the tool entered or left a bed
+  double turn_slew = 0.5;       // rad/s, limit of the change of orientation after the tool entered or left a bed
   double sliding_drag = 2;      // N·s/m, friction of sliding in the bed
   double steps = 1;             // voxels of bone, largest advance in a tick, eq. (9)
   bool as_printed = false;      // use eq. (7) in its printed form: no advance without an obstacle

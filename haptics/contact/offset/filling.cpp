@@ -34,7 +34,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
   return changed;
 }
 
-/// Puts down the owed volume around one centre. Returns true and a Cut if any of it found room.
+/// Places filling that is due but not yet placed, around one centre. Returns true and sets `cut` if some of it fitted.
 bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, Cut& cut) noexcept {
   const Tool& instrument = tool();
   const double h = settings_.frame.voxel, voxel = h * h * h, reach = instrument.fill_reach / h;
@@ -75,9 +75,10 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
   return true;
 }
 
-/// Called when a dome has no room left. Searches from the root, through filling, for the nearest open place. If the
-/// dome can grow that far, it does so at once; otherwise a new dome begins there. The search stops at its cost limit
-/// and continues in the next tick. False if no open place was found.
+/// Called when a dome (the growing deposit of filling) has no room left. Searches from the dome's first position,
+/// through filled voxels, for the nearest open place. If the dome can grow that far, it does so at once; otherwise a
+/// new dome begins there. The search stops at its cost limit and continues in the next tick. False if no open place was
+/// found.
 bool OffsetModel::search_open_place(const Fill& instrument, double reach) noexcept {
   const double farthest = P::flows_on * reach;
   for (int left = P::search_cost; left > 0; left -= P::skip_cost, ++open_place_search_.way) {

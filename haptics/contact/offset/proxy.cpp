@@ -417,7 +417,8 @@ double OffsetModel::strongest_wall(const ActivePlanes& active) const noexcept {
   return least < 1 ? least : 0;
 }
 
-/// Limits `yields` of the holding planes at walls. True if any of them had a larger value.
+/// Reduces ContactPlane::yields of the planes that hold the head and belong to a wall to at most `yields`. Returns true
+/// if any was reduced.
 bool OffsetModel::hold_at_walls(const ActivePlanes& active, double yields) noexcept {
   bool changed = false;
   for (int i = 0; i < active.count; ++i) {

@@ -9,13 +9,13 @@
 
 namespace typodont::haptics::packing {
 
-/// Carver thread. A function of the spheres alone: equal cuts give equal pieces.
-/// Spheres that lie close in the packing are linked. A link exists while both spheres exist and the gap between them is
-/// less than the sum of their radii, or hardly wider than at the start. Spheres between which a tool has passed have
-/// shrunk away from each other, while a sphere that was cut on one side keeps its distance to those on its far side.
-/// Flood fills start around the spheres that lost links, and grow over links at equal speed until they meet. One that
-/// ends without meeting another has covered a loose piece. Bodies that were separate at the start (two teeth) are kept:
-/// only the smaller parts of one original body are loose.
+/// Finds the pieces that cuts detach. Carver thread. The result depends on the spheres only: equal cuts give equal
+/// pieces. Spheres that lie close in the packing are linked. A link remains while both spheres exist and the gap
+/// between them is less than the sum of their radii or has hardly grown since the start. Spheres between which a tool
+/// has passed have shrunk away from each other, while a sphere that was cut on one side keeps its distance to those on
+/// its far side. Flood fills start around the spheres that lost links, and grow over links at equal speed until they
+/// meet. A fill that ends without meeting another fill has covered a loose piece. Bodies that were separate at the
+/// start (two teeth) are kept: only the smaller parts of one original body are loose.
 class LooseSpheres {
  public:
   LooseSpheres(const SpherePacking& packing, const SphereTree& tree);

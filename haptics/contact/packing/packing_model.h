@@ -26,7 +26,8 @@ namespace typodont::haptics::packing {
 /// finds the step whose removal costs the earned energy.
 class PackingModel final : public ContactModel {
  public:
-  /// Throws Error for a filling instrument or a tool with parts that never cut, because spheres only shrink.
+  /// Throws Error for a filling instrument, because the tissue's spheres can only shrink, and for a tool with parts
+  /// that never cut.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
   /// Uses the given passes on a GPU, even if they are slower than the CPU. For tests.
   PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
@@ -77,7 +78,7 @@ class PackingModel final : public ContactModel {
     double held_for = 0;       // s, time for which the proxy has stayed near held_at with the hand far away
     bool leading = false;      // true while the proxy is led back along `path`
     std::size_t to = 0;        // index of the point of `path` to which the proxy is led
-    bool wedged = false;       // the hand is far away, and there is no path back
+    bool wedged = false;       // the proxy is stuck: the hand is far from it, and no path back to the hand is known
   } retreat_;
   SurfaceEstimate surface_;
   CutBuffers buffers_;

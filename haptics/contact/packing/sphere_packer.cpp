@@ -28,11 +28,12 @@ constexpr float kFullDepths = 2;           // free radii above this multiple of 
 constexpr double kFirstSpacing = 1 / 3.0;  // spacing of the first grid over the radius limit
 // a finer grid is made once the largest free sphere's radius is at most this many spacings
 constexpr double kFinest = 0.9;
-constexpr double kFiner = 1.5;          // ratio between the spacings of successive grids
-constexpr double kLeastRadius = 0.3;    // spacings; smaller spheres found at a node are skipped until the grid is finer
-constexpr double kAsExpected = 0.8;     // smallest ratio of a placed sphere's radius to its node's free radius
-constexpr double kLargestTravel = 1.0;  // spacings, largest distance of a centre from its node
-constexpr double kLastStep = 0.02;      // spacings, last step of the search for a sphere's centre
+constexpr double kFiner = 1.5;        // ratio between the spacings of successive grids
+constexpr double kLeastRadius = 0.3;  // spacings; smaller spheres found at a node are skipped until the grid is finer
+// a sphere is placed if its radius is at least this fraction of the radius that is expected at its node
+constexpr double kAsExpected = 0.8;
+constexpr double kLargestTravel = 1.0;      // spacings, largest distance of a centre from its node
+constexpr double kLastStep = 0.02;          // spacings, last step of the search for a sphere's centre
 constexpr double kSmallestSpacing = 0.004;  // voxels; if a finer grid would be needed, the packing is full
 
 /// Directions distributed evenly over the ball (Fibonacci lattice).

@@ -51,9 +51,10 @@ class SphereProxy {
   /// from the state after an earlier tick of the same cut.
   void note_cut(const SphereTree& tree, int sphere, const dvec3& center_before, double radius_before) noexcept;
 
-  /// For a cut: the motion nearest to `move` and `turn` (m, rad) on which the non-cutting parts stay out of contact,
-  /// and the fraction 0 to 1 of it that they can move. Lists the contacts along which they slide. Contacts beyond
-  /// `longest_path` (m) are not examined; then the fraction is 1.
+  /// For a cut: changes `move` and `turn` (m, rad) to the nearest motion on which the non-cutting parts do not
+  /// penetrate the tissue; they may slide along it. Lists these contacts. Returns the fraction 0 to 1 of that motion
+  /// that is possible before a new contact. If the motion is longer than `longest_path` (m), contacts are not searched,
+  /// and the fraction is 1.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
   /// One tick: moves as near to the hand as the spheres allow. `gpu` searches the first contact if it is given and
   /// ready.

@@ -15,7 +15,7 @@ namespace typodont::haptics::packing {
 /// Tissue removed by a cut.
 struct Removed {
   PerTissue volume{};    // m³
-  PerTissue hardened{};  // m³ times hardness: the cut's cost divided by the specific energy of each tissue
+  PerTissue hardened{};  // m³, removed volume times hardness; times the specific energy it is the cutting energy
 
   Removed& operator+=(const Removed& other) noexcept {
     for (std::size_t t = 0; t < volume.size(); ++t) volume[t] += other.volume[t], hardened[t] += other.hardened[t];

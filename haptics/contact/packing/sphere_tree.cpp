@@ -15,7 +15,7 @@ namespace typodont::haptics::packing {
 namespace {
 
 constexpr std::size_t kWide = SphereTree::kWide;
-// rounding error over the packing's extent: about a dozen roundings in single precision
+// rounding error as a fraction of the packing's extent: about a dozen roundings in single precision
 constexpr double kRounding = 2e-6;
 constexpr std::size_t kDeepest = 10;  // levels: 8^10 leaves
 

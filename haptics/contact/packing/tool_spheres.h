@@ -30,7 +30,8 @@ struct ToolSpheres {
 /// A head of the tool table: a ball is one sphere, every other head is packed with `spheres` spheres. Shank and safe
 /// end are chains of inscribed spheres on the tool's axis.
 ToolSpheres tool_spheres(const Tool& tool, std::size_t spheres, std::uint64_t seed);
-/// A closed solid in T, e.g. a mesh (read_mesh_solid). Throws Error if it is unbounded.
+/// Packs a closed solid in the tool's frame T with spheres, e.g. a mesh (read_mesh_solid). Throws Error if the solid is
+/// unbounded.
 ToolSpheres tool_spheres(const Solid& solid_T, std::size_t spheres, std::uint64_t seed);
 
 }  // namespace typodont::haptics::packing

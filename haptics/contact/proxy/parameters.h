@@ -30,7 +30,8 @@ struct WallSeatParameters {
 /// Refinement of one contact by cubic queries (ContactFinder::refine).
 struct RefineParameters {
   static constexpr int iterations = 2;  // limit of queries per contact and call while the head cuts
-  // Limit of queries per contact and call while the head only touches; the force's direction then matters.
+  // Limit of queries per contact and call while the head touches without cutting; the hand then feels errors of the
+  // force's direction.
   static constexpr int iterations_fine = 8;
   // Voxels, path of a ball below which a contact stays exact; its gap errs by 2e-5 voxel.
   static constexpr double stays_exact = 0.02;
@@ -57,7 +58,8 @@ struct RimParameters {
   // Tolerance of the gradient's length, which is 1 in smooth tissue.
   static constexpr double gradient_tolerance = 0.05;
   static constexpr double same_wall = 0.9;  // cosine between normals above which two contacts lie on one wall
-  // Voxels from the rim; a nearer contact belongs to the rim. Twice the rim's depth is added to this distance.
+  // Voxels; a contact nearer than this to the head's rim counts as a contact of the rim. Twice the depth of the rim in
+  // the tissue is added to this limit.
   static constexpr double near_rim = 2;
 };
 
@@ -106,9 +108,9 @@ struct SharpEdgeParameters {
 /// is given.
 struct NonCuttingPartParameters {
   static constexpr double spacing = 0.25e-3;  // m between samples of the coarse patch
-  // Coarse voxels, upper limit of the error by which a linear sample exceeds the distance.
+  // In coarse voxels: the most by which a linearly interpolated distance can exceed the true distance.
   static constexpr double overestimate = 0.5;
-  // Coarse voxels, rounding error: distances this close to the band's limit are cut off at the limit.
+  // In coarse voxels, rounding error: distances this close to the band's limit are cut off at the limit.
   static constexpr double at_band = 1e-3;
   // Coarse voxels; a nearest point farther than this from the surface results from an intersection of solids.
   static constexpr double edge_distance = 0.4;

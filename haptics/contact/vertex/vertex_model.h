@@ -24,8 +24,9 @@ struct FeelParameters {
   // Ratio to the edge: shortest displacement that a dragged edge cuts at once; an edge stores little energy.
   static constexpr double scrape = 2e-5;
   static constexpr double stride = 0.5;  // ratio to the edge: longest displacement that is cut at once
-  // An edge that the hand drags advances less than the vertices differ in height, so it meets only some of the area
-  // that the springs represent. That fraction is measured: weight of a new measurement, and lower limit.
+  // The cutting edge of a hand instrument advances in a tick by less than neighbouring vertices differ in height. So it
+  // meets only a fraction of the area that the springs represent. The fraction is measured as a running mean:
+  // weight of a new measurement, and lower limit of the fraction.
   static constexpr double met_weight = 0.1, least_met = 0.01;
   // Ratio to the radius: a head closer to a point than this has no room to move freely.
   static constexpr double touches = 0.01;
