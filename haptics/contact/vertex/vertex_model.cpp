@@ -193,10 +193,10 @@ void VertexModel::take_up(std::uint32_t tool) noexcept {
   forget();
 }
 
-/// The springs of the vertices that a head at X would push if it moved by the probe's length along the unit vector
-/// `pull` (S4, 4.2). Depth and direction are linear in that motion, with the head's distance and normal at X: in a head
-/// that is as thin as the motion is long, such as the tip of a cone, exact ones would push vertices out on the far
-/// side.
+/// The springs of the vertices that a head at X pushes after a motion by the probe's length along the unit vector
+/// `pull` (S4, 4.2). A ball is evaluated at its new position. For another head, depth and direction are linear in the
+/// motion, with the head's distance and normal at X: in a head that is as thin as the motion is long, such as the tip
+/// of a cone, exact ones would push vertices out on the far side.
 VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) noexcept {
   const double probe = P::probe * head().radius();
   const glm::dmat3 R_WT(glm::mat3_cast(X.R)), R_TW = glm::transpose(R_WT);
@@ -204,22 +204,19 @@ VertexModel::Springs VertexModel::springs_at(const Pose& X, const dvec3& pull) n
   const glm::vec3 axis(R_WT[2]);
   const double stiffness = settings_.stiffness / 1000;
   Springs sum;
-  // A ball of radius r pushes points with |off| < r + probe cos(angle to the pull), which lie in this smaller ball.
-  const dvec3 center = is_ball ? X.p + probe * pull : X.p;
-  const double reach = is_ball ? std::hypot(head().radius(), probe) : head().reach() + probe;
-  for (const std::uint32_t i : points_.within(center, reach)) {
+  const dvec3 moved = X.p + probe * pull;
+  for (const std::uint32_t i : points_.within(is_ball ? moved : X.p, head().reach() + (is_ball ? 0 : probe))) {
     const Sample& sample = samples_[i];
     const dvec3 off = points_[i] - X.p;
     dvec3 n;
     double ahead, d;  // d: m, depth after the motion, negative
     if (is_ball) {
-      const double along = glm::dot(off, pull), square = glm::dot(off, off);
-      if (!(along > 0)) continue;
-      const double length = std::sqrt(square);
-      ahead = along / length;
-      d = length - head().radius() - probe * ahead;
+      const dvec3 from = points_[i] - moved;
+      const double length = glm::length(from);
+      d = length - head().radius();
       if (!(d < 0)) continue;
-      n = off / length;
+      n = length > 0 ? from / length : pull;
+      ahead = std::max(0.0, glm::dot(n, pull));
     } else {
       if (!head().may_be_within(glm::vec3(off), axis, static_cast<float>(probe))) continue;
       const double distance = head().distance(R_TW * off, n);
