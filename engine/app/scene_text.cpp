@@ -1,8 +1,11 @@
 #include "engine/app/scene_text.h"
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <system_error>
+
+#include "engine/base/units.h"
 
 namespace typodont {
 
@@ -30,6 +33,11 @@ void make_absolute(Text& source, const fs::path& folder) {
 }
 
 }  // namespace
+
+Text millimetres_text(const dvec3& p) {
+  const auto rounded = [](double v) { return std::round(v / kMillimetre * 1000) / 1000; };
+  return {rounded(p.x), rounded(p.y), rounded(p.z)};
+}
 
 Text scene_for_other_folder(const Scene& scene) {
   Text text = Text::parse(scene.text);

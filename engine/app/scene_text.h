@@ -1,4 +1,4 @@
-// A scene's JSON text for a scene file in another folder.
+// JSON text for scene files that the program writes.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,5 +10,8 @@ namespace typodont {
 /// The scene's text with absolute paths instead of those that are relative to its folder. Paths to shipped files stay
 /// as they are.
 nlohmann::ordered_json scene_for_other_folder(const Scene& scene);
+
+/// A point in a scene's text: [x, y, z] in millimetres, rounded to micrometres. `p`: m.
+nlohmann::ordered_json millimetres_text(const dvec3& p);
 
 }  // namespace typodont

@@ -43,32 +43,26 @@ double distance_to(const std::vector<dvec3>& path, const dvec3& p) {
   return best;
 }
 
-/// A bed: a cylinder with a flat bottom. SI units, frame W.
-struct BedShape {
-  dvec3 bottom_W, axis_W;  // axis_W: unit, into the bone
-  double length, radius;
-
-  double distance_to(const dvec3& p_W) const {
-    const dvec3 from = p_W - bottom_W;
-    const double along = glm::dot(from, axis_W);
-    const double aside = std::max(0.0, glm::length(from - along * axis_W) - radius);
-    return std::hypot(aside, std::max({along, -along - length, 0.0}));
-  }
-  double distance_to(const std::vector<dvec3>& path_W) const {
-    // m, step size; the distance to a straight line is then too large by at most 1 µm, at a distance of 0.3 mm
-    constexpr double kStep = 0.05e-3;
-    double best = 1e9;
-    for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
-      const dvec3 way = path_W[i + 1] - path_W[i];
-      const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(way) / kStep)));
-      for (int k = 0; k <= steps; ++k)
-        best = std::min(best, distance_to(path_W[i] + (static_cast<double>(k) / steps) * way));
-    }
-    return best;
-  }
-};
-
 }  // namespace
+
+double ImplantCylinder::distance(const dvec3& p_W) const {
+  const dvec3 from = p_W - bottom_W;
+  const double along = glm::dot(from, axis_W);
+  const double aside = glm::length(from - along * axis_W) - radius, beyond = std::max(along, -along - length);
+  return std::min(std::max(aside, beyond), 0.0) + std::hypot(std::max(aside, 0.0), std::max(beyond, 0.0));
+}
+
+double ImplantCylinder::distance(std::span<const dvec3> path_W) const {
+  constexpr double kStep = 0.05e-3;  // m
+  double best = 1e9;
+  for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
+    const dvec3 way = path_W[i + 1] - path_W[i];
+    const int steps = std::max(1, static_cast<int>(std::ceil(glm::length(way) / kStep)));
+    for (int k = 0; k <= steps; ++k)
+      best = std::min(best, distance(path_W[i] + (static_cast<double>(k) / steps) * way));
+  }
+  return best;
+}
 
 std::string_view name_of(ImplantAction deed) noexcept {
   return kDeeds[static_cast<std::size_t>(deed)];
@@ -289,10 +283,12 @@ ImplantMeasures ImplantMeter::result() const {
       glm::dot(bottom_W_ - plan.entry_W, plan.axis_W) / std::max(0.1, glm::dot(axis, plan.axis_W));
   bed.entry_error = glm::length(bottom_W_ - to_platform * axis - plan.entry_W);
   bed.apex_error = glm::length(bottom_W_ - plan.apex_W());
-  const BedShape shape{bottom_W_, axis, to_platform, bed_radius_};
-  if (!task_.canal_W.empty()) bed.canal_distance = shape.distance_to(task_.canal_W) - task_.canal_radius;
+  // A path inside the bed counts as a path on its wall.
+  const ImplantCylinder shape{bottom_W_, axis, to_platform, bed_radius_};
+  const auto outside = [&](std::span<const dvec3> path_W) { return std::max(0.0, shape.distance(path_W)); };
+  if (!task_.canal_W.empty()) bed.canal_distance = outside(task_.canal_W) - task_.canal_radius;
   for (const NeighbourRoot& root : task_.neighbours)
-    bed.neighbour_distance = std::min(bed.neighbour_distance, shape.distance_to({root.a_W, root.b_W}) - root.radius);
+    bed.neighbour_distance = std::min(bed.neighbour_distance, outside(std::array{root.a_W, root.b_W}) - root.radius);
   return out;
 }
 

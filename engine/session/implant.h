@@ -20,6 +20,16 @@ namespace implant_level {
 inline constexpr std::uint32_t kFree = 0, kSliding = 1, kDrilling = 2, kPerforating = 3, kScrewing = 4, kPlaced = 5;
 }
 
+/// A cylinder with flat ends: a bed, or an implant without its thread. SI units, frame W.
+struct ImplantCylinder {
+  dvec3 bottom_W{0}, axis_W{0, 0, -1};  // middle of the lower end; axis_W: unit, into the bone
+  double length = 0, radius = 0;        // m
+  /// m from a point to the surface, negative inside.
+  double distance(const dvec3& p_W) const;
+  /// The least distance of the points of a polyline. It is at most 1 µm too large where it is 0.3 mm or more.
+  double distance(std::span<const dvec3> path_W) const;
+};
+
 /// Planned position of an implant. SI units, frame W.
 struct ImplantPlan {
   dvec3 entry_W{0};         // m, middle of the implant's platform
@@ -28,6 +38,7 @@ struct ImplantPlan {
   double diameter = 0;      // m, diameter of the thread
   double bed_diameter = 0;  // m, diameter of the last drill
   dvec3 apex_W() const { return entry_W + length * axis_W; }
+  ImplantCylinder cylinder() const { return {apex_W(), axis_W, length, diameter / 2}; }
 };
 
 /// Type of work of a phase.

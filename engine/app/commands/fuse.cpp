@@ -12,6 +12,7 @@
 #include "calibration/surface_solver.h"
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/input_file.h"
 #include "engine/base/log.h"
@@ -35,22 +36,19 @@ struct Arguments {
   bool json = false;
 };
 
-haptics::DenseTissue dense_copy(const haptics::TissueVolume& volume, const std::string& file) {
+haptics::DenseTissue dense_tissue(const haptics::TissueVolume& volume, const std::string& file) {
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
   if (lo.x > hi.x) throw Error(file, "", "no surface", "tissue");
-  lo -= 1, hi += 1;
+  DenseCopy copy = dense_copy(volume, lo - 1, hi - lo + 3);
   haptics::DenseTissue dense;
-  dense.size = hi - lo + 1;
-  dense.frame = {volume.frame().to_world(dvec3(lo)), volume.frame().voxel};
+  dense.size = copy.field.size;
+  dense.frame = copy.frame;
   dense.band = volume.band();
   dense.exact_outside = volume.exact_outside();
-  const std::size_t count = dense.at(dense.size.x - 1, dense.size.y - 1, dense.size.z - 1) + 1;
-  dense.distance.resize(count);
-  dense.tissue.resize(count);
-  if (volume.graded()) dense.hardness.resize(count);
-  volume.copy(lo, dense.size, dense.distance.data(), dense.tissue.data(),
-              volume.graded() ? dense.hardness.data() : nullptr);
+  dense.distance = std::move(copy.field.distance);
+  dense.tissue = std::move(copy.tissue);
+  dense.hardness = std::move(copy.hardness);
   for (float& d : dense.distance) d *= static_cast<float>(dense.frame.voxel);
   return dense;
 }
@@ -186,7 +184,7 @@ void run(const Arguments& a) {
   Progress progress("fuse");
   const haptics::IntraoralScan scan(a.scan, a.unit_mm * kMillimetre);
   const haptics::TissueVolume volume = haptics::TissueVolume::load(a.volume);
-  const haptics::DenseTissue ct = dense_copy(volume, a.volume);
+  const haptics::DenseTissue ct = dense_tissue(volume, a.volume);
   o.before = volume.volumes();
   progress.at(0.1);
   o.fine = register_scan(a, scan, ct, o.start.X_DH);

@@ -41,8 +41,7 @@ Scene scene_of_volume(const std::string& file) {
 
 ImplantProcedure procedure_for(const Options& options, const Scene& scene) {
   if (!options.procedure.empty()) return read_procedure(options.procedure, scene.place);
-  const Json json = Json::parse(scene.text, scene.file.string());
-  if (const auto implant = json.find("implant")) return read_procedure((*implant)["procedure"].string(), scene.place);
+  if (const auto own = procedure_of(scene)) return *own;
   return implant_procedures().front();
 }
 
@@ -88,10 +87,11 @@ nlohmann::ordered_json as_json(const ImplantProcedure& procedure, const session:
 /// The three sections side by side.
 render::Picture preview_of(const ImplantPlanner& planner, const session::ImplantPlan& plan, double width) {
   constexpr int n = kPreviewPixels;
-  render::Picture all{{n * static_cast<int>(kPlanSections.size()), n}, {}};
+  const PlanPlanes planes = planner.planes(plan, width);
+  render::Picture all{{n * static_cast<int>(planes.size()), n}, {}};
   all.rgba.resize(4 * static_cast<std::size_t>(all.size.x) * static_cast<std::size_t>(all.size.y));
-  for (std::size_t i = 0; i < kPlanSections.size(); ++i) {
-    const render::Picture one = planner.picture(planner.plane(kPlanSections[i], plan, width), plan, n);
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const render::Picture one = planner.picture(planes[i], plan, n);
     for (int y = 0; y < n; ++y)
       std::copy_n(one.at(0, y), 4 * n, all.rgba.data() + (all.at(static_cast<int>(i) * n, y) - all.rgba.data()));
   }
@@ -120,6 +120,7 @@ void run(const Options& options) {
   progress.at(0.6);
   if (!options.preview.empty())
     render::write_png(options.preview, preview_of(planner, plan, options.width_mm * kMillimetre));
+  progress.stage("plan", 0.7, 1);
   if (!options.out.empty())
     write_planned_exercise({fs::path(options.out).stem().string(), &planner, procedure, plan}, options.out, progress);
   progress.at(1);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/app/tissue/bone_tissue.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/units.h"
 #include "haptics/implant_tool.h"
@@ -29,44 +30,34 @@ class Around {
   Around(const haptics::TissueVolume& volume, const session::ImplantPlan& plan) : frame_(volume.frame()) {
     const dvec3 reach(2 * plan.diameter), a = plan.entry_W, b = plan.apex_W();
     lo_ = glm::ivec3(glm::floor(frame_.to_voxels(glm::min(a, b) - reach)));
-    size_ = glm::ivec3(glm::ceil(frame_.to_voxels(glm::max(a, b) + reach))) - lo_ + 1;
-    distance_.resize(static_cast<std::size_t>(size_.x) * size_.y * size_.z);
-    tissue_.resize(distance_.size());
-    volume.copy(lo_, size_, distance_.data(), tissue_.data());
+    const glm::ivec3 hi(glm::ceil(frame_.to_voxels(glm::max(a, b) + reach)));
+    box_ = dense_copy(volume, lo_, hi - lo_ + 1);
   }
-  bool is_bone(const dvec3& p_W) const {
-    const Tissue tissue = tissue_at(p_W);
-    return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
-  }
-  bool is_tooth(const dvec3& p_W) const {
-    const Tissue tissue = tissue_at(p_W);
-    return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
-  }
+  bool is_bone(const dvec3& p_W) const { return typodont::is_bone(tissue_at(p_W)); }
+  bool is_tooth(const dvec3& p_W) const { return typodont::is_tooth(tissue_at(p_W)); }
   /// Calls visit(p_W) for every voxel of the box.
   template <class Visit>
   void for_each(Visit visit) const {
+    const glm::ivec3 size = box_.field.size;
     glm::ivec3 p;
-    for (p.x = 0; p.x < size_.x; ++p.x)
-      for (p.y = 0; p.y < size_.y; ++p.y)
-        for (p.z = 0; p.z < size_.z; ++p.z) visit(frame_.to_world(dvec3(lo_ + p)));
+    for (p.x = 0; p.x < size.x; ++p.x)
+      for (p.y = 0; p.y < size.y; ++p.y)
+        for (p.z = 0; p.z < size.z; ++p.z) visit(frame_.to_world(dvec3(lo_ + p)));
   }
   double voxel() const { return frame_.voxel; }
 
  private:
+  /// Label of the nearest voxel; air outside the tissue and outside the box.
   Tissue tissue_at(const dvec3& p_W) const {
-    const std::size_t i = at(p_W);
-    return i < distance_.size() && distance_[i] < 0 ? tissue_[i] : Tissue::kAir;
-  }
-  std::size_t at(const dvec3& p_W) const {
     const glm::ivec3 p = glm::ivec3(glm::round(frame_.to_voxels(p_W))) - lo_;
-    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, size_))) return distance_.size();
-    return (static_cast<std::size_t>(p.x) * size_.y + static_cast<std::size_t>(p.y)) * size_.z +
-           static_cast<std::size_t>(p.z);
+    if (glm::any(glm::lessThan(p, glm::ivec3(0))) || glm::any(glm::greaterThanEqual(p, box_.field.size)))
+      return Tissue::kAir;
+    const std::size_t i = box_.field.at(p.x, p.y, p.z);
+    return box_.field.distance[i] < 0 ? box_.tissue[i] : Tissue::kAir;
   }
-  VoxelFrame frame_;
-  glm::ivec3 lo_, size_;
-  std::vector<float> distance_;
-  std::vector<Tissue> tissue_;
+  VoxelFrame frame_;  // the volume's, so that the nearest voxel is the volume's own
+  glm::ivec3 lo_;
+  DenseCopy box_;
 };
 
 dquat across(const dvec3& axis) {

@@ -23,18 +23,13 @@ namespace {
 namespace fs = std::filesystem;
 using Text = nlohmann::ordered_json;
 
-Text mm(const dvec3& p) {
-  const auto micrometre = [](double v) { return std::round(v / kMillimetre * 1000) / 1000; };
-  return {micrometre(p.x), micrometre(p.y), micrometre(p.z)};
-}
-
 Text paint_entry(const PaintStroke& s) {
   const double radius = s.radius / kMillimetre;
   Text solid;
   if (s.a_W == s.b_W) {
-    solid["sphere"] = {{"center_mm", mm(s.a_W)}, {"radius_mm", radius}};
+    solid["sphere"] = {{"center_mm", millimetres_text(s.a_W)}, {"radius_mm", radius}};
   } else {
-    solid["capsule"] = {{"a_mm", mm(s.a_W)}, {"b_mm", mm(s.b_W)}, {"radius_mm", radius}};
+    solid["capsule"] = {{"a_mm", millimetres_text(s.a_W)}, {"b_mm", millimetres_text(s.b_W)}, {"radius_mm", radius}};
   }
   Text entry = {{"tissue", std::string(name_of(s.tissue))}, {"solid", solid}};
   if (s.hardness != 1) entry["hardness"] = std::round(s.hardness * 1000) / 1000;

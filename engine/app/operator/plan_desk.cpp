@@ -37,12 +37,10 @@ void PlanDesk::open(BackgroundTask& work, int bone_class) {
         const auto found = std::ranges::find(kBoneClasses, bone_class_of(scene));
         if (found != kBoneClasses.end()) loaded->bone_class = static_cast<int>(found - kBoneClasses.begin()) + 1;
         loaded->procedures = implant_procedures();
-        if (scene.implant) {
-          const double length = scene.implant->plan.length, diameter = scene.implant->plan.diameter;
-          const auto same = std::ranges::find_if(loaded->procedures, [&](const ImplantProcedure& p) {
-            return p.length == length && p.diameter == diameter;
-          });
-          if (same != loaded->procedures.end()) loaded->procedure = static_cast<int>(same - loaded->procedures.begin());
+        if (const auto own = procedure_of(scene)) {
+          const auto same = std::ranges::find(loaded->procedures, own->path, &ImplantProcedure::path);
+          loaded->procedure = static_cast<int>(same - loaded->procedures.begin());
+          if (same == loaded->procedures.end()) loaded->procedures.push_back(*own);
         }
         loaded->planner = std::make_shared<const ImplantPlanner>(scene);
         progress.at(0.8);
@@ -69,12 +67,10 @@ void PlanDesk::follow() {
   form.plan.bed_diameter = procedure.bed_diameter;
   form.findings = planner_->findings(form.plan);
   destroy();
-  for (std::size_t i = 0; i < kPlanSections.size(); ++i) {
-    // While the user drags the implant, the planes stay, so that it moves and not the bone.
-    if (!form.dragging)
-      form.planes[i] = planner_->plane(kPlanSections[i], form.plan, static_cast<double>(form.width_mm) * kMillimetre);
-    images_.push_back(window_.upload(planner_->picture(form.planes[i], form.plan, kPixels)));
-  }
+  // While the user drags the implant, the planes stay, so that it moves and not the bone.
+  if (!form.dragging) form.planes = planner_->planes(form.plan, static_cast<double>(form.width_mm) * kMillimetre);
+  for (const SectionPlane& plane : form.planes)
+    images_.push_back(window_.upload(planner_->picture(plane, form.plan, kPixels)));
   for (std::size_t i = 0; i < images_.size(); ++i) form.pictures[i] = &images_[i];
   ++form.drawn;
   form.changed = false;

@@ -18,6 +18,7 @@ namespace {
 constexpr double kWheel = 0.25e-3;       // m along the implant's axis for each step of the wheel
 constexpr double kLargestTilt = 60;      // degrees
 constexpr double kToothMargin = 1.5e-3;  // m, usual smallest distance to a root
+constexpr std::size_t kLevel = 2;        // index of the section through the platform
 constexpr std::array kTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
 /// Position in the picture, as fractions from its top left corner.
@@ -73,7 +74,7 @@ void draw_section(OperatorState& s, InterfaceWindow& w, std::size_t i, float siz
     ImGui::Image(w.texture(*form.pictures[i], form.drawn), {size, size});
     ImGui::SetCursorScreenPos(at);
     ImGui::InvisibleButton(kTitles[i], {size, size});
-    follow_mouse(form, form.planes[i], kPlanSections[i] == PlanSection::kLevel, at, size, w.style().unit);
+    follow_mouse(form, form.planes[i], i == kLevel, at, size, w.style().unit);
   } else {
     ImGui::Dummy({size, size});
   }

@@ -148,9 +148,9 @@ struct PlanForm {
   bool dragging = false;  // the mouse moves or tilts the implant
   bool tilting = false;   // it tilts it
   PlanFindings findings;
-  std::array<SectionPlane, kPlanSections.size()> planes;
-  std::array<const gpu::Image*, kPlanSections.size()> pictures{};  // null until they are drawn
-  std::uint64_t drawn = 0;                                         // number of times that they were drawn
+  PlanPlanes planes;
+  std::array<const gpu::Image*, std::tuple_size_v<PlanPlanes>> pictures{};  // null until they are drawn
+  std::uint64_t drawn = 0;                                                  // number of times that they were drawn
 };
 /// The questions of `typodont experiment`, as its option --question names them.
 inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};

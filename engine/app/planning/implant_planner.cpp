@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -27,26 +28,9 @@ constexpr double kBelowCrest = 0.5e-3;  // m, depth of a proposed platform below
 constexpr double kRidge = 10e-3;        // m, radius in which the direction of the arch is estimated
 constexpr double kOutline = 0.8;        // pixels, half the width of an outline
 
-/// m from a point to the implant's surface, negative inside: a cylinder from its platform to its apex.
-double implant_distance(const session::ImplantPlan& plan, const dvec3& p_W) {
-  const dvec3 from = p_W - plan.entry_W;
-  const double depth = glm::dot(from, plan.axis_W);
-  const double out = glm::length(from - depth * plan.axis_W) - plan.diameter / 2;
-  const double beyond = std::max(-depth, depth - plan.length);
-  return std::min(std::max(out, beyond), 0.0) + std::hypot(std::max(out, 0.0), std::max(beyond, 0.0));
-}
-
 /// The distance from a canal's wall to the implant's surface.
 double canal_distance(const NerveCanal& canal, const session::ImplantPlan& plan) {
-  constexpr double kStep = 0.1e-3;  // m along the canal
-  double best = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < canal.path_W.size(); ++i) {
-    const dvec3 a = canal.path_W[i], b = canal.path_W[i + 1];
-    const int steps = std::max(1, static_cast<int>(glm::distance(a, b) / kStep));
-    for (int s = 0; s <= steps; ++s)
-      best = std::min(best, implant_distance(plan, glm::mix(a, b, static_cast<double>(s) / steps)) - canal.radius);
-  }
-  return best;
+  return plan.cylinder().distance(canal.path_W) - canal.radius;
 }
 
 /// The scene's tissue; an invalid plan in the scene is no obstacle, because it is about to be replaced.
@@ -88,6 +72,12 @@ std::vector<ImplantProcedure> implant_procedures() {
   return procedures;
 }
 
+std::optional<ImplantProcedure> procedure_of(const Scene& scene) {
+  const auto implant = Json::parse(scene.text, scene.file.string()).find("implant");
+  if (!implant) return std::nullopt;
+  return read_procedure((*implant)["procedure"].string(), scene.place);
+}
+
 std::string bone_class_of(const Scene& scene) {
   const auto bone = scene.tissue->find("bone");
   return bone ? (*bone)["class"].string() : "";
@@ -122,7 +112,7 @@ NerveCanal ImplantPlanner::canal_near(const session::ImplantPlan& plan) const {
   if (!nearest) return near;
   near.radius = nearest->radius;
   for (const dvec3& p : nearest->path_W)
-    if (implant_distance(plan, p) < kCanalReach) near.path_W.push_back(p);
+    if (plan.cylinder().distance(p) < kCanalReach) near.path_W.push_back(p);
   if (near.path_W.size() < 2) near = {};
   return near;
 }
@@ -145,13 +135,10 @@ PlanFindings ImplantPlanner::findings(const session::ImplantPlan& plan) const {
   if (points > 0) found.in_bone = static_cast<double>(in_bone) / points;
   for (const NerveCanal& canal : canals_)
     found.canal_distance = std::min(found.canal_distance, canal_distance(canal, plan));
-  for (const session::NeighbourRoot& root : roots_) {
-    constexpr int kParts = 50;
-    for (int i = 0; i <= kParts; ++i) {
-      const dvec3 p_W = glm::mix(root.a_W, root.b_W, static_cast<double>(i) / kParts);
-      found.tooth_distance = std::min(found.tooth_distance, implant_distance(plan, p_W) - root.radius);
-    }
-  }
+  const session::ImplantCylinder implant = plan.cylinder();
+  for (const session::NeighbourRoot& root : roots_)
+    found.tooth_distance =
+        std::min(found.tooth_distance, implant.distance(std::array{root.a_W, root.b_W}) - root.radius);
   const dvec3 a = plan.entry_W, b = plan.apex_W(), reach(plan.diameter / 2 + kNearTooth);
   const dvec3 lo = glm::max(glm::min(a, b) - reach, tissue_.lo_W()),
               hi = glm::min(glm::max(a, b) + reach, tissue_.hi_W());
@@ -160,7 +147,7 @@ PlanFindings ImplantPlanner::findings(const session::ImplantPlan& plan) const {
     for (double y = lo.y; y <= hi.y; y += step)
       for (double z = lo.z; z <= hi.z; z += step)
         if (const dvec3 p_W(x, y, z); tissue_.is_tooth(p_W))
-          found.tooth_distance = std::min(found.tooth_distance, implant_distance(plan, p_W));
+          found.tooth_distance = std::min(found.tooth_distance, implant.distance(p_W));
   return found;
 }
 
@@ -225,19 +212,13 @@ dvec3 ImplantPlanner::along_arch(const session::ImplantPlan& plan) const {
   return along.x < 0 ? -along : along;
 }
 
-SectionPlane ImplantPlanner::plane(PlanSection section, const session::ImplantPlan& plan, double width) const {
-  const dvec3 along = along_arch(plan), across = glm::cross(-plan.axis_W, along);
+PlanPlanes ImplantPlanner::planes(const session::ImplantPlan& plan, double width) const {
+  const dvec3 up = -plan.axis_W, along = along_arch(plan), across = glm::cross(up, along);
   const dvec3 middle = plan.entry_W + 0.5 * plan.length * plan.axis_W;
-  switch (section) {
-    case PlanSection::kAcross:
-      return {middle, across, -plan.axis_W, width, width};
-    case PlanSection::kAlong:
-      return {middle, along, -plan.axis_W, width, width};
-    case PlanSection::kLevel:
-      break;
-  }
-  // Half a millimetre below the platform, where the section meets bone.
-  return {plan.entry_W + kBelowCrest * plan.axis_W, along, across, width, width};
+  // The level section lies half a millimetre below the platform, where it meets bone.
+  const dvec3 level = plan.entry_W + kBelowCrest * plan.axis_W;
+  return {SectionPlane{middle, across, up, width, width}, SectionPlane{middle, along, up, width, width},
+          SectionPlane{level, along, across, width, width}};
 }
 
 render::Picture ImplantPlanner::picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const {
@@ -255,6 +236,7 @@ render::Picture ImplantPlanner::picture(const SectionPlane& plane, const session
         near.push_back({{canal.path_W[i], canal.path_W[i + 1]}, canal.radius});
     }
   }
+  const session::ImplantCylinder cylinder = plan.cylinder();
   const double pixel = plane.width / pixels, half_line = kOutline * pixel;
   render::Picture picture{{pixels, pixels}, {}};
   picture.rgba.reserve(4 * static_cast<std::size_t>(pixels) * static_cast<std::size_t>(pixels));
@@ -267,7 +249,7 @@ render::Picture ImplantPlanner::picture(const SectionPlane& plane, const session
       for (const NerveCanal& segment : near) canal = std::min(canal, segment.distance(p_W));
       if (canal < 0) color = glm::mix(color, kCanal, 0.6);
       if (std::abs(canal) < half_line) color = kCanal;
-      const double implant = implant_distance(plan, p_W);
+      const double implant = cylinder.distance(p_W);
       if (implant < 0) color = glm::mix(color, kImplant, 0.2);
       if (std::abs(implant) < half_line) {
         const double depth = glm::dot(p_W - plan.entry_W, plan.axis_W);

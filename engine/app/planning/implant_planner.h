@@ -32,6 +32,9 @@ std::vector<ImplantProcedure> implant_procedures();
 /// Reads a procedure; `path` as in a scene at `place`. Throws Error.
 ImplantProcedure read_procedure(const std::string& path, const ScenePlace& place);
 
+/// The procedure of the scene's implant exercise; nothing if the scene has none. Throws Error.
+std::optional<ImplantProcedure> procedure_of(const Scene& scene);
+
 /// Class of the scene's bone, "I" to "IV"; empty if its tissue is not a "bone".
 std::string bone_class_of(const Scene& scene);
 /// The scene with bone of another class. Throws Error if its tissue is not a "bone", or if there is no such class.
@@ -57,8 +60,8 @@ struct SectionPlane {
     return center_W + (fraction.x - 0.5) * width * right_W + (0.5 - fraction.y) * height * up_W;
   }
 };
-enum class PlanSection { kAcross, kAlong, kLevel };  // across the arch, along the arch, perpendicular to the implant
-inline constexpr std::array kPlanSections{PlanSection::kAcross, PlanSection::kAlong, PlanSection::kLevel};
+/// Sections across the arch, along the arch, and perpendicular to the implant.
+using PlanPlanes = std::array<SectionPlane, 3>;
 
 class ImplantPlanner {
  public:
@@ -77,9 +80,9 @@ class ImplantPlanner {
   session::ImplantPlan proposal(const ImplantProcedure& procedure) const;
   PlanFindings findings(const session::ImplantPlan& plan) const;
 
-  /// A plane through the middle of the implant; of the level section, through its platform. `width`: m, also its
+  /// The first two planes go through the middle of the implant, the third through its platform. `width`: m, also the
   /// height.
-  SectionPlane plane(PlanSection section, const session::ImplantPlan& plan, double width) const;
+  PlanPlanes planes(const session::ImplantPlan& plan, double width) const;
   /// The grey values on the plane, the outlines of implant and canals, and the depth at which the implant leaves the
   /// bone in red. `pixels`: its width and height.
   render::Picture picture(const SectionPlane& plane, const session::ImplantPlan& plan, int pixels) const;

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "engine/app/implant/implant_scene.h"
 #include "engine/app/scene_text.h"
+#include "engine/app/tissue/tissue_edit.h"
 #include "engine/base/error.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
@@ -23,17 +26,9 @@ constexpr dvec3 kPlatform{6.8e-3, 5.8e-3, 18e-3};  // m, where the platform of a
 constexpr double kSite = 15e-3;                    // m around the implant
 constexpr double kLargestVoxel = 0.15e-3;          // m, largest voxel of a site, as in the shipped scenes
 
-Text mm(const dvec3& p) {
-  const auto micrometre = [](double v) { return std::round(v / kMillimetre * 1000) / 1000; };
-  return {micrometre(p.x), micrometre(p.y), micrometre(p.z)};
-}
 Text direction(const dvec3& v) {
   const auto rounded = [](double c) { return std::round(c * 1e6) / 1e6; };
   return {rounded(v.x), rounded(v.y), rounded(v.z)};
-}
-
-std::size_t count_of(const glm::ivec3& size) {
-  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
 }
 
 Text load_text(const fs::path& file) {
@@ -45,51 +40,37 @@ Text load_text(const fs::path& file) {
 /// nearest voxel.
 haptics::TissueVolume site_of(const haptics::TissueVolume& volume, const session::ImplantPlan& plan,
                               const dvec3& move) {
-  const VoxelFrame frame = volume.frame();
   glm::ivec3 lo, hi;
   volume.bounds(lo, hi);
+  const VoxelFrame frame = volume.frame();
   const dvec3 a = glm::min(plan.entry_W, plan.apex_W()) - kSite, b = glm::max(plan.entry_W, plan.apex_W()) + kSite;
   lo = glm::max(lo, glm::ivec3(glm::floor(frame.to_voxels(a))));
   hi = glm::min(hi, glm::ivec3(glm::ceil(frame.to_voxels(b))));
-  const glm::ivec3 size = hi - lo + 1;
-  std::vector<float> distance(count_of(size));
-  std::vector<Tissue> tissue(distance.size());
-  std::vector<std::uint8_t> hardness(distance.size());
-  volume.copy(lo, size, distance.data(), tissue.data(), hardness.data());
+  const DenseCopy copy = dense_copy(volume, lo, hi - lo + 1);
 
   const int n = static_cast<int>(std::ceil(frame.voxel / kLargestVoxel));
   haptics::DenseTissue site;
-  site.frame = {frame.to_world(dvec3(lo)) + move, frame.voxel / n};
-  site.size = n * (size - 1) + 1;
+  site.frame = {copy.frame.origin + move, frame.voxel / n};
+  site.size = n * (copy.field.size - 1) + 1;
   site.band = volume.band();
   site.exact_outside = volume.exact_outside();
-  site.distance.resize(count_of(site.size));
+  site.distance.resize(site.at(site.size.x - 1, site.size.y - 1, site.size.z - 1) + 1);
   site.tissue.resize(site.distance.size());
-  site.hardness.resize(site.distance.size());
-  const auto at = [&](const glm::ivec3& p) {
-    return (static_cast<std::size_t>(p.x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(size.z) +
-           static_cast<std::size_t>(p.z);
-  };
+  if (!copy.hardness.empty()) site.hardness.resize(site.distance.size());
   glm::ivec3 p;
   for (p.x = 0; p.x < site.size.x; ++p.x) {
     for (p.y = 0; p.y < site.size.y; ++p.y) {
       for (p.z = 0; p.z < site.size.z; ++p.z) {
-        const glm::ivec3 cell = glm::min(p / n, size - 2);
-        const dvec3 f = dvec3(p - n * cell) / static_cast<double>(n);
-        double sum = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-          const glm::ivec3 o(corner & 1, corner >> 1 & 1, corner >> 2);
-          const dvec3 w = glm::mix(1.0 - f, f, dvec3(o));
-          sum += w.x * w.y * w.z * static_cast<double>(distance[at(cell + o)]);
-        }
+        const dvec3 place = dvec3(p) / static_cast<double>(n);
+        const glm::ivec3 near(glm::round(place));
+        const std::size_t nearest = copy.field.at(near.x, near.y, near.z);
         // The faces of the box close the tissue, two voxels inside it.
         const glm::ivec3 in = glm::min(p, site.size - 1 - p);
         const double closed = (2 - std::min({in.x, in.y, in.z})) * site.frame.voxel;
-        const std::size_t i = site.at(p.x, p.y, p.z), nearest = at(cell + glm::ivec3(glm::round(f)));
-        site.distance[i] = static_cast<float>(std::max(sum * frame.voxel, closed));
-        site.tissue[i] = tissue[nearest];
-        site.hardness[i] = hardness[nearest];
+        const std::size_t i = site.at(p.x, p.y, p.z);
+        site.distance[i] = static_cast<float>(std::max(copy.field.sample(place) * frame.voxel, closed));
+        site.tissue[i] = copy.tissue[nearest];
+        if (!copy.hardness.empty()) site.hardness[i] = copy.hardness[nearest];
       }
     }
   }
@@ -145,13 +126,18 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   for (const auto& [key, value] : common.items())
     if (key != "task" && key != "tool_set") scene[key] = value;
   scene["implant"] = {{"procedure", exercise.procedure.path},
-                      {"plan", {{"entry_mm", mm(plan.entry_W)}, {"axis", direction(plan.axis_W)}}}};
-  if (base_text.contains("implant") && base_text["implant"].contains("neighbours"))
-    scene["implant"]["neighbours"] = base_text["implant"]["neighbours"];
+                      {"plan", {{"entry_mm", millimetres_text(plan.entry_W)}, {"axis", direction(plan.axis_W)}}}};
+  if (base_text.contains("implant") && base_text["implant"].contains("neighbours")) {
+    Text& roots = scene["implant"]["neighbours"] = base_text["implant"]["neighbours"];
+    for (std::size_t i = 0; i < base.implant->neighbours.size(); ++i) {
+      roots[i]["a_mm"] = millimetres_text(base.implant->neighbours[i].a_W + move);
+      roots[i]["b_mm"] = millimetres_text(base.implant->neighbours[i].b_W + move);
+    }
+  }
   const bool own_canal = base_text["tissue"].contains("bone") && base_text["tissue"]["bone"].contains("canal");
   if (!canal.path_W.empty() && !own_canal) {
     Text path = Text::array();
-    for (const dvec3& p : canal.path_W) path.push_back(mm(p));
+    for (const dvec3& p : canal.path_W) path.push_back(millimetres_text(p));
     scene["implant"]["canal"] = {{"path_mm", path}, {"diameter_mm", 2 * canal.radius / kMillimetre}};
   }
   Text task = common["task"];
@@ -163,21 +149,20 @@ void write_planned_exercise(const PlannedExercise& exercise, const fs::path& fil
   progress.at(0.1);
 
   // Both files are complete and checked before one of them replaces an older one.
+  const std::string text = scene.dump(2) + "\n";
+  const Scene parsed = parse_scene(Json::parse(text, file.filename().string()), file, base.place);
+  std::optional<haptics::TissueVolume> site;
+  if (cut_out) site.emplace(site_of(planner.volume(), exercise.plan, move));
+  check_plan(*parsed.implant, site ? *site : planner.volume(), file);
   PartialFile made(file, FileKind::kJson, Over::kItsInput);
-  write_file_atomically(made.path(), scene.dump(2) + "\n", FileKind::kJson);
-  const Scene parsed = parse_scene(Json::parse(scene.dump(2), file.filename().string()), file, base.place);
-  if (!cut_out) {
-    check_plan(*parsed.implant, planner.volume(), file);
-    progress.at(1);
-    made.keep();
-    return;
+  write_file_atomically(made.path(), text, FileKind::kJson);
+  std::optional<PartialFile> volume;
+  if (site) {
+    volume.emplace(file.parent_path() / volume_name, FileKind::kVolume, Over::kItsInput);
+    site->save(volume->path());
   }
-  PartialFile volume(file.parent_path() / volume_name, FileKind::kVolume, Over::kItsInput);
-  const haptics::TissueVolume site = site_of(planner.volume(), exercise.plan, move);
-  check_plan(*parsed.implant, site, file);
-  site.save(volume.path());
   progress.at(1);
-  volume.keep();
+  if (volume) volume->keep();
   made.keep();
 }
 

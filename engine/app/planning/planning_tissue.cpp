@@ -22,13 +22,6 @@ constexpr int kSlab = 16;                // samples copied at a time along x
 constexpr std::array<glm::ivec3, 6> kFaces{glm::ivec3(1, 0, 0),  glm::ivec3(-1, 0, 0), glm::ivec3(0, 1, 0),
                                            glm::ivec3(0, -1, 0), glm::ivec3(0, 0, 1),  glm::ivec3(0, 0, -1)};
 
-bool bone(Tissue tissue) {
-  return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
-}
-bool tooth(Tissue tissue) {
-  return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
-}
-
 }  // namespace
 
 PlanningTissue::PlanningTissue(const haptics::TissueVolume& volume) : bone_grey_(load_bone_grey()) {
@@ -69,10 +62,10 @@ Tissue PlanningTissue::at(const dvec3& p_W) const {
 }
 
 bool PlanningTissue::is_bone(const dvec3& p_W) const {
-  return bone(at(p_W));
+  return typodont::is_bone(at(p_W));
 }
 bool PlanningTissue::is_tooth(const dvec3& p_W) const {
-  return tooth(at(p_W));
+  return typodont::is_tooth(at(p_W));
 }
 
 double PlanningTissue::grey(const dvec3& p_W) const {
@@ -127,8 +120,8 @@ std::vector<NerveCanal> PlanningTissue::canals() const {
           done[index(q)] = true;
           for (const glm::ivec3& step : kFaces) {
             if (!inside(q + step)) continue;
-            in_bone += bone(tissue_[index(q + step)]);
-            in_tooth += tooth(tissue_[index(q + step)]);
+            in_bone += typodont::is_bone(tissue_[index(q + step)]);
+            in_tooth += typodont::is_tooth(tissue_[index(q + step)]);
           }
         }
         if (in_bone <= 2 * in_tooth) continue;

@@ -15,6 +15,14 @@ namespace typodont {
 /// The label for nerve and vessels in the canal: an existing soft tissue.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 
+constexpr bool is_bone(Tissue tissue) noexcept {
+  return tissue == Tissue::kCorticalBone || tissue == Tissue::kCancellousBone;
+}
+/// Hard tissue of a tooth.
+constexpr bool is_tooth(Tissue tissue) noexcept {
+  return tissue == Tissue::kEnamel || tissue == Tissue::kDentin || tissue == Tissue::kCaries;
+}
+
 /// Composition of a bone class (assets/materials/bone_classes.json, with sources). SI; grey values in Hounsfield units.
 struct BoneClass {
   double cortical_thickness = 0;  // m, thickness of the shell

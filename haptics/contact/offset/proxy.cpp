@@ -300,7 +300,7 @@ dvec3 OffsetModel::project(const ContactInput& in, Search& s, bool& comes_free) 
   const double pace = (comes_free ? P::free_slew : P::cut_slew) * p.pace_per_slew;
   const double allowed = p.paced ? farthest(next - p.start, p.shift, pace) : 0;
   s.at_pace = falls || (p.paced && glm::length(next - p.start - p.shift) > P::tolerance * allowed);
-  const bool eases = in.cuts || (settings_.laws >= 5 && tool().fill_reach > 0);
+  const bool eases = in.cuts || (settings_.laws >= 5 && tool().fill != Tissue::kAir);
   if (s.at_pace && eases && (falls || !comes_free)) s.led_to = ease(p.start + p.shift, allowed, s.led_to, next);
   return next;
 }
