@@ -4,12 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/own_file.h"
+#include "haptics/import/import.h"
 
 namespace typodont {
 
@@ -49,13 +51,47 @@ fs::path assets_folder() {
               "the assets folder, or its place in TYPODONT_ASSETS");
 }
 
-fs::path find_rig(const std::string& rig) {
+namespace {
+
+/// `file` itself if it exists, else the file of this name in assets/KIND/. Throws Error; `noun`: "rig", "scene".
+fs::path file_or_shipped(const std::string& file, std::string_view kind, std::string_view noun) {
   std::error_code code;
-  if (fs::exists(rig, code)) return rig;
-  const fs::path shipped = assets_folder() / "rigs" / (rig + ".json");
-  if (rig.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
-  throw Error(rig, "", "no such file",
-              fmt::format("a rig file, or the name of one in {}", shipped.parent_path().string()));
+  if (fs::exists(file, code)) return file;
+  const fs::path folder = assets_folder() / kind;
+  const fs::path shipped = folder / (file + ".json");
+  if (!file.empty() && file.find('/') == std::string::npos && fs::exists(shipped, code)) return shipped;
+  throw Error(file, "", "no such file", fmt::format("a {} file, or {}", noun, names_in(folder)));
+}
+
+/// Throws Error for input of another kind than a scene and names the command that opens it.
+void refuse_other_input(const fs::path& file) {
+  std::error_code code;
+  std::string ending = file.extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto is_one_of = [&](const std::vector<std::string>& endings) {
+    return std::ranges::find(endings, ending) != endings.end();
+  };
+  if (ending == ".vdb") {
+    throw Error(file.string(), "", "a tissue volume", "a scene (JSON) that names the volume in \"tissue\"");
+  }
+  if (ending == ".h5") throw Error(file.string(), "", "a session", "a scene (JSON); `typodont replay` shows a session");
+  if (is_one_of(haptics::mesh_endings()) || is_one_of(haptics::scan_endings()) || fs::is_directory(file, code) ||
+      (fs::is_regular_file(file, code) && haptics::is_dicom(file))) {
+    throw Error(file.string(), "", "a scan, a mesh or a folder",
+                "a scene (JSON); `typodont import` makes a tissue volume from a scan or mesh");
+  }
+}
+
+}  // namespace
+
+fs::path find_rig(const std::string& rig) {
+  return file_or_shipped(rig, "rigs", "rig");
+}
+
+fs::path find_scene(const std::string& scene) {
+  const fs::path file = file_or_shipped(scene, "scenes", "scene");
+  refuse_other_input(file);
+  return file;
 }
 
 fs::path user_folder() {

@@ -137,7 +137,8 @@ MaterialTable load_materials() {
   return table;
 }
 
-Scene read_scene(const fs::path& file) {
+Scene read_scene(const fs::path& scene) {
+  const fs::path file = find_scene(scene.string());
   return parse_scene(Json::load(file), file);
 }
 

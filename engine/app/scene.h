@@ -48,8 +48,9 @@ struct Scene {
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
 
-/// Reads a scene (docs/interface.md). Throws Error for anything missing, unknown or out of range.
-Scene read_scene(const std::filesystem::path& file);
+/// Reads a scene (docs/interface.md) from a file, or a shipped scene by its name. Throws Error for anything missing,
+/// unknown or out of range.
+Scene read_scene(const std::filesystem::path& scene);
 /// Reads a scene from JSON; relative paths start from the folder of `file`.
 Scene parse_scene(const Json& json, const std::filesystem::path& file);
 /// Reads a scene from JSON; the files that it names are searched in `place`.

@@ -73,7 +73,7 @@ TEST_F(BadInput, AVolumeTooLargeForMemoryIsRefusedBeforeAnyAllocation) {
 }
 
 TEST_F(BadInput, MissingAndUnwritableFilesAreNamed) {
-  refuse(servo("nothing.json", "hand.csv"), AllOf(HasSubstr("nothing.json"), HasSubstr("No such file")));
+  refuse(servo("nothing.json", "hand.csv"), AllOf(HasSubstr("nothing.json"), HasSubstr("no such file")));
   refuse(servo("scene.json", "nothing.csv"), AllOf(HasSubstr("nothing.csv"), HasSubstr("No such file")));
   refuse(fmt::format("servo {0}/scene.json --hand {0}/hand.csv --out /nowhere/at/all.csv", folder.path().string()),
          HasSubstr("/nowhere/at/all.csv"));

@@ -101,7 +101,7 @@ TEST_F(Options, MessagesBeginWithTheNameOfTheOption) {
 TEST_F(Options, ARigIsGivenByNameOrByFile) {
   for (const char* command : {"run {}/scene.json --hand script:{}/hand.csv --rig nothing",
                               "render {}/scene.json --out {}/x --rig nothing", "demo --out {}/demo --rig nothing"})
-    refuse(command, AllOf(HasSubstr("nothing: found no such file"), HasSubstr("assets/rigs")));
+    refuse(command, AllOf(HasSubstr("nothing: found no such file"), HasSubstr("a rig file, or one of closeup, ")));
   const Ran ran = run("run {}/scene.json --hand script:{}/hand.csv --audio none: --rig closeup --json");
   EXPECT_EQ(ran.status, 0) << ran.err;
 }
@@ -162,6 +162,25 @@ TEST_F(Options, MagnificationWarnsThatPictureAndHandNoLongerCoincide) {
   refuse("run {}/scene.json --hand script:{}/hand.csv --rig closeup --magnify 4",
          AllOf(HasSubstr("--magnify"), HasSubstr("a rig with a live picture")));
   refuse("replay {}/s.h5 --magnify 4", HasSubstr("--show or --film"));
+}
+
+TEST_F(Options, AShippedSceneIsOpenedByItsName) {
+  const Ran ran = run("render tutorial --rig closeup --size 64x48 --out {}/p");
+  EXPECT_EQ(ran.status, 0) << ran.err;
+  refuse("render no-such-scene --size 64x48 --out {}/p",
+         AllOf(HasSubstr("no such file"), HasSubstr("a scene file, or one of acetabular-reaming, ")));
+}
+
+TEST_F(Options, AScanOrAVolumeInPlaceOfASceneNamesWhatToDo) {
+  folder.write("scan.nrrd", "NRRD0004\n");
+  folder.write("IMG0001", std::string(128, '\0') + "DICM");
+  folder.write("tooth.vdb", "");
+  folder.write("s.h5", "");
+  for (const char* scan : {"scan.nrrd", "IMG0001", ""}) {
+    refuse(fmt::format("run {{}}/{} --seconds 1", scan), HasSubstr("`typodont import` makes a tissue volume"));
+  }
+  refuse("run {}/tooth.vdb --seconds 1", HasSubstr("a scene (JSON) that names the volume in \"tissue\""));
+  refuse("servo {}/s.h5 --hand {}/hand.csv --out {}/x.csv", HasSubstr("`typodont replay` shows a session"));
 }
 
 }  // namespace

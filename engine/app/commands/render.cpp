@@ -301,7 +301,10 @@ void add_render_command(cli::Command& app) {
   cli::Command* command = app.add_command("render", "Pictures of a scene for both eyes, and their matrices");
   command->footer(
       "Example:\n  typodont render assets/scenes/molar-caries.json --rig closeup --out pictures --size 1280x1024");
-  command->add_option("scene", options->scene, "scene file (JSON), or a recorded session (.h5)")->required();
+  command
+      ->add_option("scene", options->scene,
+                   "scene file (JSON), the name of one in assets/scenes, or a recorded session (.h5)")
+      ->required();
   command->add_option("--rig", options->rig, "rig file (JSON), or the name of one in assets/rigs")->show_default();
   command->add_option("--magnify", options->magnify, "magnify the scene by this factor")->check(cli::range(0.1, 100.0));
   command->add_option("--out", options->out, "folder for left.png, right.png, screen.png and frame.json")->required();

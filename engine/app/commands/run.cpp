@@ -100,7 +100,7 @@ void add_run_command(cli::Command& app) {
       "Z undoes the last stroke, Y redoes it; S saves the tissue.\n"
       "Example:\n  typodont run assets/scenes/molar-caries.json --record session.h5\n"
       "Example: typodont run assets/scenes/molar-caries.json --resume session.h5 --record second.h5");
-  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("scene", options->scene, "scene file (JSON), or the name of one in assets/scenes")->required();
   command->add_option("--rig", w.rig,
                       "rig file (JSON), or the name of one in assets/rigs: where screen, mirror, eyes and device are");
   command->add_option("--magnify", w.magnify, "magnify the scene by this factor instead of the one in the rig")

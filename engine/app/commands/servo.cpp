@@ -201,7 +201,7 @@ void add_servo_command(cli::Command& app) {
       app.add_command("servo", "Run only the haptic core with a scripted hand; equal input gives equal output bytes");
   command->footer(
       "Example:\n  typodont servo assets/scenes/molar-caries.json --hand hand.csv --out ticks.csv --rate 4000");
-  command->add_option("scene", options->scene, "scene file (JSON)")->required();
+  command->add_option("scene", options->scene, "scene file (JSON), or the name of one in assets/scenes")->required();
   command
       ->add_option(
           "--hand", options->hand,

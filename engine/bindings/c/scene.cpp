@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <optional>
 
-#include "engine/app/assets.h"
 #include "engine/bindings/c/objects.h"
 #include "haptics/scripted_hand.h"
 
@@ -35,9 +34,7 @@ typodont_result typodont_scene_open(const char* scene, const char* model, typodo
   return guarded([&] {
     require(scene && out, "NULL for the scene's name or for the place of the handle");
     const SessionFiles files;  // a packing of spheres is an HDF5 file
-    std::error_code code;
-    const bool file = std::filesystem::exists(scene, code);
-    give_scene(read_scene(file ? std::filesystem::path(scene) : named_asset("scenes", scene)), model, out);
+    give_scene(read_scene(scene), model, out);
   });
 }
 
