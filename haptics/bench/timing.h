@@ -22,7 +22,7 @@ double batch_ns(int repeats, int batch, F&& work) {
   return quantile(times, 0.5);
 }
 
-/// Time of two clock readings, ns; subtracted from every measured time.
+/// Time that two readings of the clock take, ns. It is subtracted from every measured time.
 inline double clock_ns() {
   std::vector<double> times;
   for (int i = 0; i < 1001; ++i) {
