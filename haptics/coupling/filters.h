@@ -12,7 +12,8 @@ namespace typodont::haptics {
 enum class ForceFilter {
   kNone,
   kSlew,    // Wang 2009: the force changes by at most δ per tick, in any direction
-  kStroke,  // model "vertex" by its authors: constant force during a stroke, unless the computed force differs too much
+  kStroke,  // simulator by vertex deformation: constant force during a stroke, unless the computed force differs too
+            // much
 };
 
 inline std::optional<ForceFilter> force_filter_named(std::string_view name) noexcept {

@@ -30,7 +30,7 @@ constexpr std::uint32_t kUuidBytes = 36;
 
 constexpr std::string_view kSeal = "TYPODONT";
 constexpr std::size_t kSealBytes = kSeal.size() + sizeof(std::uint64_t);
-// bytes, limit of the length of a message; a longer output contains truncated grids instead
+// bytes, limit of the length of a message; a longer output file contains truncated grids instead of a message
 constexpr std::size_t kLongestMessage = 1000;
 constexpr std::uintmax_t kMostKept = 2ull << 30;  // bytes, limit of the size of all cached grids
 
