@@ -31,8 +31,8 @@ struct ContactInput {
   // Limits of the removal in this tick.
   bool cuts = false;     // the tool cuts: its spindle turns, or its edge scrapes
   bool scrapes = false;  // the tool cuts with an edge that the hand draws over the surface, without rotation
-  bool must_earn =
-      false;  // the scraping edge has removed more volume than its work has paid for, so it must not remove more now
+  // the scraping edge has removed more volume than its work has paid for, so it must not remove more now
+  bool must_earn = false;
   double specific_energy = 0;  // J/m³, specific cutting energy of the tissue under the head
   double budget = 0;           // J that may be spent on removal
   double wall_budget = 0;      // J, part of the budget that may be spent on a wall of harder tissue
@@ -60,8 +60,8 @@ struct Contact {
   double area = 0;            // m², area of the head that lies on tissue; 0: none
   bool own_friction = false;  // p_WG already lags because of friction, so the servo adds no friction
   bool gives_force = false;   // true for a penalty method: feel() fills in force, torque, stored and depth
-  double wall =
-      0;  // 0..1, fraction of the power that remains for the head at a wall of harder tissue; 0: no wall holds the head
+  // 0..1, fraction of the power that remains for the head at a wall of harder tissue; 0: no wall holds the head
+  double wall = 0;
   std::uint32_t faults = 0;  // bits of enum Fault
   std::uint32_t level = 0;   // level of detail, for a method with several; 0: the finest
   // unit, normal of a wall between tissues that holds the tool from the side, out of the wall; zero: no wall

@@ -33,12 +33,12 @@ struct FitOptions {
 
 struct MaterialFit {
   std::uint64_t seed = 0, tissue_hash = 0;  // identity of the packing and its tissue
-  std::vector<float>
-      hardness;               // for every sphere: fraction of the tissue's own hardness; 1 if the tool never touched it
+  // for every sphere: fraction of the tissue's own hardness; 1 if the tool never touched it
+  std::vector<float> hardness;
   std::vector<bool> fitted;   // true for the spheres that the tool touched
   std::vector<double> error;  // N², mean square error over the moments, before each iteration and after the last one
-  std::vector<double> t, measured,
-      simulated;  // s, N, N: time, measured and simulated force of every moment with contact; after the last iteration
+  // s, N, N: time, measured and simulated force of every moment with contact; after the last iteration
+  std::vector<double> t, measured, simulated;
   double stability = 0;  // largest stability_of() of all moments
 };
 

@@ -42,8 +42,8 @@ struct ServoSettings {
   double tick = 1e-3;                       // s, nominal period
   MaterialTable materials{};
   Tool tool;  // tool in the hand at the start
-  std::vector<Tool>
-      tools;  // all tools that the hand can take, beginning with `tool`; empty: only `tool`. See tool_set()
+  // all tools that the hand can take, beginning with `tool`; empty: only `tool`. See tool_set()
+  std::vector<Tool> tools;
   Spindle spindle;
   VoxelFrame frame;                             // frame of the tissue volume
   std::uint32_t laws = kServoLaws;              // version of the force laws; a replay uses the version in the recording

@@ -23,8 +23,8 @@ struct SurfacePatch : Snapshot {
   glm::ivec3 lo{0};  // voxel of sample (0,0,0)
   int n = 0;
   double band = 1e300;  // voxels; the field stores distances up to this distance from the surface
-  bool exact_outside =
-      false;  // distances outside the tissue never exceed the true distance, except near cuts and fillings
+  // distances outside the tissue never exceed the true distance, except near cuts and fillings
+  bool exact_outside = false;
   glm::ivec3 cut_lo{INT_MAX}, cut_hi{INT_MIN};        // box of voxels, inclusive, around all cuts and fillings
   glm::ivec3 filled_lo{INT_MAX}, filled_hi{INT_MIN};  // box of voxels, inclusive, around all fillings
   SlidingBuffer<float> distance;

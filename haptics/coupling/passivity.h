@@ -35,8 +35,8 @@ struct PassivityLaw {
   double start_fraction =
       0.1;  // fraction of the greatest change, threshold: a smaller mean (start or end of one stroke) adds no margin
   double mean_weight = 0.01;  // weight of one tick in the mean velocity change
-  double hold =
-      1;  // s of motion for which greatest speed and greatest change do not decay; time at rest does not count
+  // s of motion for which greatest speed and greatest change do not decay; time at rest does not count
+  double hold = 1;
   // s, hold time of the greatest speed for a hand without contact, which may approach fast and land slowly
   double free_hold = 0.15;
   double fading = 0.5;  // s, time constant of the decay after the hold time

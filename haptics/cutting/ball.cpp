@@ -147,8 +147,8 @@ TYPODONT_KERNEL bool carve_block(const Block& block, const Capsule& c, PerTissue
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
   bool changed = false;
   Work work;
-  for (int start = 0; start <= last_start;
-       ++start) {  // computed for every row start, so that the rounding does not depend on where rows start
+  // computed for every row start, so that the rounding does not depend on where rows start
+  for (int start = 0; start <= last_start; ++start) {
     work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
   }
   for (int x = 0; x < block.size_x; ++x) {

@@ -104,8 +104,8 @@ PerTissue carve_box(SurfacePatch& patch, const glm::ivec3& lo, const glm::ivec3&
   if (make(a, b, removed)) {
     mark_cut(patch, a + patch.lo, b + patch.lo);
     mark_written(patch, a + patch.lo - kRelabelled, b + patch.lo + kRelabelled);
-    if (graded)
-      *hardened = hardened_since(patch, from, to);  // computed now, because the labels of fillings are removed next
+    // computed now, because the labels of fillings are removed next
+    if (graded) *hardened = hardened_since(patch, from, to);
     if (relabel(patch, a + patch.lo, b + patch.lo) && front) front->renew_lists();
     if (changed) *changed = true;
   }

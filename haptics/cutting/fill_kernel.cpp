@@ -112,8 +112,8 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
         const F8 now = lowered ? d : old;
         lanes.store(now);
         any_lowered |= lowered;
-        const I8 filled = eight::share_taken(
-            now, old);  // volume that the reverse change (from the new to the old distances) would remove
+        // volume that the reverse change (from the new to the old distances) would remove
+        const I8 filled = eight::share_taken(now, old);
         if (added && any_of(filled > 0)) taken_in.add(filled, static_cast<std::uint8_t>(ball.label));
         for (unsigned labelled = bits_of(lowered & (old > 0.0f) & (now < kLabelled)); labelled != 0;
              labelled &= labelled - 1) {

@@ -92,8 +92,8 @@ bool dispatched(const HeadPose* pose, const HeadBlock* block, bool may_raise, Pa
 namespace {
 
 constexpr int kStretch = 64;  // samples of a row that are listed together
-constexpr float kBent =
-    0.3f;  // voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
+// voxels, upper bound of the error if a neighbouring piece is an arc but is treated as a line
+constexpr float kBent = 0.3f;
 constexpr unsigned kAllPieces = (1u << HeadField::kMaxPieces) - 1;
 
 /// Eight blocks relative to a head: distances of the blocks' centres from the head and from each piece, and the

@@ -37,8 +37,8 @@ class SlackRows {
   }
 
  private:
-  static constexpr int kRow =
-      kStretch + 16;  // samples per stored row; longer than kStretch, because a group may extend beyond the interval
+  // samples per stored row; longer than kStretch, because a group may extend beyond the interval
+  static constexpr int kRow = kStretch + 16;
   static constexpr float kNever = 1e9f;
 
   float rows_[16 * kRow];

@@ -468,8 +468,8 @@ bool Sweep::carve_way(const HeadTarget& target, PerTissue* removed, const DueBlo
     glm::ivec3 begun[8];
     float* due[8];  // receive the path lengths at which these blocks are due again; null: not stored
     const auto note = [&](float* at, float slack) {
-      if (at && k == straights_)
-        *at = known->way + (slack - known->slip);  // only the last part of the path determines when blocks are due
+      // only the last part of the path determines when blocks are due
+      if (at && k == straights_) *at = known->way + (slack - known->slip);
     };
     int lanes = 0, started = 0;
     const auto put = [](Centres& to, int lane, const glm::vec3& c) {

@@ -36,18 +36,18 @@ struct DueBlocks {
   float* row(const glm::ivec3& voxel, int last_z) const noexcept;
 };
 
-inline constexpr float kTop = 5e-4f;   // voxels; tolerance of the computed largest depth of a sample
-inline constexpr float kSlow = 0.05f;  // voxels, limit: for a motion of at most this length, only the head's final pose
-                                       // is cut, which saves a seventh of the time
+inline constexpr float kTop = 5e-4f;  // voxels; tolerance of the computed largest depth of a sample
+// voxels, limit: for a motion of at most this length, only the head's final pose is cut, which saves a seventh of the
+// time
+inline constexpr float kSlow = 0.05f;
 inline constexpr float kNear = 0.01f;  // voxels; nearer to a corner, rounding dominates the direction from the corner
 
 /// Smallest distance r from the axis at which the additional depth between the ends of a path, about way² / 4 r, can
 /// be ignored, if one piece is nearest along the whole path.
 inline float smooth_from(const Straight& way, const MeridianPiece& piece) {
   const float least = way.longest * way.longest / (3.6f * kTop);
-  return piece.radius == 0.0f || piece.radius > least + 4
-             ? least
-             : kNoEnd;  // the sum includes the depth of a cut, at most 3 voxels
+  // the sum includes the depth of a cut, at most 3 voxels
+  return piece.radius == 0.0f || piece.radius > least + 4 ? least : kNoEnd;
 }
 
 /// Samples that may have been deeper in the head during its motion than at its end; the head was already cut at the

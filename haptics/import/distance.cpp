@@ -131,8 +131,8 @@ bool closest_point(const Sparse<float>& phi, const glm::dvec3& q, glm::dvec3& x)
       x += onto;
       return true;
     }
-    if (error > 0.9 * before)
-      damping *= 0.6;  // if curvature times distance is near one, the tangent step overshoots, so it is damped
+    // if curvature times distance is near one, the tangent step overshoots, so it is damped
+    if (error > 0.9 * before) damping *= 0.6;
     before = error;
     glm::dvec3 step = onto + damping * along;
     const double length = glm::length(step);
@@ -226,8 +226,8 @@ DistanceField signed_distance(const Sparse<float>& phi, const glm::ivec3& size, 
   field.closest = Sparse<glm::vec3>(set, glm::vec3(0), glm::vec3(0));
   for_each_sample(*set, [&](const glm::ivec3& i, std::size_t k) {
     const glm::dvec3 q = source(i);
-    if (feature.v[k] <
-        0) {  // without a feature the surface is far away, and the linear interpolant has the correct sign
+    // without a feature the surface is far away, and the linear interpolant has the correct sign
+    if (feature.v[k] < 0) {
       d.v[k] = static_cast<float>(sample(phi, q) > 0 ? -band : band);
       return;
     }

@@ -24,13 +24,13 @@ using importing::Grid;
 using importing::Triangle;
 using importing::TriangleTree;
 
-constexpr double kSameSide =
-    0.7;  // lower limit of the cosine of the angle between the normals of scan and CT on a crown
+// lower limit of the cosine of the angle between the normals of scan and CT on a crown
+constexpr double kSameSide = 0.7;
 constexpr double kGapArea = 10e-6;    // m², limit of the area of a gap in the crowns; smaller gaps count as crown
 constexpr double kLeastPiece = 5e-6;  // m², smallest area of a crown; smaller pieces do not count
 constexpr double kLabelDepth = 0.75;  // voxels, depth below the surface at which its tissue is read
-constexpr double kLeastGradient =
-    0.1;  // lower limit of a distance field's gradient (1 is exact); below it, the sample is not near a surface
+// lower limit of a distance field's gradient (1 is exact); below it, the sample is not near a surface
+constexpr double kLeastGradient = 0.1;
 
 bool is_of_tooth(Tissue t) {
   return t == Tissue::kEnamel || t == Tissue::kDentin || t == Tissue::kCaries || t == Tissue::kPulp ||

@@ -70,8 +70,8 @@ struct FuseReport {
   double scanned_area = 0;  // m², area of the scan
   double covered_area = 0;  // m², area of the part that replaces the CT's surface
   // Signed distances from the scan to the CT's surface over this part; positive if the scan lies outside.
-  double mean = 0, median_size = 0,
-         most_size = 0;  // m: mean of the signed values; median and 95th percentile of the absolute values
+  // m: mean of the signed values; median and 95th percentile of the absolute values
+  double mean = 0, median_size = 0, most_size = 0;
 };
 
 struct Fused {

@@ -42,8 +42,8 @@ struct ImportOptions {
   std::optional<dvec3> spacing;   // m, spacing along the scan's own axes, instead of the spacing in the file
   std::optional<double> surface_grey;  // grey value of the threshold between the surroundings and the softer tissue;
                                        // default: from the histogram
-  std::optional<double>
-      dense_grey;  // grey value of the threshold between the softer and the denser tissue; default: from the histogram
+  // grey value of the threshold between the softer and the denser tissue; default: from the histogram
+  std::optional<double> dense_grey;
   std::optional<double> hounsfield;  // grey value of 0 Hounsfield units; default: from the histogram
   std::optional<double> nan_grey;  // grey value for voxels that are not a number; without it, such voxels are an error
   glm::dmat3 turn{1};              // rotation by quarter turns (quarter_turns), applied to the result

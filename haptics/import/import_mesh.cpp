@@ -311,8 +311,8 @@ std::vector<std::uint8_t> find_gum(const Mesh& mesh, const dvec3& up, double cro
   }
   // If there are no colours, decides by height below the highest point nearby, measured along `up`. Points far below
   // the plane of the cusps have no tooth nearby: they belong to the floor of the mouth or the palate.
-  constexpr double kReach =
-      6e-3;  // m, search radius; large enough to contain the nearest cusp of the same tooth or of its neighbour
+  // m, search radius; large enough to contain the nearest cusp of the same tooth or of its neighbour
+  constexpr double kReach = 6e-3;
   const dvec3 u = glm::normalize(glm::cross(up, std::abs(up.x) < 0.7 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
   const dvec3 v = glm::cross(up, u);
   constexpr double kFarBelow = 3e-3;  // m, limit: a point lower than this below the crown has no tooth nearby
@@ -456,9 +456,8 @@ Imported import_mesh(const std::filesystem::path& file, const ImportOptions& opt
 }
 
 ArchSurface read_arch(const std::filesystem::path& file, const ImportOptions& options) {
-  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11,
-                   kBaseDepth =
-                       3e-3;  // m: limit of a hole's border; smallest and largest extent of an arch; depth of the base
+  // m: limit of a hole's border; smallest and largest extent of an arch; depth of the base
+  constexpr double kSmallHole = 6e-3, kLeast = 8e-3, kMost = 0.11, kBaseDepth = 3e-3;
   check_unit(options);
   ArchSurface arch;
   MeshRepairs repairs;

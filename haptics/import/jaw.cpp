@@ -144,8 +144,8 @@ glm::dmat3 second_derivatives(const Sparse<float>& g, const glm::ivec3& p) {
 // the scan's own grey value is used instead of the brightest value further inward.
 Sparse<float> with_valleys(const Grid<float>& scan, const Segmentation& s, const JawGreys& greys) {
   constexpr double kSmooth = 0.8;  // voxels, standard deviation of the Gaussian
-  constexpr double kValley =
-      0.1;  // lower limit of a valley's contrast per voxel²; one third of the value for a ligament of one voxel
+  // lower limit of a valley's contrast per voxel²; one third of the value for a ligament of one voxel
+  constexpr double kValley = 0.1;
   const std::shared_ptr<const BlockSet>& set = s.grey.set;
   const Sparse<float> smooth = gaussian(scan, set, kSmooth, s.grey.outside, s.grey.inside);
   Sparse<float> grey = s.grey;
@@ -180,8 +180,8 @@ class LayerBound {
 // steeply in both directions, along the tube the value hardly changes.
 void find_canals(const Sparse<float>& grey, const SparseMask& bone, const JawGreys& greys, double voxel,
                  SparseMask& canal, std::vector<JawCanal>& found) {
-  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3,
-                   kEvery = 0.5e-3;    // m: radius of a tube; smallest length of a canal; distance between centres
+  // m: radius of a tube; smallest length of a canal; distance between centres
+  constexpr double kRadius = 1.25e-3, kLeastLength = 8e-3, kEvery = 0.5e-3;
   constexpr double kLeastTube = 0.15;  // fraction of the contrast, lower limit; a tube of kRadius gives about a third
   const double sigma = 0.6 * kRadius / voxel;
   Sparse<float> field(grey.set, static_cast<float>(greys.cancellous), static_cast<float>(greys.cancellous));
@@ -404,8 +404,8 @@ JawLabels label_jaw(const Grid<float>& scan, const Segmentation& s, const JawGre
   });
   const Sparse<float> to_core = distance_squared_to(canal_core, 2);
   const auto in_canal = [&](std::size_t i) {
-    constexpr double kWall =
-        0.25;  // fraction of the grey value's range from cancellous to cortical bone; brighter samples belong to a wall
+    // fraction of the grey value's range from cancellous to cortical bone; brighter samples belong to a wall
+    constexpr double kWall = 0.25;
     const auto wall = static_cast<double>(brightest.v[i]);
     const double rise = greys.hard - greys.soft;
     const double bound = wall > glm::mix(greys.cancellous, greys.hard, kWall)

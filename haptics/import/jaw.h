@@ -15,13 +15,11 @@ struct JawGreys {
   bool has_enamel = false;      // false: no crown is visible, and `enamel` is a guess
   std::optional<double> metal;  // grey value of metal; nullopt if the scan contains none
 
-  double bright() const {
-    return 0.5 * (cancellous + hard);
-  }                                                       // lower limit of the grey value of dentin and cortical bone
+  // lower limit of the grey value of dentin and cortical bone
+  double bright() const { return 0.5 * (cancellous + hard); }
   double crown() const { return 0.5 * (hard + enamel); }  // lower limit of the grey value of enamel
-  double canal() const {
-    return 0.5 * (soft + cancellous);
-  }  // upper limit of the grey value of a canal in cancellous bone
+  // upper limit of the grey value of a canal in cancellous bone
+  double canal() const { return 0.5 * (soft + cancellous); }
 };
 
 /// Finds the grey values by Otsu's method with two thresholds, from uniform regions brighter than `surface`. `offset`:

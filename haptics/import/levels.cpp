@@ -221,8 +221,8 @@ void use_thresholds(const std::filesystem::path& file, const std::vector<Peak>& 
     }
     // The brightest of the darker materials touches the tissue: soft tissue in a CT of a head, air around a tooth.
     if (const auto below = hill_between(peaks, levels.outside, surface)) levels.outside = *below;
-    const double even =
-        2 * surface - levels.outside;  // grey value that the tissue would have if the surface were at half height
+    // grey value that the tissue would have if the surface were at half height
+    const double even = 2 * surface - levels.outside;
     const double reach = 0.5 * (even - surface);
     const bool fits = even < most && hill_between(peaks, even - reach, std::min(even + reach, most));
     const auto above = hill_between(peaks, surface, most);

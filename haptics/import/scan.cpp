@@ -277,8 +277,8 @@ double undo_shear(const std::filesystem::path& file, RawScan& raw) {
   const glm::dvec3 u = glm::normalize(raw.step[0]), v = glm::normalize(raw.step[1]);
   glm::dvec3 n = glm::cross(u, v);
   if (glm::dot(n, raw.step[2]) < 0) n = -n;
-  constexpr double kSquare =
-      0.01;  // tolerance, cosine of 89.4 degrees: two axes count as perpendicular up to this cosine
+  // tolerance, cosine of 89.4 degrees: two axes count as perpendicular up to this cosine
+  constexpr double kSquare = 0.01;
   if (std::abs(glm::dot(u, v)) > kSquare) {
     throw Error(file.string(), "axis directions",
                 fmt::format("first axes at {:.4g} degrees", std::acos(glm::dot(u, v)) * 180 / kPi), "a right angle");

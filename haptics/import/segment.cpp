@@ -136,13 +136,13 @@ class Surround {
   template <class Counts>
   Surround(const Grid<float>& grey, const BlockSet& set, double everywhere, Counts counts)
       : everywhere_(everywhere), sum_((grey.size + 3) / 4, 0.0F), weight_(sum_.size, 0.0F) {
-    for_each_sample(set,
-                    [&](const glm::ivec3& p, std::size_t i) {  // in parallel over blocks; a cell never spans two blocks
-                      if (!counts(p, i)) return;
-                      const glm::ivec3 cell = p / 4;
-                      sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
-                      weight_[cell] += 1.0F / 64;
-                    });
+    // in parallel over blocks; a cell never spans two blocks
+    for_each_sample(set, [&](const glm::ivec3& p, std::size_t i) {
+      if (!counts(p, i)) return;
+      const glm::ivec3 cell = p / 4;
+      sum_[cell] += static_cast<float>((static_cast<double>(grey[p]) - everywhere) / 64);
+      weight_[cell] += 1.0F / 64;
+    });
     // voxels of the cell grid: together with the cells and the interpolation, the standard deviation is four samples.
     constexpr double kSigma = 0.87;
     sum_ = gaussian(sum_, kSigma);
@@ -150,8 +150,8 @@ class Surround {
   }
   double at(const glm::ivec3& p) const {
     const glm::dvec3 q = (glm::dvec3(p) - 1.5) / 4.0;
-    constexpr double kOfEverywhere =
-        0.02;  // weight of the whole scan's value, relative to the weight of a full neighbourhood
+    // weight of the whole scan's value, relative to the weight of a full neighbourhood
+    constexpr double kOfEverywhere = 0.02;
     return everywhere_ +
            static_cast<double>(sample(sum_, q)) / (static_cast<double>(sample(weight_, q)) + kOfEverywhere);
   }
@@ -189,8 +189,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
   };
   const bool tooth = preset == ImportPreset::kTooth;
   Segmentation s;
-  const double rise =
-      levels.soft - levels.outside;  // difference between the grey values of the softer tissue and the surroundings
+  // difference between the grey values of the softer tissue and the surroundings
+  const double rise = levels.soft - levels.outside;
   const glm::ivec3 size = grey.size;
 
   // Computes smoothed grey values: one version for masks, and one for labels, which does not move curved edges. Only
@@ -270,8 +270,8 @@ Segmentation segment(const Grid<float>& grey, const Levels& levels, double voxel
     edge = std::clamp<double>(widths[widths.size() / 2], 0.8, 3);
   }
   s.blur = std::sqrt(std::max(0.0, edge * edge - kSmooth * kSmooth));
-  const double shell =
-      std::clamp(2.5 * edge, 2.5, kWidestShell);  // voxels, reach of an edge on each side of the surface
+  // voxels, reach of an edge on each side of the surface
+  const double shell = std::clamp(2.5 * edge, 2.5, kWidestShell);
 
   // Measures the surroundings in voxels outside the edge's reach, without other bodies.
   const Surround surround(grey, *set, levels.outside, [&](const glm::ivec3& p, std::size_t i) {

@@ -20,8 +20,8 @@ struct Segmentation {
   Sparse<float> phi;
   Sparse<float> dense;   // positive in the denser tissue; also valid some voxels outside the surface
   Sparse<float> cavity;  // positive in pulp or marrow spaces
-  Sparse<float>
-      grey;  // grey values without the dim outer edge: at the edge and outside, the brightest value further inward
+  // grey values without the dim outer edge: at the edge and outside, the brightest value further inward
+  Sparse<float> grey;
   DistanceField surface;  // distance to the surface phi = 0, at least up to the requested band
   double blur = 0;        // voxels, standard deviation of the scan's edge response
   int bodies_kept = 0;

@@ -9,8 +9,8 @@ namespace typodont::haptics::mesh {
 
 namespace {
 
-constexpr int kMostAround =
-    64;  // limit of the number of faces around a vertex; edges of a vertex with more faces are not collapsed
+// limit of the number of faces around a vertex; edges of a vertex with more faces are not collapsed
+constexpr int kMostAround = 64;
 
 struct HalfEdge {
   Index lo, hi, face;
@@ -157,8 +157,8 @@ TissueMesh EditableMesh::copy() const {
 // Functions of the grid
 
 EditableMesh::Place EditableMesh::place_for(Index f) const noexcept {
-  constexpr float kRounding =
-      1e-6f;  // relative tolerance, a fraction of the coordinates; larger than the rounding error of floats
+  // relative tolerance, a fraction of the coordinates; larger than the rounding error of floats
+  constexpr float kRounding = 1e-6f;
   const dvec3 &a = point(f, 0), &b = point(f, 1), &c = point(f, 2);
   const dvec3 ab = b - a, bc = c - b, ca = a - c, g = (a + b + c) / 3.0;
   const double longest2 = std::max({glm::dot(ab, ab), glm::dot(bc, bc), glm::dot(ca, ca)});

@@ -15,8 +15,8 @@ struct PieceParameters {
   double faces = 256;     // wanted number of faces per piece
   double least = 1.5e-3;  // m, smallest edge of a piece's cell; limits the number of pieces to draw
   double most = 3e-3;     // m, largest edge of a piece's cell; limits the faces to generate again after a small cut
-  double crease_cosine =
-      0.76604;  // cos 40°: an edge is drawn as sharp if the normals of its faces differ by a larger angle
+  // cos 40°: an edge is drawn as sharp if the normals of its faces differ by a larger angle
+  double crease_cosine = 0.76604;
 };
 
 /// Carver thread. Mesh and volume must outlive this object.

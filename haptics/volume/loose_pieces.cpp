@@ -197,8 +197,8 @@ class LoosePieces::KnownBlocks {
     glm::ivec3 key{0};
     SolidBits bits{};
     bool one_part = false;  // the bits are known to be connected
-    int beside[6] = {-1, -1, -1,
-                     -1, -1, -1};  // indices of the neighbouring blocks over the six faces; -1: not known yet
+    // indices of the neighbouring blocks over the six faces; -1: not known yet
+    int beside[6] = {-1, -1, -1, -1, -1, -1};
     // Number of the last search that visited this block; `first_part` and `part_count` belong to that search
     std::uint32_t look = 0;
     int first_part = 0, part_count = 0;  // range of the block's parts in parts_

@@ -28,8 +28,8 @@ openvdb::Vec3d onto_surface(const Accessor& field, openvdb::Vec3d p) {
       gradient[axis] = (value(p + off) - value(p - off)) / (2 * kDifference);
     }
     const double square = gradient.lengthSqr();
-    if (!(square > 0.04))
-      return p;  // threshold of |gradient|²; near its surface, a distance field has a larger gradient
+    // threshold of |gradient|²; near its surface, a distance field has a larger gradient
+    if (!(square > 0.04)) return p;
     openvdb::Vec3d step = -value(p) / square * gradient;
     if (const double length = step.length(); length > kMostStep) step *= kMostStep / length;
     p += step;

@@ -340,8 +340,8 @@ VoxelBox TissueVolume::fill_leaves(const Filling& filling) {
     for (int y0 = floor_div(filling.lo().y, n) * n; y0 <= filling.hi().y; y0 += n) {
       for (int z0 = floor_div(filling.lo().z, n) * n; z0 <= filling.hi().z; z0 += n) {
         const openvdb::Coord origin(x0, y0, z0);
-        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0)
-          continue;  // the leaf is a solid tile already, far inside the tissue
+        // the leaf is a solid tile already, far inside the tissue
+        if (!distance.probeConstLeaf(origin) && distance.getValue(origin) < 0) continue;
         auto* kept = stroke ? &StrokeKept::Distance::keep(stroke->distance, distance, origin) : nullptr;
         const bool was_tile = !distance.probeConstLeaf(origin);
         Leaf* leaf = distance.touchLeaf(origin);
