@@ -47,8 +47,8 @@ TYPODONT_KERNEL unsigned children_within(const SphereTree::Node& node, const glm
   return bits_of(far2 <= F8{} + reach * reach);
 }
 
-/// A ball around the whole path of a sphere: tissue farther away than `reach` cannot be touched. Around a large
-/// sphere, a box would exclude little more.
+/// A ball around the whole path of a sphere: tissue farther away than `reach` cannot be touched. A box
+/// around a large sphere would exclude much less.
 struct Around {
   glm::vec3 middle;
   float reach;
